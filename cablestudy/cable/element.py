@@ -1,0 +1,181 @@
+"""A cable element of any order: nodes, quadrature and mass on [0, 1].
+
+Positions are interpolated at Gauss-Lobatto points; strain lives at `order` Gauss points, which for order 1 is the bar
+of the paper and for any order leaves no locking. Lumped mass is Lobatto quadrature.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+
+MASSES = ("lumped", "consistent", "blended")
+MAX_ORDER = 64
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Reference element; q = order Gauss points, p + 1 = order + 1 nodes, all on [0, 1].
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (p + 1,)
+    points, weights : ndarray, shape (q,)
+        Gauss points and weights; the strain is sampled there.
+    derivative : ndarray, shape (q, p + 1)
+        Of the nodal functions at the Gauss points.
+    shares : ndarray, shape (p + 1,)
+        Integral of each nodal function: how a distributed load is shared.
+    """
+
+    nodes: np.ndarray
+    points: np.ndarray
+    weights: np.ndarray
+    derivative: np.ndarray
+    shares: np.ndarray
+
+
+def _lobatto(order):
+    """Gauss-Lobatto nodes and weights on [-1, 1]."""
+    x = -np.cos(np.pi * np.arange(order + 1) / order)
+    highest, below = np.eye(order + 1)[order], np.eye(order + 1)[order - 1]
+    for _ in range(50):
+        step = (x * legendre.legval(x, highest) - legendre.legval(x, below)) / (
+            (order + 1) * legendre.legval(x, highest)
+        )
+        x = x - step
+        if np.abs(step).max() < 1e-15:
+            break
+    x = (x - x[::-1]) / 2
+    return x, 2 / (order * (order + 1) * legendre.legval(x, highest) ** 2)
+
+
+def _vandermonde_derivative(x, order):
+    """Derivatives of the Legendre polynomials 0..order at x, shape (len(x), order + 1)."""
+    return np.stack([legendre.legval(x, legendre.legder(row)) for row in np.eye(order + 1)], axis=-1)
+
+
+@lru_cache(maxsize=128)
+def basis(order):
+    """The reference element of an order.
+
+    Parameters
+    ----------
+    order : int
+        1 to 64. [-]
+
+    Returns
+    -------
+    Basis
+    """
+    x, lobatto_weights = _lobatto(order)
+    points, weights = legendre.leggauss(order)
+    derivative = 2 * np.linalg.solve(legendre.legvander(x, order).T, _vandermonde_derivative(points, order).T).T
+    derivative -= derivative.mean(axis=1, keepdims=True)  # a rigid motion strains nothing, to the last digit
+    return Basis((x + 1) / 2, (points + 1) / 2, weights / 2, derivative, lobatto_weights / 2)
+
+
+@lru_cache(maxsize=128)
+def mass_matrix(order, mass):
+    """Mass of a reference element of unit mass, shape (order + 1, order + 1). [-]
+
+    Parameters
+    ----------
+    order : int
+    mass : {"lumped", "consistent", "blended"}
+        Lobatto quadrature (diagonal), exact integration, or the mean of both (order 1: fourth-order frequencies).
+
+    Returns
+    -------
+    ndarray
+    """
+    element = basis(order)
+    lumped = np.diag(element.shares)
+    if mass == "lumped":
+        return lumped
+    points, weights = legendre.leggauss(order + 1)
+    nodal = legendre.legvander(2 * element.nodes - 1, order)
+    values = np.linalg.solve(nodal.T, legendre.legvander(points, order).T).T
+    consistent = values.T @ (weights[:, None] / 2 * values)
+    return consistent if mass == "consistent" else (lumped + consistent) / 2
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Elements along one cable.
+
+    Attributes
+    ----------
+    edges : ndarray, shape (n + 1,)
+        Element boundaries, as shares of the unstretched length. [-]
+    order : int
+    mass : str
+    """
+
+    edges: np.ndarray
+    order: int
+    mass: str = "lumped"
+
+    @property
+    def elements(self):
+        """How many elements. [-]"""
+        return len(self.edges) - 1
+
+    @property
+    def nodes(self):
+        """How many nodes. [-]"""
+        return self.elements * self.order + 1
+
+    @property
+    def sizes(self):
+        """Length of each element, shape (n,). [-]"""
+        return np.diff(self.edges)
+
+    @property
+    def node_positions(self):
+        """Shape (nodes,). [-]"""
+        inner = self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).nodes[:-1]
+        return np.append(inner.ravel(), 1.0)
+
+    @property
+    def point_positions(self):
+        """Gauss points, shape (n, q). [-]"""
+        return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
+
+
+def mesh_segments(fractions, elements, order=1, mass="lumped"):
+    """Share out elements over the segments between point loads, by length, at least one each.
+
+    Parameters
+    ----------
+    fractions : ndarray, shape (k + 1,)
+        Share of the unstretched length of each segment. [-]
+    elements : int
+        How many in all; at least one a segment.
+    order, mass
+        As in `Mesh`.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ValueError
+        Fewer elements than segments.
+    """
+    fractions = np.asarray(fractions, dtype=float)
+    if elements < len(fractions):
+        raise ValueError(f"{len(fractions) - 1} point loads need at least {len(fractions)} elements, got {elements}")
+    counts = np.ones(len(fractions), dtype=int)
+    spare = elements - len(fractions)
+    wanted = np.maximum(fractions * elements - 1, 0.0)
+    wanted *= spare / wanted.sum() if wanted.sum() > 0 else 0.0
+    counts += np.floor(wanted + 1e-9).astype(int)
+    for index in np.argsort(-(wanted - np.floor(wanted + 1e-9)), kind="stable")[: elements - counts.sum()]:
+        counts[index] += 1
+    ends = np.concatenate([[0.0], np.cumsum(fractions)])
+    ends[-1] = 1.0
+    pieces = [np.linspace(ends[i], ends[i + 1], counts[i] + 1)[:-1] for i in range(len(counts))]
+    return Mesh(np.append(np.concatenate(pieces), 1.0), order, mass)

@@ -1,0 +1,148 @@
+"""What the core knows of a cable between two fixed ends, and its chord frame.
+
+The chord frame (e, n, y): e from end 1 to end 2, n at right angles to it in the vertical plane (upwards), y horizontal.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Span:
+    """A cable between two fixed ends, or a batch of cables.
+
+    The unstretched length is carried as `chord_strain`, so that a cable pre-strained by 1e-12 keeps all its digits.
+
+    Attributes
+    ----------
+    chord : float or ndarray, shape (...)
+        Distance between the ends. [m]
+    cosine, sine : float or ndarray, shape (...)
+        Of the inclination of the chord, end 2 above end 1 when the sine is positive. [-]
+    chord_strain : float or ndarray, shape (...)
+        chord / unstretched length - 1: positive for a taut cable, negative for a slack one. [-]
+    axial_stiffness : float or ndarray, shape (...)
+        EA. [N]
+    mass : float or ndarray, shape (...)
+        Per unstretched length. [kg/m]
+    gravity : float or ndarray, shape (...)
+        [m/s^2]
+    load_positions : ndarray, shape (..., k)
+        Arc length of the point loads from end 1 along the unstretched cable, ascending. [m]
+    load_forces : ndarray, shape (..., k, 3)
+        Point loads in the chord frame. [N]
+    azimuth : ndarray, shape (..., 2)
+        Horizontal unit vector (x, y) of the vertical plane through the chord. [-]
+    """
+
+    chord: np.ndarray
+    cosine: np.ndarray
+    sine: np.ndarray
+    chord_strain: np.ndarray
+    axial_stiffness: np.ndarray
+    mass: np.ndarray
+    gravity: np.ndarray = 9.81
+    load_positions: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    load_forces: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    azimuth: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0]))
+
+    @property
+    def unstretched_length(self):
+        """Length without tension. [m]"""
+        return self.chord / (1.0 + self.chord_strain)
+
+    @property
+    def weight(self):
+        """Weight of the whole cable. [N]"""
+        return self.mass * self.gravity * self.unstretched_length
+
+    @property
+    def planar(self):
+        """True when no load leaves the vertical plane: in-plane and out-of-plane motion decouple."""
+        return not np.any(self.load_forces[..., 2])
+
+    @property
+    def up(self):
+        """The vertical in the chord frame, shape (..., 3). [-]"""
+        return np.stack([self.sine, self.cosine, np.zeros_like(self.cosine)], axis=-1)
+
+    @property
+    def frame(self):
+        """Rows e, n, y in global coordinates, shape (..., 3, 3). [-]"""
+        cosine, sine = np.asarray(self.cosine)[..., None], np.asarray(self.sine)[..., None]
+        ux, uy = self.azimuth[..., :1], self.azimuth[..., 1:]
+        zero = np.zeros_like(cosine * ux)
+        return np.stack(
+            [
+                np.concatenate([cosine * ux, cosine * uy, sine + zero], axis=-1),
+                np.concatenate([-sine * ux, -sine * uy, cosine + zero], axis=-1),
+                np.concatenate([-uy + zero, ux + zero, zero], axis=-1),
+            ],
+            axis=-2,
+        )
+
+    def with_chord_strain(self, chord_strain):
+        """The same cable with another unstretched length."""
+        return replace(self, chord_strain=chord_strain)
+
+    def without_loads(self):
+        """The same cable without its point loads."""
+        return replace(self, load_positions=np.zeros(0), load_forces=np.zeros((0, 3)))
+
+
+def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravity=9.81, loads=()):
+    """One cable from its end points.
+
+    Parameters
+    ----------
+    end_1, end_2 : sequence of 3 floats
+        Global coordinates. [m]
+    unstretched_length, axial_stiffness, mass, gravity : float
+        [m], [N], [kg/m], [m/s^2].
+    loads : iterable of (position, force)
+        Arc length along the unstretched cable [m] and global force vector [N].
+
+    Returns
+    -------
+    Span
+    """
+    delta = np.subtract(end_2, end_1, dtype=float)
+    horizontal = np.hypot(delta[0], delta[1])
+    chord = np.hypot(horizontal, delta[2])
+    azimuth = delta[:2] / horizontal if horizontal > 0 else np.array([1.0, 0.0])
+    span = Span(
+        chord=chord,
+        cosine=horizontal / chord,
+        sine=delta[2] / chord,
+        chord_strain=(chord - unstretched_length) / unstretched_length,
+        axial_stiffness=axial_stiffness,
+        mass=mass,
+        gravity=gravity,
+        azimuth=azimuth,
+    )
+    return with_loads(span, loads)
+
+
+def with_loads(span, loads):
+    """The same cable carrying point loads.
+
+    Parameters
+    ----------
+    span : Span
+        One cable.
+    loads : iterable of (position, force)
+        Arc length along the unstretched cable [m] and global force vector [N]; loads at one place are added up.
+
+    Returns
+    -------
+    Span
+    """
+    forces = {}
+    for position, force in loads:
+        forces[position] = forces.get(position, 0.0) + np.asarray(force, dtype=float)
+    positions = np.array(sorted(forces))
+    if not len(positions):
+        return span.without_loads()
+    stacked = np.array([forces[position] for position in positions])
+    return replace(span, load_positions=positions, load_forces=stacked @ span.frame.T)

@@ -1,0 +1,68 @@
+"""What can go wrong, each kind with its exit code; the command line prints these and nothing else.
+
+Imports nothing, so that every layer can raise them.
+"""
+
+from dataclasses import dataclass
+
+
+class CablestudyError(Exception):
+    """Anything that a user can cause; the message is complete, one line, without a traceback."""
+
+    exit_code = 3
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One mistake in what the user wrote.
+
+    Attributes
+    ----------
+    where : str
+        `file:line:column`, or the command-line option that carried it; empty when neither is known.
+    key : str
+        The dotted key, for example `cable.density`; empty when the mistake is not about one key.
+    message : str
+        What is wrong, the value met and what is allowed.
+    """
+
+    where: str
+    key: str
+    message: str
+
+    def __str__(self):
+        return ": ".join(part for part in (self.where, self.key, self.message) if part)
+
+
+class SceneError(CablestudyError):
+    """Wrong usage, wrong file, wrong value: every mistake that was found, at once."""
+
+    exit_code = 2
+
+    def __init__(self, *mistakes):
+        self.mistakes = tuple(m if isinstance(m, Mistake) else Mistake("", "", m) for m in mistakes)
+        super().__init__("\n".join(str(m) for m in self.mistakes))
+
+    def __reduce__(self):
+        return type(self), self.mistakes
+
+
+class NoSolutionError(CablestudyError):
+    """The scene is well formed but has no answer: a broken, folded or weightless slack cable."""
+
+
+class ConvergenceError(CablestudyError):
+    """An iteration that ended without an answer.
+
+    Attributes
+    ----------
+    record : object or None
+        The convergence record of the iteration: steps, residuals, why it stopped.
+    """
+
+    def __init__(self, message, record=None):
+        self.record = record
+        super().__init__(message)
+
+    def __reduce__(self):
+        return type(self), (str(self), self.record)
