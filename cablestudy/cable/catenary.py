@@ -1,16 +1,7 @@
 """The elastic catenary in closed form: exact statics and end stiffness of many cables at once.
 
-Everything is written along the chord (Q) and across it (N, Y), because there no term cancels: the equation of the
-chord balances small quantities only (strain, sag, excess length), however stiff or taut the cable is.
-
-A segment carries no point load inside. Over a segment of length l and weight W, with P the tension vector at its
-middle, V its vertical and H its horizontal part, V0 = V - W/2, V1 = V + W/2, T0 = |(H, V0)|, T1 = |(H, V1)|,
-S = T0 + T1 and beta = W/S:
-
-    end 2 - end 1 = l (1/EA + 2/S) P + l (2/S) (atanh(beta)/beta - 1) H
-    flexibility   = l/EA + integral of (I - t t^T)/T ds
-
-Source: Irvine (1981), section 1.3, rewritten; shared notation in docs/physics.md.
+A cable is cut into segments at its point loads (`segment.py` holds their closed form). The tension vector at
+mid-length is the one unknown: Newton finds the one for which the segments, end to end, reach from end 1 to end 2.
 """
 
 from dataclasses import dataclass
@@ -18,13 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.segment import TINY, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
-from cablestudy.errors import NoSolutionError
 
 MAX_STEPS = 60
-SMALL_BETA = 0.15  # below it the series, above it the closed forms: both are exact to rounding there
-TINY = 1e-290
-GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 @dataclass(frozen=True)
@@ -44,18 +32,6 @@ class Segments:
     fraction: np.ndarray
     offset: tuple
     weight: np.ndarray
-
-
-@dataclass(frozen=True)
-class Kernel:
-    """What one evaluation of the segments gives; all arrays have the shape of the tensions."""
-
-    horizontal: np.ndarray  # the in-plane horizontal component, signed
-    beta: np.ndarray
-    sum_of_tensions: np.ndarray
-    excess: np.ndarray  # atanh(beta)/beta - 1
-    product: np.ndarray  # T0 T1 (S^2 - W^2)
-    tensions: tuple  # at the two ends
 
 
 def split(span):
@@ -85,170 +61,6 @@ def split(span):
 def components(vectors):
     """The last axis of an array as a tuple."""
     return tuple(vectors[..., i] for i in range(vectors.shape[-1]))
-
-
-def evaluate(tension, weight, cosine, sine):
-    """The quantities that position and flexibility share.
-
-    Parameters
-    ----------
-    tension : tuple of 3 ndarrays
-        Tension vector at mid-segment in the chord frame. [N]
-    weight, cosine, sine : ndarray
-        Weight of the segment [N], cosine and sine of the chord's inclination [-].
-
-    Returns
-    -------
-    Kernel
-    """
-    q, n, y = tension
-    vertical = q * sine + n * cosine
-    horizontal = q * cosine - n * sine
-    h2 = horizontal**2 + y**2
-    v0, v1 = vertical - weight / 2, vertical + weight / 2
-    t0, t1 = np.sqrt(h2 + v0**2), np.sqrt(h2 + v1**2)
-    total = np.maximum(t0 + t1, TINY)
-    beta = weight / total
-    up0, up1 = t0 + np.abs(v0), t1 + np.abs(v1)
-    down0, down1 = h2 / np.maximum(up0, TINY), h2 / np.maximum(up1, TINY)
-    plus = np.where(v1 >= 0, up1, down1) + np.where(v0 >= 0, down0, up0)
-    minus = np.maximum(np.where(v1 >= 0, down1, up1) + np.where(v0 >= 0, up0, down0), TINY)
-    small = beta < SMALL_BETA
-    square = np.where(small, beta, 0.0) ** 2
-    series = np.zeros_like(beta)
-    for k in range(10, 0, -1):
-        series = square * (1.0 / (2 * k + 1) + series)
-    safe = np.where(small, 1.0, beta)
-    excess = np.where(small, series, 0.5 * np.log(np.maximum(plus, TINY) / minus) / safe - 1.0)
-    return Kernel(horizontal, beta, total, excess, t0 * t1 * plus * minus, (t0, t1))
-
-
-def extension(tension, weight, axial_stiffness, cosine, sine):
-    """End 2 minus end 1 of a segment, minus its own length along the chord, per unstretched length.
-
-    Parameters
-    ----------
-    tension, weight, cosine, sine
-        As for `evaluate`.
-    axial_stiffness : ndarray
-        [N]
-
-    Returns
-    -------
-    tuple of 3 ndarrays
-        Along the chord, across it in the plane, out of the plane. [-]
-    Kernel
-    """
-    q, n, y = tension
-    kernel = evaluate(tension, weight, cosine, sine)
-    total, sag = kernel.sum_of_tensions, 2 * kernel.excess / kernel.sum_of_tensions
-    half_q, half_n = weight * sine / 2, weight * cosine / 2
-    shortfall = _beyond(kernel.tensions[0], q - half_q, n - half_n, y) + _beyond(
-        kernel.tensions[1], q + half_q, n + half_n, y
-    )
-    along = q / axial_stiffness - shortfall / total + sag * kernel.horizontal * cosine
-    across = n / axial_stiffness + 2 * n / total - sag * kernel.horizontal * sine
-    out = y / axial_stiffness + 2 * y / total + sag * y
-    return (along, across, out), kernel
-
-
-def _beyond(tension, q, n, y):
-    """Tension minus its component along the chord, without cancellation."""
-    return np.where(q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), TINY), tension - q)
-
-
-def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
-    """Derivative of a segment's extension with respect to the tension vector, per unstretched length.
-
-    Parameters
-    ----------
-    tension, weight, axial_stiffness, cosine, sine, kernel
-        As for `extension`.
-
-    Returns
-    -------
-    tuple of 6 ndarrays
-        qq, nn, yy, qn, qy, ny. [1/N]
-
-    Notes
-    -----
-    The integral of (T^2 I - P P^T)/T^3 over the segment, once in terms of small deviations from the chord and once in
-    horizontal and vertical components: each form is free of cancellation where the other is not.
-    """
-    small = kernel.beta < SMALL_BETA
-    if small.all():
-        sag = _shallow(tension, weight, cosine, sine, kernel)
-    else:
-        sag = tuple(
-            np.where(small, shallow, deep)
-            for shallow, deep in zip(
-                _shallow(tension, weight, cosine, sine, kernel),
-                _deep(tension, cosine, sine, kernel),
-                strict=True,
-            )
-        )
-    axial = 1.0 / axial_stiffness
-    return (axial + sag[0], axial + sag[1], axial + sag[2], *sag[3:])
-
-
-def _shallow(tension, weight, cosine, sine, kernel):
-    """With P = P_mid + W g tau: moments of 1/T^3, the second one by quadrature. For small beta."""
-    q, n, y = tension
-    total, product = kernel.sum_of_tensions, np.maximum(kernel.product, TINY)
-    i0 = 2 * total / product
-    i1 = -2 * (q * sine + n * cosine) * weight / (total * product)
-    wq, wn = weight * sine, weight * cosine
-    i2 = np.zeros_like(i0)
-    for point, share in zip(GAUSS_POINTS / 2, GAUSS_WEIGHTS / 2, strict=True):
-        square = (q + wq * point) ** 2 + (n + wn * point) ** 2 + y**2
-        i2 = i2 + share * point**2 / np.maximum(square * np.sqrt(square), TINY)
-    qq = q * q * i0 + 2 * q * wq * i1 + wq * wq * i2
-    nn = n * n * i0 + 2 * n * wn * i1 + wn * wn * i2
-    yy = y * y * i0
-    return (
-        nn + yy,
-        qq + yy,
-        2 * (1 + kernel.excess) / total - yy,
-        -(q * n * i0 + (q * wn + n * wq) * i1 + wq * wn * i2),
-        -(q * y * i0 + y * wq * i1),
-        -(n * y * i0 + y * wn * i1),
-    )
-
-
-def _deep(tension, cosine, sine, kernel):
-    """Horizontal h and vertical v components, rotated into the chord frame. For large beta."""
-    q, n, y = tension
-    h, total = kernel.horizontal, kernel.sum_of_tensions
-    i0 = 2 * total / np.maximum(kernel.product, TINY)
-    first = 2 * (q * sine + n * cosine) / (total * np.maximum(kernel.tensions[0] * kernel.tensions[1], TINY))
-    second = 2 * (1 + kernel.excess) / total - (h * h + y * y) * i0
-    hh, vv, hv = second + y * y * i0, (h * h + y * y) * i0, -h * first
-    hy, vy = -h * y * i0, -y * first
-    mixed = 2 * cosine * sine * hv
-    return (
-        cosine**2 * hh + mixed + sine**2 * vv,
-        sine**2 * hh - mixed + cosine**2 * vv,
-        second + h * h * i0,
-        cosine * sine * (vv - hh) + (cosine**2 - sine**2) * hv,
-        cosine * hy + sine * vy,
-        cosine * vy - sine * hy,
-    )
-
-
-def solve_symmetric(matrix, right):
-    """Solve symmetric 3x3 systems given as (qq, nn, yy, qn, qy, ny), scaled to a unit diagonal first."""
-    qq, nn, yy, qn, qy, ny = matrix
-    a, b, c = (1 / np.sqrt(np.maximum(diagonal, TINY)) for diagonal in (qq, nn, yy))
-    d, e, f = qn * a * b, qy * a * c, ny * b * c
-    x, y, z = right[0] * a, right[1] * b, right[2] * c
-    c11, c12, c13 = 1 - f * f, e * f - d, d * f - e
-    determinant = np.maximum(c11 + d * c12 + e * c13, 1e-30)
-    c22, c23, c33 = 1 - e * e, d * e - f, 1 - d * d
-    return (
-        a * (c11 * x + c12 * y + c13 * z) / determinant,
-        b * (c12 * x + c22 * y + c23 * z) / determinant,
-        c * (c13 * x + c23 * y + c33 * z) / determinant,
-    )
 
 
 def start(span):
@@ -414,43 +226,91 @@ class Catenary:
         return np.stack(columns, axis=-1)
 
     def at(self, position):
-        """Place and tension vector along one cable.
+        """Place and tension vector along the cable.
 
         Parameters
         ----------
-        position : ndarray, shape (j,)
+        position : ndarray, shape (..., j)
             Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
 
         Returns
         -------
-        displacement : ndarray, shape (j, 3)
+        displacement : ndarray, shape (..., j, 3)
             From the straight chord, in unstretched lengths, chord frame: r = (1 + strain) position e + displacement. [-]
-        tension : ndarray, shape (j, 3)
+        tension : ndarray, shape (..., j, 3)
             Chord frame. [N]
         """
-        position = np.asarray(position, dtype=float)
-        edges = np.concatenate([[0.0], np.cumsum(self.segments.fraction)])
-        edges[-1] = 1.0
-        which = np.clip(np.searchsorted(edges, position, side="left") - 1, 0, len(edges) - 2)
-        begin, whole = edges[which], self.segments.fraction[which]
-        part = position - begin
-        weight = self.span.weight
+        cosine, sine = self._angles
+        position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float)
+        stiffness = np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
+        edges = np.cumsum(self.segments.fraction, axis=-1)
+        which = (position[..., None] > edges[..., None, :-1]).sum(axis=-1)
+
+        def pick(values):
+            return np.take_along_axis(np.broadcast_to(values, edges.shape), which, axis=-1)
+
+        whole = pick(self.segments.fraction)
+        part = position - pick(edges - self.segments.fraction)
+        weight = np.asarray(self.span.weight)[..., None]
+        up = (sine, cosine, 0.0)
         # mid-point of the piece between the segment's start and the wanted place
-        shift = weight * (part - whole) / 2
-        up = self.span.up
-        middle = tuple(self.tension[i][which] + shift * up[i] for i in range(3))
-        angles = self.span.cosine, self.span.sine
-        piece, _ = extension(middle, weight * part, self.span.axial_stiffness, *angles)
-        full, _ = extension(self.tension, self.segments.weight, self.span.axial_stiffness, *angles)
-        strain = self.span.chord_strain
-        stretch = (strain, 0.0, 0.0)
+        middle = [pick(p) + weight * (part - whole) / 2 * u for p, u in zip(self.tension, up, strict=True)]
+        pieces, _ = extension(middle, weight * part, stiffness, cosine, sine)
+        wholes, _ = extension(self.tension, self.segments.weight, stiffness, cosine, sine)
         displacement = []
-        for i in range(3):
-            ends = np.cumsum(self.segments.fraction * (full[i] - stretch[i]))
-            before = np.concatenate([[0.0], ends])[which]
-            displacement.append(before + part * (piece[i] - stretch[i]))
-        tension = np.stack([middle[i] + weight * part * up[i] / 2 for i in range(3)], axis=-1)
-        return np.stack(displacement, axis=-1), tension
+        for piece, full, stretch in zip(pieces, wholes, (np.asarray(self.span.chord_strain)[..., None], 0, 0), strict=True):
+            own = self.segments.fraction * (full - stretch)
+            displacement.append(pick(np.cumsum(own, axis=-1) - own) + part * (piece - stretch))
+        tension = [m + weight * part * u / 2 for m, u in zip(middle, up, strict=True)]
+        return np.stack(displacement, axis=-1), np.stack(tension, axis=-1)
+
+    @cached_property
+    def middle(self):
+        """Arc length at mid-span (halfway along the horizontal) over unstretched length, shape (...). [-]
+
+        Where no load acts horizontally the horizontal tension is a common factor and drops out, so that the place is
+        definite for a vertical cable too, as the limit of an inclined one.
+        """
+        cosine, sine = self._angles
+        stiffness = np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
+        along, kernel = self.kernel.horizontal, self.kernel
+        scale = np.maximum(np.abs(along).max(axis=-1, keepdims=True), TINY)
+        advance = along / scale * self.segments.fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
+        reached = np.cumsum(advance, axis=-1)
+        half = reached[..., -1:] / 2
+        which = np.minimum((reached < half).sum(axis=-1, keepdims=True), reached.shape[-1] - 1)
+        whole = np.take_along_axis(self.segments.fraction, which, axis=-1)
+        before = np.take_along_axis(reached - advance, which, axis=-1)
+        rate = np.take_along_axis(np.broadcast_to(along / scale, reached.shape), which, axis=-1)
+        tension = [np.take_along_axis(np.broadcast_to(p, reached.shape), which, axis=-1) for p in self.tension]
+        weight = np.asarray(self.span.weight)[..., None]
+
+        low, high, part = np.zeros_like(whole), whole.copy(), whole / 2
+        for _ in range(80):  # Newton kept inside a bracket
+            shift = weight * (part - whole) / 2
+            middle = (tension[0] + shift * sine, tension[1] + shift * cosine, tension[2])
+            piece = evaluate(middle, weight * part, cosine, sine)
+            gap = half - before - rate * part * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
+            low, high = np.where(gap > 0, part, low), np.where(gap > 0, high, part)
+            slope = np.maximum(rate, TINY) * (1 / stiffness + 1 / np.maximum(piece.tensions[1], TINY))
+            trial = part + gap / slope
+            inside = (trial > low) & (trial < high)
+            last, part = part, np.where(inside, trial, (low + high) / 2)
+            if np.all(np.abs(part - last) <= 4e-16):
+                break
+        edges = np.cumsum(self.segments.fraction, axis=-1) - self.segments.fraction
+        return (np.take_along_axis(edges, which, axis=-1) + part)[..., 0]
+
+    @cached_property
+    def sag(self):
+        """Vertical distance from the chord down to the cable at mid-span, shape (...). [m]"""
+        position = np.asarray(self.middle)
+        displacement, _ = self.at(position[..., None])
+        along, across = displacement[..., 0, 0], displacement[..., 0, 1]
+        cosine, sine = np.asarray(self.span.cosine), np.asarray(self.span.sine)
+        leaning = np.abs(cosine) > 0.1
+        steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
+        return self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
 
 
 def _hold_upright(span, unknown, floor):
@@ -460,7 +320,7 @@ def _hold_upright(span, unknown, floor):
     """
     sideways = np.abs(span.load_forces[..., 1:]).sum(axis=(-1, -2)) if span.load_forces.size else 0.0
     upright = (np.abs(span.cosine) == 0) & (sideways == 0)
-    almost_nothing = 1e-100 * (np.abs(unknown[0]) + floor)
+    almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(unknown[0]) + floor)
     # the chord is vertical: across it is horizontal
     return (unknown[0], np.where(upright, almost_nothing, unknown[1]), np.where(upright, 0.0, unknown[2])), upright
 

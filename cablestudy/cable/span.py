@@ -53,9 +53,14 @@ class Span:
         return self.chord / (1.0 + self.chord_strain)
 
     @property
+    def weight_per_length(self):
+        """Per unstretched length. [N/m]"""
+        return self.mass * self.gravity
+
+    @property
     def weight(self):
         """Weight of the whole cable. [N]"""
-        return self.mass * self.gravity * self.unstretched_length
+        return self.weight_per_length * self.unstretched_length
 
     @property
     def planar(self):

@@ -1,0 +1,354 @@
+"""Eigenmodes of a cable with fixed ends: the lowest, all up to a frequency, or all; their kind and symmetry.
+
+Modes come from the compliance K^-1 M, so that the lowest are the most accurate; each frequency is then the Rayleigh
+quotient of its shape, with energies summed as squares. In-plane and out-of-plane motion are solved apart where they
+decouple.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, State, System
+from cablestudy.errors import ConvergenceError
+
+DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
+ALL_LIMIT = 3000  # degrees of freedom up to which all modes are given
+PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
+COINCIDENT = 1e-9  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
+KINDS = ("out-of-plane", "in-plane", "axial")
+SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes in ascending frequency.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (k,)
+        [Hz]
+    shapes : ndarray, shape (nodes, 3, k)
+        Chord frame, mass-normalised, ends included (at rest). [1/sqrt(kg)]
+    kind : tuple of str
+        "in-plane", "out-of-plane" or "axial".
+    symmetry : tuple of str
+        "symmetric", "antisymmetric" or "mixed".
+    participation : ndarray, shape (k, 3)
+        |psi^T K21 e_j| for end 2 moving along axis j of the chord frame, with its sign. [N/(m sqrt(kg))]
+    complete : bool
+        True when the model has no more modes.
+    """
+
+    frequency: np.ndarray
+    shapes: np.ndarray
+    kind: tuple
+    symmetry: tuple
+    participation: np.ndarray
+    complete: bool
+
+    def __len__(self):
+        return len(self.frequency)
+
+    def select(self, kind=None, symmetry=None):
+        """Indices of the modes of a kind and symmetry, ascending in frequency."""
+        return [
+            i
+            for i in range(len(self))
+            if (kind is None or self.kind[i] == kind) and (symmetry is None or self.symmetry[i] == symmetry)
+        ]
+
+
+class Dynamics:
+    """The free vibration of a cable about an equilibrium.
+
+    Parameters
+    ----------
+    state : State
+    length, mass : float
+        Unstretched length [m] and mass per unstretched length [kg/m].
+    planar : bool
+        Whether in-plane and out-of-plane motion decouple.
+    """
+
+    def __init__(self, state: State, length, mass, planar=True):
+        self.state, self.length, self.mass, self.planar = state, float(length), float(mass), planar
+        self.systems = tuple(System(state, axes) for axes in ((IN_PLANE, OUT_OF_PLANE) if planar else (SPATIAL,)))
+
+    @property
+    def dof(self):
+        """Free displacements in all. [-]"""
+        return sum(system.dof for system in self.systems)
+
+    @cached_property
+    def unit_frequency(self):
+        """Frequency that belongs to the eigenvalue 1. [Hz]"""
+        return np.sqrt(self.state.force / self.mass) / self.length / (2 * np.pi)
+
+    @cached_property
+    def end_stiffness(self):
+        """Condensed static stiffness of end 2, end 1 fixed, chord frame, shape (3, 3). [N/m]"""
+        stiffness = np.zeros((3, 3))
+        for system in self.systems:
+            stiffness[np.ix_(system.axes, system.axes)] = system.end_stiffness
+        return stiffness * self.state.force / self.length
+
+    def lowest(self, count):
+        """The lowest modes.
+
+        Parameters
+        ----------
+        count : int
+            How many; all when the model has fewer.
+
+        Returns
+        -------
+        Modes
+
+        Raises
+        ------
+        ConvergenceError
+            Too many modes of a large model, or an eigen-solution that failed.
+        """
+        parts = [self._solve(system, min(count, system.dof)) for system in self.systems]
+        return self._merge(parts, count)
+
+    def all(self):
+        """Every mode of the model: `lowest` for as many as there are."""
+        return self.lowest(self.dof)
+
+    def up_to(self, frequency):
+        """All modes up to a frequency.
+
+        Parameters
+        ----------
+        frequency : float
+            [Hz]
+
+        Returns
+        -------
+        Modes
+            At least one mode beyond it too, unless the model has no more.
+        """
+        count = 16
+        while True:
+            modes = self.lowest(count)
+            if modes.complete or modes.frequency[-1] > frequency * (1 + COINCIDENT):
+                return modes
+            count *= 2
+
+    def _solve(self, system, count):
+        """Shapes of one system, shape (nodes, d, k), and their squared frequencies in units."""
+        axes = len(system.axes)
+        if count == 0:
+            return system, np.zeros(0), np.zeros((self.state.mesh.nodes, axes, 0))
+        if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
+            inner = _dense(system, count)
+        elif count <= system.dof // 4:
+            inner = _lanczos(system, count)
+        else:
+            raise ConvergenceError(
+                f"{count} modes of a model with {system.dof} unknowns: "
+                f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be had"
+            )
+        shapes = np.zeros((self.state.mesh.nodes, axes, inner.shape[1]))
+        shapes[1:-1] = inner.reshape(-1, axes, inner.shape[1])
+        elastic, geometric = system.modal_energies(shapes)
+        return system, elastic + geometric, shapes
+
+    def _merge(self, parts, count):
+        """Sort the modes of all systems, name them, and give them units."""
+        entries = []
+        for system, square, shapes in parts:
+            described = _describe(system, square, shapes)
+            entries += [(*one, system) for one in described]
+        entries.sort(key=lambda entry: entry[0])
+        entries = _stable_order(entries)[:count]
+        frequency = np.sqrt([entry[0] for entry in entries]) * self.unit_frequency
+        nodes = self.state.mesh.nodes
+        shapes = np.zeros((nodes, 3, len(entries)))
+        participation = np.zeros((len(entries), 3))
+        for k, (square, shape, _, _, system) in enumerate(entries):
+            shapes[:, system.axes, k] = shape
+            participation[k, list(system.axes)] = _participation(system, square, shape)
+        total_mass = self.mass * self.length
+        unit = self.state.force / self.length / np.sqrt(total_mass)
+        return Modes(
+            frequency=frequency,
+            shapes=shapes / np.sqrt(total_mass),
+            kind=tuple(entry[2] for entry in entries),
+            symmetry=tuple(entry[3] for entry in entries),
+            participation=participation * unit,
+            complete=len(entries) == self.dof,
+        )
+
+
+def _dense(system, count):
+    """Lowest modes of a small system, from its compliance in mass-normalised coordinates."""
+    from scipy.linalg import cholesky, eigh
+
+    mass = system.mass.toarray()
+    diagonal = np.diagonal(mass)
+    if np.count_nonzero(mass - np.diag(diagonal)):
+        root = cholesky(mass)  # M = R^T R
+    else:
+        root = np.diag(np.sqrt(diagonal))
+    flexible, _ = system.solve(root.T)
+    compliance = root @ flexible
+    chosen = None if 4 * count > system.dof else (system.dof - count, system.dof - 1)
+    value, vector = eigh((compliance + compliance.T) / 2, subset_by_index=chosen)
+    if value[0] <= 0:
+        raise ConvergenceError("a mode without positive stiffness: the state is not a stable equilibrium")
+    vector = vector[:, ::-1][:, :count]
+    shapes, _ = system.solve(root.T @ vector)
+    return shapes / value[::-1][:count]
+
+
+def _lanczos(system, count):
+    """Lowest modes of a large system by shift-inverted Lanczos iteration about zero, from a fixed start."""
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+
+    dof = system.dof
+    inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right)[0], dtype=float)
+    begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # no symmetry, same every time
+    try:
+        _, vector = eigsh(
+            inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=min(dof, max(2 * count + 10, 30))
+        )
+    except ArpackNoConvergence as error:
+        raise ConvergenceError(f"eigenmodes: {error}") from None
+    return vector
+
+
+def _describe(system, square, shapes):
+    """(eigenvalue, shape, kind, symmetry) of each mode, ascending, with a definite choice where they coincide."""
+    order = np.argsort(square, kind="stable")
+    square, shapes = square[order], shapes[..., order]
+    shapes = shapes / np.sqrt(_mass_product(system, shapes, shapes))
+    mirrored = _mirror(system, shapes)
+    for first, last in _clusters(square):
+        chosen = slice(first, last)
+        turn = _definite_basis(system, shapes[..., chosen], mirrored[..., chosen])
+        shapes[..., chosen] = shapes[..., chosen] @ turn
+        mirrored[..., chosen] = mirrored[..., chosen] @ turn
+        square[chosen] = sum(system.modal_energies(shapes[..., chosen]))
+    elastic, geometric = system.modal_energies(shapes)
+    along, out = _kinetic_shares(system, shapes)
+    overlap = _mass_product(system, shapes, mirrored)
+    entries = []
+    for k in range(len(square)):
+        if out[k] > 0.5:
+            kind = "out-of-plane"
+        else:
+            kind = "axial" if along[k] > 0.5 and elastic[k] > geometric[k] else "in-plane"
+        # an axial mode is named by its motion along the cable, which a mirror turns round
+        even = -overlap[k] if kind == "axial" else overlap[k]
+        symmetry = "symmetric" if even > PURE else "antisymmetric" if even < -PURE else "mixed"
+        shape = shapes[..., k]
+        entries.append((square[k], shape * _sign(shape), kind, symmetry))
+    return entries
+
+
+def _clusters(square):
+    """Ranges of modes whose eigenvalues coincide, longer than one."""
+    if not len(square):
+        return []
+    breaks = np.flatnonzero(np.diff(square) > 2 * COINCIDENT * square[1:]) + 1
+    edges = np.concatenate([[0], breaks, [len(square)]])
+    return [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 1]
+
+
+def _definite_basis(system, shapes, mirrored):
+    """Orthogonal matrix that tells apart coinciding modes by symmetry and by motion along and out of the plane."""
+    along = _along(system, shapes)
+    weighted = _apply_mass(system, shapes)
+    out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
+    mirror = np.einsum("nak,nal->kl", weighted, mirrored)
+    nodal = _nodal_mass(system)
+    slide = np.einsum("n,nk,nl->kl", nodal, along, along)
+    leave = np.einsum("n,nk,nl->kl", nodal, out, out)
+    _, turn = np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)
+    return turn
+
+
+def _stable_order(entries):
+    """Give coinciding modes of different kinds a fixed order."""
+    squares = np.array([entry[0] for entry in entries])
+    for first, last in _clusters(squares):
+        entries[first:last] = sorted(entries[first:last], key=lambda e: (KINDS.index(e[2]), SYMMETRIES.index(e[3])))
+    return entries
+
+
+def _apply_mass(system, shapes):
+    """Mass times shapes, ends at rest."""
+    inner = shapes[1:-1]
+    product = np.zeros_like(shapes)
+    product[1:-1] = (system.mass @ inner.reshape(-1, inner.shape[-1])).reshape(inner.shape)
+    return product
+
+
+def _mass_product(system, left, right):
+    """Diagonal of left^T M right, shape (k,)."""
+    return np.einsum("nak,nak->k", left, _apply_mass(system, right))
+
+
+def _nodal_mass(system):
+    """Mass gathered at each node, shape (nodes,)."""
+    from cablestudy.cable.element import basis
+
+    mesh = system.state.mesh
+    shares = (mesh.sizes[:, None] * basis(mesh.order).shares).ravel()
+    index = (np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)).ravel()
+    return np.bincount(index, weights=shares, minlength=mesh.nodes)
+
+
+def _nodal_tangent(system):
+    """Unit tangent at each node, shape (nodes, 3)."""
+    state = system.state
+    place = state.displacement + np.outer(state.mesh.node_positions, [1.0, 0.0, 0.0])
+    slope = np.gradient(place, state.mesh.node_positions, axis=0)
+    return slope / np.linalg.norm(slope, axis=1, keepdims=True)
+
+
+def _along(system, shapes):
+    """Motion along the cable, shape (nodes, k)."""
+    if system.axes == OUT_OF_PLANE:
+        return 0 * shapes[:, 0]
+    return np.einsum("na,nak->nk", _nodal_tangent(system)[:, system.axes], shapes)
+
+
+def _kinetic_shares(system, shapes):
+    """Share of the kinetic energy along the cable and out of its plane, each of shape (k,)."""
+    nodal = _nodal_mass(system)
+    total = np.einsum("n,nak->k", nodal, shapes**2)
+    out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
+    return (nodal @ _along(system, shapes) ** 2) / total, (nodal @ out**2) / total
+
+
+def _mirror(system, shapes):
+    """Shapes seen in a mirror at right angles to the chord, at mid-length."""
+    mesh = system.state.mesh
+    position = mesh.node_positions
+    if np.abs(position + position[::-1] - 1).max() < 1e-9:
+        mirrored = shapes[::-1].copy()
+    else:  # point loads need not stand symmetrically
+        from scipy.interpolate import make_interp_spline
+
+        mirrored = make_interp_spline(position, shapes, k=min(3, len(position) - 1))(1 - position)
+    if 0 in system.axes:
+        mirrored[:, 0] *= -1
+    return mirrored
+
+
+def _participation(system, square, shape):
+    """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
+    weighted = _apply_mass(system, shape[..., None])[..., 0]
+    return -square * np.einsum("na,naj->j", weighted, system.end_shapes)
+
+
+def _sign(shape):
+    """+1 or -1: the first large component counts as positive."""
+    flat = shape.ravel()
+    large = np.flatnonzero(np.abs(flat) > 0.5 * np.abs(flat).max())
+    return np.sign(flat[large[0]])

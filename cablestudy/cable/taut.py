@@ -1,0 +1,172 @@
+"""Closed forms for taut cables: the parabola, Irvine's frequencies, axial modes. For comparison, never for results.
+
+Sources: Irvine (1981), chapters 2 and 3, for a flat taut cable; inclined cables by the component of gravity across
+the chord.
+"""
+
+import numpy as np
+
+
+def parabola_sag(span, tension):
+    """Sag of a parabola with a uniform tension.
+
+    Parameters
+    ----------
+    span : Span
+        Fields of shape () or (...).
+    tension : float or ndarray
+        Along the chord. [N]
+
+    Returns
+    -------
+    ndarray
+        Vertical distance from the chord at mid-span. [m]
+
+    Notes
+    -----
+    rho A g l^2 / (8 F): the paper's equation (1), weight per unstretched length.
+    """
+    return span.weight_per_length * span.chord**2 / (8 * tension)
+
+
+def lambda_squared(span, tension):
+    """Irvine's parameter: stiffness by stretching over stiffness by sagging.
+
+    Parameters
+    ----------
+    span : Span
+    tension : float or ndarray
+        Mean tension. [N]
+
+    Returns
+    -------
+    ndarray
+        [-]
+
+    Notes
+    -----
+    (rho A g cos(theta))^2 l^3 EA / (F^3 L_e), L_e = l (1 + 8 (sag/l)^2): the paper's gamma^2, Irvine (1981) eq. 2.41.
+    """
+    across = span.weight_per_length * span.cosine
+    sag = across * span.chord**2 / (8 * tension)
+    effective = span.chord * (1 + 8 * (sag / span.chord) ** 2)
+    return across**2 * span.chord**3 * span.axial_stiffness / (tension**3 * effective)
+
+
+def per_deformed_length(span):
+    """The same cable with mass and stiffness counted per length of the chord.
+
+    The closed forms know no pre-stretch. Counting m L0/l and EA l/L0 puts it in, and they agree with the exact cable.
+
+    Returns
+    -------
+    mass, axial_stiffness : float or ndarray
+        [kg/m], [N]
+    """
+    ratio = 1 + span.chord_strain
+    return span.mass / ratio, span.axial_stiffness * ratio
+
+
+def string_frequencies(count, length, tension, mass):
+    """Natural frequencies of a taut string with fixed ends.
+
+    Parameters
+    ----------
+    count : int
+        How many, from the lowest. [-]
+    length, tension, mass : float or ndarray, shape (c,)
+        Span [m], tension > 0 [N], mass per length [kg/m]; arrays describe c strings at once.
+
+    Returns
+    -------
+    ndarray, shape (count,) or (c, count)
+        Ascending. [Hz]
+
+    Notes
+    -----
+    f_k = k/(2 l) sqrt(F/m). Out-of-plane modes and antisymmetric in-plane modes (k = 2, 4, ...) of a taut cable.
+    """
+    base = np.sqrt(np.asarray(tension) / mass) / (2 * np.asarray(length))
+    return base[..., None] * np.arange(1, count + 1)
+
+
+def symmetric_roots(count, squared):
+    """Normalised frequencies of the symmetric in-plane modes of a taut cable.
+
+    Parameters
+    ----------
+    count : int
+    squared : float or ndarray, shape (c,)
+        lambda^2 >= 0. [-]
+
+    Returns
+    -------
+    ndarray, shape (count,) or (c, count)
+        omega l / sqrt(F/m), ascending. [-]
+
+    Notes
+    -----
+    Root y = Omega/2 of cos(y) (1 - q) + q sin(y)/y = 0 with q = lambda^2/Omega^2: Irvine's tan(y) = y - 4 y^3/lambda^2
+    without its poles. Root k lies between (k - 1/2) pi (no sag) and (k + 1/2) pi.
+    """
+    from scipy.optimize import elementwise
+
+    squared = np.asarray(squared, dtype=float)[..., None]
+    begin = (np.arange(1, count + 1) - 0.5) * np.pi
+    squared, begin = np.broadcast_arrays(squared, begin)
+
+    def equation(y, parameter):
+        ratio = parameter / (4 * y * y)
+        return np.cos(y) * (1 - ratio) + ratio * np.sin(y) / y
+
+    # a hair outside, for without sag the root is the end of the bracket itself
+    bracket = (begin * (1 - 1e-12), begin + np.pi * (1 - 1e-12))
+    return 2 * elementwise.find_root(equation, bracket, args=(squared,), tolerances={"xrtol": 1e-15}).x
+
+
+def symmetric_frequencies(count, span, tension, stretched=True):
+    """Symmetric in-plane frequencies of a taut cable.
+
+    Parameters
+    ----------
+    count : int
+    span : Span
+        Fields of shape () or (c,).
+    tension : float or ndarray
+        Mean tension. [N]
+    stretched : bool
+        With mass and stiffness per deformed length (agrees with the exact cable), or as the paper's Table 4 without.
+
+    Returns
+    -------
+    ndarray, shape (count,) or (c, count)
+        [Hz]
+    """
+    squared, mass = lambda_squared(span, tension), span.mass
+    if stretched:
+        mass, stiffness = per_deformed_length(span)
+        across = mass * span.gravity * span.cosine
+        effective = span.chord * (1 + 8 * (across * span.chord / (8 * tension)) ** 2)
+        squared = across**2 * span.chord**3 * stiffness / (tension**3 * effective)
+    rate = np.sqrt(tension / mass) / span.chord / (2 * np.pi)
+    return symmetric_roots(count, squared) * np.asarray(rate)[..., None]
+
+
+def axial_frequencies(count, span, stretched=True):
+    """Axial frequencies from the speed of sound.
+
+    Parameters
+    ----------
+    count : int
+    span : Span
+    stretched : bool
+        Over the unstretched length, in which sound travels at sqrt(EA/m) exactly; or over the chord as in the paper.
+
+    Returns
+    -------
+    ndarray, shape (count,) or (c, count)
+        k c/(2 l), c = sqrt(E/rho). [Hz]
+    """
+    sound = np.sqrt(span.axial_stiffness / np.asarray(span.mass, dtype=float))
+    length = span.unstretched_length if stretched else span.chord
+    return (sound / (2 * length))[..., None] * np.arange(1, count + 1)
