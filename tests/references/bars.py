@@ -1,0 +1,223 @@
+"""The chain of n equal bars: the paper's model, solved by means that no finite-element program uses.
+
+Statics: the tension vector of the first bar fixes all others (each node adds its weight), each bar's extension follows,
+and the first vector is found so that the chain ends where it must. The closure is the gradient of the strictly convex
+complementary energy sum l0 (T^2/(2 EA) + T), so the equilibrium is unique (see catenary_mp). Dynamics: dense textbook
+bars.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from mpmath import mp
+
+from . import catenary_mp
+
+_WORK = 80
+
+
+def _chain(force0, weights, length, inverse_EA):
+    """End position, flexibility, complementary energy, and the bars' (tension vector, bar vector)."""
+    force, end, energy = [mp.mpf(f) for f in force0], [mp.mpf(0)] * 3, mp.mpf(0)
+    diagonal, outer, bars = mp.mpf(0), [mp.mpf(0)] * 6, []
+    pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
+    for weight in [(0, 0, 0), *weights]:
+        force = [f - p for f, p in zip(force, weight, strict=True)]
+        T2 = sum(f * f for f in force)
+        T = mp.sqrt(T2)
+        stretch = length * (inverse_EA + 1 / T)
+        bar = [stretch * f for f in force]
+        bars.append((force, bar, T))
+        end = [e + d for e, d in zip(end, bar, strict=True)]
+        energy += length * (T2 * inverse_EA / 2 + T)
+        diagonal += stretch
+        factor = length / (T2 * T)
+        outer = [o + factor * force[i] * force[j] for o, (i, j) in zip(outer, pairs, strict=True)]
+    flexibility = diagonal * mp.eye(3)
+    for o, (i, j) in zip(outer, pairs, strict=True):
+        flexibility[i, j] -= o
+        if i != j:
+            flexibility[j, i] -= o
+    return end, flexibility, energy, bars
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Equilibrium of n bars.
+
+    Attributes
+    ----------
+    tensions : ndarray, shape (n,)
+        Of the bars. [N]
+    nodes : ndarray, shape (n + 1, 3)
+        Positions. [m]
+    vectors : ndarray, shape (n, 3)
+        From each bar's first to its second node (rounded from 50 digits, not a difference of `nodes`). [m]
+    end_stiffness : ndarray, shape (3, 3)
+        Static, of end 2 with end 1 fixed, inverse of the summed bar flexibilities. [N/m]
+    """
+
+    tensions: np.ndarray
+    nodes: np.ndarray
+    vectors: np.ndarray
+    end_stiffness: np.ndarray
+
+
+@mp.workdps(_WORK)
+def solve_spatial(span, L, EA, w, n, loads=()):
+    """Equilibrium of n equal bars in space, with forces at the nodes.
+
+    Parameters
+    ----------
+    span : sequence of 3 floats
+        End 2 relative to end 1, horizontal distance > 0. [m]
+    L, EA, w : float
+        Unstretched length [m], axial stiffness [N], weight per unstretched length [N/m].
+    n : int
+        Bars; each has unstretched length L/n and half its weight on either node. [-]
+    loads : sequence of (node, (fx, fy, fz))
+        Dead forces [N] on interior nodes, 1 to n - 1.
+
+    Returns
+    -------
+    Chain
+    """
+    span, L, EA, w = [mp.mpf(x) for x in span], mp.mpf(L), mp.mpf(EA), mp.mpf(w)
+    weights = [[mp.mpf(0), mp.mpf(0), -w * L / n] for _ in range(n - 1)]
+    for node, force in loads:
+        weights[node - 1] = [p + mp.mpf(f) for p, f in zip(weights[node - 1], force, strict=True)]
+    start = list(catenary_mp.solve_loaded(span, L, EA, w, [(node * L / n, f) for node, f in loads]))
+    start[2] += w * L / (2 * n)
+    force0 = catenary_mp.minimise(lambda f: _chain(f, weights, L / n, 1 / EA), start, span, L)
+    _, flexibility, _, bars = _chain(force0, weights, L / n, 1 / EA)
+    nodes = [[mp.mpf(0)] * 3]
+    for _, bar, _ in bars:
+        nodes.append([x + d for x, d in zip(nodes[-1], bar, strict=True)])
+    return Chain(
+        tensions=np.array([float(T) for _, _, T in bars]),
+        nodes=np.array(nodes, dtype=float),
+        vectors=np.array([bar for _, bar, _ in bars], dtype=float),
+        end_stiffness=np.array((flexibility**-1).tolist(), dtype=float),
+    )
+
+
+def solve(a, b, L, EA, w, n):
+    """Equilibrium of n equal bars in the plane.
+
+    Parameters
+    ----------
+    a, b : float
+        Horizontal span > 0 and rise of end 2. [m]
+    L, EA, w, n
+        As in `solve_spatial`. [m], [N], [N/m], [-]
+
+    Returns
+    -------
+    tensions : ndarray, shape (n,)
+        [N]
+    nodes : ndarray, shape (n + 1, 2)
+        (x, z). [m]
+    """
+    chain = solve_spatial((a, 0, b), L, EA, w, n)
+    return chain.tensions, chain.nodes[:, [0, 2]]
+
+
+def matrices(chain, L, EA, m):
+    """Dense K and lumped M of all nodes, dof ordered (x, y, z) node by node.
+
+    K_e = EA/L0e n n^T + F/|r| (I - n n^T) with +- signs to the two nodes; mass m L0e/2 on each (the paper's section 2).
+
+    Parameters
+    ----------
+    chain : Chain
+        Equilibrium.
+    L, EA, m : float
+        Unstretched length [m], axial stiffness [N], mass per unstretched length [kg/m].
+
+    Returns
+    -------
+    K : ndarray, shape (3(n + 1), 3(n + 1))
+        [N/m]
+    M : ndarray, shape (3(n + 1),)
+        Its diagonal. [kg]
+    """
+    n = len(chain.tensions)
+    K, M = np.zeros((3 * n + 3, 3 * n + 3)), np.zeros(3 * n + 3)
+    for i in range(n):
+        r = chain.vectors[i]
+        length = np.sqrt(r @ r)
+        axis = np.outer(r, r) / length**2
+        k = EA / (L / n) * axis + chain.tensions[i] / length * (np.eye(3) - axis)
+        left, right = slice(3 * i, 3 * i + 3), slice(3 * i + 3, 3 * i + 6)
+        K[left, left] += k
+        K[right, right] += k
+        K[left, right] -= k
+        K[right, left] -= k
+        M[3 * i : 3 * i + 6] += m * (L / n) / 2
+    return K, M
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes of the interior nodes, both ends fixed.
+
+    Attributes
+    ----------
+    frequencies : ndarray, shape (3(n - 1),)
+        Ascending. [Hz]
+    vectors : ndarray, shape (3(n - 1), 3(n - 1))
+        Columns, mass-normalised. [1/sqrt(kg)]
+    participation : ndarray, shape (3(n - 1), 3)
+        |psi^T K21 e_j| for x, y, z motions of end 2. [N/(m sqrt(kg))]
+    axial : ndarray, shape (3(n - 1),)
+        Share of the modal mass that moves along the chord. [-]
+    """
+
+    frequencies: np.ndarray
+    vectors: np.ndarray
+    participation: np.ndarray
+    axial: np.ndarray
+
+
+def modes(chain, L, EA, m):
+    """All modes of the chain between fixed ends by dense scipy.linalg.eigh.
+
+    Parameters
+    ----------
+    chain, L, EA, m
+        As in `matrices`.
+
+    Returns
+    -------
+    Modes
+    """
+    K, M = matrices(chain, L, EA, m)
+    inner, end = slice(3, -3), slice(-3, None)
+    root = np.sqrt(M[inner])
+    values, columns = scipy.linalg.eigh(K[inner, inner] / np.outer(root, root))
+    psi = columns / root[:, None]
+    chord = chain.nodes[-1] / np.linalg.norm(chain.nodes[-1])
+    along = np.tensordot(columns.reshape(-1, 3, columns.shape[1]), chord, axes=(1, 0))
+    return Modes(np.sqrt(values) / (2 * np.pi), psi, np.abs(psi.T @ K[inner, end]), (along**2).sum(axis=0))
+
+
+def dynamic_end_stiffness(chain, L, EA, m, omega=0.0):
+    """K11 - K12 (K22 - w^2 M22)^-1 K21 of end 2, end 1 fixed; the mass lumped on end 2 is not in it (as in the paper).
+
+    Parameters
+    ----------
+    chain, L, EA, m
+        As in `matrices`.
+    omega : float
+        Angular frequency; 0 gives the static end stiffness. [rad/s]
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        [N/m]
+    """
+    K, M = matrices(chain, L, EA, m)
+    inner, end = slice(3, -3), slice(-3, None)
+    interior = K[inner, inner] - omega**2 * np.diag(M[inner])
+    return K[end, end] - K[end, inner] @ np.linalg.solve(interior, K[inner, end])

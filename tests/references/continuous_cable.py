@@ -1,0 +1,339 @@
+"""The linearised continuous cable about its catenary, without finite elements.
+
+Small motions: (D u')' + m w^2 u = 0 on [0, L], D = EA t t^T + T/(1 + T/EA) (I - t t^T). Mixed, first-order form with
+the force increment N:
+
+    u' = C N,   N' = -m w^2 u,   C = D^-1 = t t^T/EA + (1/T + 1/EA) (I - t t^T),
+
+which stays regular for EA -> inf. Both equations are integrated once, on Gauss-Legendre points (spectral integration;
+Greengard, SIAM J. Numer. Anal. 28, 1991), in axes along and across the chord and scaled so that the matrices are of
+order one whatever EA/T. Pieces break at point loads (u and N are continuous there) and are halved until each is short
+against its distance from the branch points s = (-V0 +- i H)/w of T, where the catenary bends sharply.
+
+Fixed ends: with J the integral from end 1, N = c - lambda m J u and u(L) = 0 give u = lambda m G u with the symmetric
+
+    G = J^T C J - (J^T C 1) (1^T C 1)^-1 (1^T C J),
+
+whose LARGEST eigenvalues are the lowest modes: these are accurate to rounding. Axial modes of a cable with EA/T = 1e10
+are the small eigenvalues and keep about 16 - log10(EA/T) digits; the estimate of `full_output` shows it.
+"""
+
+import functools
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from mpmath import mp
+
+from . import catenary_mp
+
+
+def _integration(n):
+    """Gauss nodes and weights on [0, 1] and the matrix that integrates an interpolant from 0 to each node."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    P = np.polynomial.legendre.legvander(x, n)
+    k = np.arange(n)
+    coefficients = (2 * k[:, None] + 1) / 2 * P[:, :n].T * w  # values -> Legendre coefficients
+    primitive = np.empty((n, n))
+    primitive[:, 0] = x + 1
+    primitive[:, 1:] = (P[:, 2:] - P[:, : n - 1]) / (2 * k[1:] + 1)
+    return (x + 1) / 2, w / 2, primitive @ coefficients / 2
+
+
+def _breaks(force0, L, w, loads):
+    """Piece boundaries in [0, 1]: point loads, and halving near the sharp bend."""
+    loads = sorted(loads, key=lambda item: float(item[0]))
+    fixed = sorted({0.0, 1.0, *(float(s) / L for s, _ in loads)})
+    done = [0.0]
+    for left, right in itertools.pairwise(fixed):
+        middle = (left + right) / 2
+        H, _, V = (float(f) for f in catenary_mp.tension_vector(force0, middle * L, L, w, loads))
+        bend = complex(middle - V / (w * L), abs(H) / (w * L)) if w else np.inf
+        stack = [(left, right)]
+        while stack:
+            low, high = stack.pop()
+            if high - low > abs((low + high) / 2 - bend):
+                stack += [((low + high) / 2, high), (low, (low + high) / 2)]
+            else:
+                done.append(high)
+    return np.array(done)
+
+
+@dataclass(frozen=True)
+class _Mesh:
+    """Scaled problem u' = C N, N' = -lambda mass u on [0, 1]; component j of u is in units of L scale_j."""
+
+    s: np.ndarray  # (N,) nodes
+    weights: np.ndarray  # (N,)
+    J: np.ndarray  # (N, N)
+    C: np.ndarray  # (N, d, d)
+    scale: np.ndarray  # (d,)
+    tension: float  # force unit [N]
+    length: float  # length unit [m]
+    mass: float  # [kg/m]
+    axes: np.ndarray  # (3, d) global components of the d axes
+
+    def spectrum(self, omega):
+        """omega^2 in the scaled problem."""
+        return omega**2 * self.mass * self.length**2 / self.tension
+
+
+@functools.lru_cache(maxsize=32)
+def _mesh(cable, plane, n, eta=0.0):
+    """Discretise: n points on each piece; `cable` as made by `_equilibrium`."""
+    force0, a, b, L, EA, m, w, loads = cable
+    breaks = _breaks(force0, L, w, loads)
+    x, weight, J0 = _integration(n)
+    sizes = np.diff(breaks)
+    s = (breaks[:-1, None] + sizes[:, None] * x).ravel()
+    weights = (sizes[:, None] * weight).ravel()
+    J = np.kron(np.diag(sizes), J0)
+    for i in range(1, len(sizes)):
+        J[i * n : (i + 1) * n, : i * n] = weights[: i * n]
+    with mp.workdps(40):
+        chord = mp.hypot(a, b)
+        cos, sin = mp.mpf(a) / chord, mp.mpf(b) / chord
+        T, t, q = np.empty((3, len(s)))
+        for i, middle in enumerate((breaks[1:] + breaks[:-1]) / 2):  # not at a break: there the tension may jump
+            H, _, V0 = catenary_mp.tension_vector(force0, mp.mpf(middle) * L, L, w, loads)
+            for j in range(i * n, (i + 1) * n):
+                V = V0 + mp.mpf(w) * L * (mp.mpf(s[j]) - mp.mpf(middle))
+                Ti = mp.sqrt(H * H + V * V)
+                T[j], t[j], q[j] = Ti, (H * cos + V * sin) / Ti, (V * cos - H * sin) / Ti
+    unit = float(weights @ T)
+    across = unit * (1 / T + 1 / EA)
+    along = unit / (EA * (1 + 1j * eta)) if eta else unit / EA
+    if plane == "in":
+        C = np.array([[along * t**2 + across * q**2, (along - across) * t * q]] * 2)
+        C[1] = C[0, 1], along * q**2 + across * t**2
+        C = np.moveaxis(C, 2, 0)
+        axes = np.array([[float(cos), 0.0, float(sin)], [-float(sin), 0.0, float(cos)]]).T
+    elif plane == "out":
+        C, axes = across[:, None, None], np.array([[0.0], [1.0], [0.0]])
+    else:
+        raise ValueError(f"plane {plane!r}: allowed are 'in' and 'out'")
+    scale = np.sqrt(np.abs(np.einsum("i,ijj->j", weights, C)))
+    return _Mesh(s, weights, J, C / np.multiply.outer(scale, scale), scale, unit, L, m, axes)
+
+
+def _equilibrium(a, b, L, EA, m, g, loads):
+    """The static problem at 50 digits, with the data that `_mesh` needs (remembered: tests ask many frequencies)."""
+    loads = tuple((float(s), tuple(f)) for s, f in (loads or ()) if any(f))
+    if any(f[1] for _, f in loads):
+        raise ValueError("loads must lie in the plane of the cable: fy = 0")
+    return _solved(float(a), float(b), float(L), float(EA), float(m), float(m * g), loads)
+
+
+@functools.lru_cache(maxsize=32)
+def _solved(a, b, L, EA, m, w, loads):
+    return catenary_mp.solve_loaded((a, 0, b), L, EA, w, loads), a, b, L, EA, m, w, loads
+
+
+def _fixed_modes(mesh, count):
+    """Frequencies [Hz], mass-normalised end forces (count, 2, 3) [N/(m sqrt(kg))], and shapes (count, N, 3)."""
+    N, d = len(mesh.s), len(mesh.scale)
+    WC = mesh.weights[:, None, None] * mesh.C
+    row = np.moveaxis(WC, 0, 2) @ mesh.J  # 1^T C J
+    total = scipy.linalg.cho_factor(WC.sum(axis=0))
+    G = np.block([[mesh.J.T @ (WC[:, j, k, None] * mesh.J) for k in range(d)] for j in range(d)])
+    flat = row.reshape(d, d * N)
+    G -= flat.T @ scipy.linalg.cho_solve(total, flat)
+    half = np.outer(mesh.scale, 1 / np.sqrt(mesh.weights)).ravel()
+    half_G = half[:, None] * G * half
+    count = min(count, d * N)
+    values, vectors = scipy.linalg.eigh((half_G + half_G.T) / 2, subset_by_index=[d * N - count, d * N - 1])
+    values, vectors = values[::-1], vectors[:, ::-1]
+    spectrum = 1 / values
+    u = vectors.T.reshape(count, d, N) / np.sqrt(mesh.weights)  # in units of L
+    loads = spectrum[:, None, None] * u * mesh.scale[:, None]
+    c = scipy.linalg.cho_solve(total, np.einsum("jkn,pkn->jp", row, loads)).T
+    N1 = np.stack([-c, c - loads @ mesh.weights], axis=1) / mesh.scale
+    amplitude = 1 / np.sqrt(mesh.mass * mesh.length)
+    ends = N1 @ mesh.axes.T * mesh.tension * amplitude / mesh.length
+    shapes = np.moveaxis(u, 1, 2) @ mesh.axes.T * amplitude
+    frequencies = np.sqrt(spectrum * mesh.tension / mesh.mass) / (2 * np.pi * mesh.length)
+    return frequencies, ends, shapes
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes between fixed ends.
+
+    Attributes
+    ----------
+    frequencies : ndarray, shape (count,)
+        Ascending. [Hz]
+    end_forces : ndarray, shape (count, 2, 3)
+        Force on ends 1 and 2 per mass-normalised mode (integral of m u.u ds = 1), in x, y, z, up to one sign per mode;
+        its magnitude is the participation |psi^T K21 e_j|. [N/(m sqrt(kg))]
+    s : ndarray, shape (N,)
+        Gauss points. [m]
+    shapes : ndarray, shape (count, N, 3)
+        Mass-normalised displacement there. [1/sqrt(kg)]
+    error : float
+        Estimate of the largest relative error of the frequencies. [-]
+    points : int
+        Gauss points per piece that were used. [-]
+    """
+
+    frequencies: np.ndarray
+    end_forces: np.ndarray
+    s: np.ndarray
+    shapes: np.ndarray
+    error: float
+    points: int
+
+
+def modes(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, tolerance=1e-12):
+    """Lowest modes of the continuous cable between fixed ends.
+
+    Parameters
+    ----------
+    a, b : float
+        Horizontal span > 0 and rise of end 2. [m]
+    L, EA, m, g : float
+        Unstretched length [m], axial stiffness [N], mass per unstretched length [kg/m], gravity [m/s^2].
+    count : int
+        How many modes of this plane. [-]
+    plane : str
+        "in" (transverse and axial together) or "out".
+    n : int, optional
+        Gauss points per piece; default: enough, and then n and n + 8 are compared until they agree. [-]
+    loads : sequence of (s, (fx, 0, fz)), optional
+        Dead point loads [N] in the plane at unstretched positions s [m].
+    tolerance : float
+        Agreement wanted when n is not given. [-]
+
+    Returns
+    -------
+    Modes
+    """
+    cable = _equilibrium(a, b, L, EA, m, g, loads)
+    pieces = len(_breaks(cable[0], cable[3], cable[6], cable[7])) - 1
+    first = n or max(14, 12 + -(-3 * count // pieces))
+    best = None
+    previous = _fixed_modes(_mesh(cable, plane, first), count)[0]
+    for points in [first + 8] if n else range(first + 8, first + 49, 8):
+        mesh = _mesh(cable, plane, points)
+        frequencies, ends, shapes = _fixed_modes(mesh, count)
+        shared = min(len(previous), len(frequencies))
+        error = float(np.max(np.abs(frequencies[:shared] / previous[:shared] - 1)))
+        if best is None or error < best.error:
+            best = Modes(frequencies, ends, mesh.s * mesh.length, shapes, error, points)
+        if error < tolerance:
+            break
+        previous = frequencies
+    return best
+
+
+def frequencies(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, full_output=False):
+    """Lowest natural frequencies of the continuous cable between fixed ends.
+
+    Parameters
+    ----------
+    a, b, L, EA, m, g, count, plane, n, loads
+        As in `modes`. [m], [m], [m], [N], [kg/m], [m/s^2]
+    full_output : bool
+        Also return the estimated relative error.
+
+    Returns
+    -------
+    ndarray, shape (count,), or (ndarray, float)
+        Ascending [Hz], and the estimate [-].
+    """
+    result = modes(a, b, L, EA, m, g, count, plane, n, loads)
+    return (result.frequencies, result.error) if full_output else result.frequencies
+
+
+def _ends(mesh, omega):
+    """Dynamic stiffness of both ends, (2d, 2d) ordered end 1, end 2, scaled axes undone, chord axes. [N/m]"""
+    N, d = len(mesh.s), len(mesh.scale)
+    mass = mesh.spectrum(omega) * mesh.scale**2
+    JJ, unity, zero = mesh.J @ mesh.J, np.eye(d), np.zeros((d, d))
+    system = np.einsum("j,nm,mjk->jnkm", mass, JJ, mesh.C).reshape(d * N, d * N)
+    system[np.diag_indices(d * N)] += 1
+    right = np.zeros((d, N, 2 * d), dtype=system.dtype)  # unknown N(0) = c, then u(0) = e
+    for j in range(d):
+        right[j, :, j] = 1
+        right[j, :, d + j] = -mass[j] * mesh.s
+    force = np.linalg.solve(system, right.reshape(d * N, 2 * d)).reshape(d, N, 2 * d)
+    strain = np.einsum("njk,knq->jnq", mesh.C, force)
+    u1 = np.einsum("n,jnq->jq", mesh.weights, strain) + np.hstack([zero, unity])
+    u_total = np.einsum("n,jnq->jq", mesh.weights @ mesh.J, strain) + np.hstack([zero, unity])
+    N1 = np.hstack([unity, zero]) - mass[:, None] * u_total
+    inverse = np.linalg.inv(u1[:, :d])
+    c = np.hstack([-inverse @ u1[:, d:], inverse])  # N(0) for given (u(0), u(L))
+    K = np.vstack([-c, N1[:, :d] @ c])
+    K[d:, :d] += N1[:, d:]
+    unit = np.tile(mesh.scale, 2)
+    return K / np.outer(unit, unit) * mesh.tension / mesh.length
+
+
+def dynamic_stiffness_both_ends(
+    a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0, axes="global", full_output=False
+):
+    """Forces on (end 1, end 2) for harmonic motions of (end 1, end 2), all of the cable's own mass included.
+
+    Parameters
+    ----------
+    a, b, L, EA, m, g, n, loads
+        As in `modes`. [m], [m], [m], [N], [kg/m], [m/s^2]
+    omega : float or complex
+        Angular frequency; 0 is the static limit. [rad/s]
+    eta : float
+        Loss factor: EA (1 + i eta) in the elastic part of D (Kelvin-Voigt: eta = omega tau). [-]
+    axes : str
+        "global" (x, y, z) or "chord" (along, y, across in the vertical plane; keeps the digits of a stiff cable).
+    full_output : bool
+        Also return the estimated error, relative to sqrt(K_ii K_jj) of the static matrix.
+
+    Returns
+    -------
+    ndarray, shape (6, 6), or (ndarray, float)
+        [N/m], complex if omega or eta is.
+    """
+    cable = _equilibrium(a, b, L, EA, m, g, loads)
+
+    def matrix(points, omega):
+        K = np.zeros((6, 6), dtype=complex if eta or np.iscomplexobj(omega) else float)
+        for plane, dof in (("in", [0, 2, 3, 5]), ("out", [1, 4])):
+            K[np.ix_(dof, dof)] = _ends(_mesh(cable, plane, points, eta), omega)
+        return K
+
+    wave = abs(omega) * L * np.sqrt(m * L / float(catenary_mp.mean_tension_loaded(cable[0], L, m * g, cable[7])) / L)
+    first = n or 20 + int(wave)
+    coarse = matrix(first, omega)
+    size = np.sqrt(np.abs(np.diag(matrix(first, 0.0))))
+    best, best_error = None, np.inf
+    for points in [first + 8] if n else range(first + 8, first + 41, 8):
+        fine = matrix(points, omega)
+        error = float(np.max(np.abs(fine - coarse) / np.outer(size, size)))
+        if error < best_error:
+            best, best_error = fine, error
+        if error < 1e-12:
+            break
+        coarse = fine
+    if axes == "global":
+        mesh = _mesh(cable, "in", 4)
+        R = np.column_stack([mesh.axes[:, 0], [0.0, 1.0, 0.0], mesh.axes[:, 1]])
+        R = np.kron(np.eye(2), R)
+        best = R @ best @ R.T
+    return (best, best_error) if full_output else best
+
+
+def dynamic_end_stiffness(a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0, axes="global", full_output=False):
+    """Dynamic stiffness of end 2, end 1 fixed; parameters as in `dynamic_stiffness_both_ends`.
+
+    Returns
+    -------
+    ndarray, shape (3, 3), or (ndarray, float)
+        [N/m]
+    """
+    K, error = dynamic_stiffness_both_ends(a, b, L, EA, m, g, omega, n, loads, eta, axes, full_output=True)
+    return (K[3:, 3:], error) if full_output else K[3:, 3:]
+
+
+def static_end_stiffness(a, b, L, EA, m, g, n=None, loads=None, axes="global", full_output=False):
+    """Static limit of `dynamic_end_stiffness`, omega = 0; shape (3, 3). [N/m]"""
+    return dynamic_end_stiffness(a, b, L, EA, m, g, 0.0, n, loads, 0.0, axes, full_output)

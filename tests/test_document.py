@@ -1,0 +1,362 @@
+"""The strict YAML reader: values, places, base files, overrides, and one line for everything that is wrong."""
+
+import contextlib
+import io
+import json
+import math
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.document import apply_sets, parse_set, read_document, read_file
+from cablestudy.scene.strict_yaml import MAX_DEPTH, compose, resolve
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test, so that names in messages are short."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(name, content):
+    Path(name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    return name
+
+
+def value_of(text):
+    return compose(text, "x").plain()
+
+
+def message_of(call, *arguments):
+    with pytest.raises(SceneError) as caught:
+        call(*arguments)
+    assert caught.value.exit_code == 2
+    assert all("\n" not in str(mistake) for mistake in caught.value.mistakes)
+    return str(caught.value)
+
+
+# The value of each scalar is that of the YAML 1.2.2 specification, section 10.3.2 (core schema).
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e8", 1e8),
+        ("210e9", 210e9),
+        ("1.5e-3", 0.0015),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("-0.0", -0.0),
+        ("+12", 12),
+        ("0777", 777),
+        ("0o17", 15),
+        ("0x1F", 31),
+        (".inf", math.inf),
+        ("-.INF", -math.inf),
+        ("true", True),
+        ("False", False),
+        ("null", None),
+        ("~", None),
+        ("", None),
+    ],
+)
+def test_plain_scalars_follow_yaml_1_2(text, value):
+    result = resolve(text)
+    assert (result, type(result)) == (value, type(value))
+
+
+def test_not_a_number_is_a_float():
+    assert math.isnan(resolve(".nan"))
+
+
+@pytest.mark.parametrize(
+    "text", ["no", "yes", "on", "off", "y", "1:30", "2024-01-01", "1_000", "0b1", "1e", ".", "e5", "tRue", "None", "=", "<<"]
+)
+def test_what_yaml_1_1_would_convert_is_text(text):
+    assert value_of(f"a: {text}") == {"a": text}
+
+
+def test_quoted_and_block_scalars_are_text():
+    assert value_of("a: '1e8'\nb: \"true\"\nc: |-\n  5\n") == {"a": "1e8", "b": "true", "c": "5"}
+
+
+def test_core_tags_convert_and_others_are_refused():
+    assert value_of("a: !!str 5\nb: !!float 5\nc: !!map {d: !!seq [1]}\ne: ! 5") == {
+        "a": "5",
+        "b": 5.0,
+        "c": {"d": [1]},
+        "e": "5",
+    }
+    assert message_of(compose, "a: !!python/name:os.system x", "f") == "f:1:4: tag !!python/name:os.system is not allowed"
+    assert message_of(compose, "a: !mine [1]", "f") == "f:1:4: tag !mine is not allowed"
+    assert message_of(compose, "a: !!int x", "f") == "f:1:4: 'x' is not of the type !!int"
+
+
+def test_an_alias_repeats_a_value():
+    assert value_of("a: &x {b: 1}\nc: *x") == {"a": {"b": 1}, "c": {"b": 1}}
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "f.yaml: empty file"),
+        ("# only a comment\n", "f.yaml: empty file"),
+        ("---\n", "f.yaml: empty file"),
+        ("- 1\n- 2\n", "f.yaml:1:1: expected a mapping (key: value), got a list"),
+        ("# x\njust text\n", "f.yaml:2:1: expected a mapping (key: value), got 'just text'"),
+        ("cable:\n\tends: 1\n", "f.yaml:2:1: a tab: YAML indents with spaces"),
+        ("cable:\n  area: 1\n\tsag: 1\n", "f.yaml:3:1: a tab: YAML indents with spaces"),
+        ("a: 1\nb: 2\na: 3\n", "f.yaml:3:1: key 'a' is given twice (first on line 1)"),
+        ("c: {a: 1, b: 2, a: 3}\n", "f.yaml:1:17: key 'a' is given twice (first on line 1)"),
+        ("1: x\n", "f.yaml:1:1: a key must be text, got 1"),
+        ("[1, 2]: x\n", "f.yaml:1:1: a key must be text, got a list or a mapping"),
+        ('"a\\nb": x\n', "f.yaml:1:1: a key is text on one line, got 'a\\nb'"),
+        ("a: 1\n---\nb: 2\n", "f.yaml:2:1: a second document ('---'): one file holds one document"),
+        ("a: *x\n", "f.yaml:1:4: alias *x has no anchor &x above it"),
+        ("a: &x [1, *x]\n", "f.yaml:1:11: alias *x stands inside of what it repeats"),
+        ("a: [1, 2\n", "f.yaml:1:4: list: expected ',' or ']' (is a bracket not closed?)"),
+        ("a: {b: 1\n", "f.yaml:1:4: mapping: expected ',' or '}' (is a brace not closed?)"),
+        ("a: 'x\n", "f.yaml:1:4: quoted text is not closed"),
+        ("a: b: c\n", "f.yaml:1:5: ': ' is not allowed here (indentation? quotes around text with ': '?)"),
+        ("a: 1\n b: 2\n", "f.yaml:2:3: ': ' is not allowed here (indentation? quotes around text with ': '?)"),
+        ("  a: 1\nb: 2\n", "f.yaml:2:1: does not fit the lines above (check the indentation)"),
+        ("a: @x\n", "f.yaml:1:4: text that begins with this character must be quoted"),
+        ("a: 1\nb: \x00\n", "f.yaml:2:4: character U+0000 is not text (is this a YAML file?)"),
+        ('a: "\\0"\n', "f.yaml:1:4: character U+0000 is not text"),
+        (b"a: 1\nb: \xff\xfe\n", "f.yaml:2:4: byte 0xff is not UTF-8 text (is this a YAML file?)"),
+        ("a: " + "9" * 500, "f.yaml:1:4: a number of 500 characters (at most 400)"),
+    ],
+)
+def test_what_is_not_strict_yaml_is_refused_in_one_line(folder, content, message):
+    assert message_of(read_document, write("f.yaml", content)) == message
+
+
+def test_depth_is_bounded_also_through_aliases(folder):
+    assert f"nested more than {MAX_DEPTH} deep" in message_of(compose, "a: " + "[" * 100_000, "f")
+    chain = "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 2000))
+    assert f"nested more than {MAX_DEPTH} deep" in message_of(compose, chain, "f")
+
+
+def test_an_alias_bomb_is_refused():
+    lines = ["a: &a [x,x,x,x,x,x,x,x,x,x]"]
+    lines += [f"{k}: &{k} [{','.join(['*' + j] * 10)}]" for j, k in zip("abcdefgh", "bcdefghi", strict=True)]
+    assert "aliases repeat more than 100000 values" in message_of(compose, "\n".join(lines), "f")
+
+
+def test_byte_order_mark_and_windows_line_ends_do_not_move_places(folder):
+    document = read_document(write("f.yaml", b"\xef\xbb\xbfa: 1\r\nb:\r\n  c: 2\r\n"))
+    assert document.value == {"a": 1, "b": {"c": 2}}
+    assert document.where(("a",)) == "f.yaml:1:4"
+    assert document.where(("b", "c")) == "f.yaml:3:6"
+    assert document.where_key(("b", "c")) == "f.yaml:3:3"
+
+
+def test_a_place_is_that_of_the_nearest_known_ancestor(folder):
+    document = read_document(write("f.yaml", "é: [µ, {b: 2}]\n"))
+    assert document.where(("é", 1, "b")) == "f.yaml:1:12"
+    assert document.where(("é", 1, "missing", "deeper")) == "f.yaml:1:8"
+    assert document.where(()) == document.where(("absent",)) == "f.yaml:1:1"
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("absent.yaml", "absent.yaml: no such file"),
+        (".", ".: a directory, not a file"),
+        ("a\0b", "a\0b: cannot be read (embedded null byte)"),
+    ],
+)
+def test_what_cannot_be_opened_is_refused(folder, name, message):
+    assert message_of(read_document, name) == message
+
+
+def test_a_huge_file_is_refused(folder):
+    assert message_of(read_document, write("f.yaml", b"a: " + b"x" * 10_000_000)) == "f.yaml: larger than 10 MB"
+
+
+def test_dash_is_standard_input_with_bases_beside_the_working_directory(folder, monkeypatch):
+    write("base.yaml", "a: 1\nb: 2\n")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"base: base.yaml\nb: 3\n")))
+    document = read_document("-")
+    assert (document.name, document.value) == ("<stdin>", {"a": 1, "b": 3})
+    assert document.where(("b",)) == "<stdin>:2:4"
+    assert document.where(("a",)) == "base.yaml:1:4"
+
+
+def test_base_files_merge_deeply_in_a_chain_relative_to_each_file(folder):
+    (folder / "sub").mkdir()
+    write("sub/root.yaml", "cable: {sag: 1, loads: [1, 2]}\ngravity: 9.81\n")
+    write("sub/middle.yaml", "base: root.yaml\ncable: {chord: 5, loads: [3]}\n")
+    document = read_document(write("top.yaml", "base: sub/middle.yaml\ncable: {chord: 7}\ngravity: null\n"))
+    assert document.value == {"cable": {"sag": 1, "loads": [3], "chord": 7}}
+    assert document.where(("cable", "sag")) == "sub/root.yaml:1:14"
+    assert document.where(("cable", "loads", 0)) == "sub/middle.yaml:2:27"
+    assert document.where(("cable", "chord")) == "top.yaml:2:16"
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({"f.yaml": "base: absent.yaml\n"}, "f.yaml:1:7: base: absent.yaml: no such file"),
+        ({"f.yaml": "base: .\n"}, "f.yaml:1:7: base: .: a directory, not a file"),
+        ({"f.yaml": "base: [1]\n"}, "f.yaml:1:7: base: expected the name of a file"),
+        ({"f.yaml": "base: f.yaml\n"}, "f.yaml:1:7: base: base files in a circle: f.yaml -> f.yaml"),
+        (
+            {"f.yaml": "a: 1\nbase: g.yaml\n", "g.yaml": "base: ./f.yaml\n"},
+            "g.yaml:1:7: base: base files in a circle: f.yaml -> g.yaml -> ./f.yaml",
+        ),
+        ({"f.yaml": "base: g.yaml\n", "g.yaml": "- 1\n"}, "g.yaml:1:1: expected a mapping (key: value), got a list"),
+    ],
+)
+def test_a_wrong_base_is_refused_where_it_is_named(folder, files, message):
+    for name, content in files.items():
+        write(name, content)
+    assert message_of(read_document, "f.yaml") == message
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "merged"),
+    [
+        ({"area": 1}, {"diameter": 2}, {"diameter": 2}),
+        ({"ends": 1}, {"chord": 2}, {"chord": 2}),
+        ({"chord": 1, "inclination": 1}, {"chord": 2}, {"chord": 2, "inclination": 1}),
+        ({"chord": 1, "inclination": 1}, {"ends": 2}, {"ends": 2}),
+        ({"sag": 1}, {"preload": 2}, {"preload": 2}),
+        ({"elastic_modulus": 1, "density": 1, "strength": 1}, {"material": "steel"}, {"material": "steel"}),
+        ({"material": "steel"}, {"density": 1}, {"material": "steel", "density": 1}),
+        ({"area": 1}, {"area": 2, "diameter": 3}, {"area": 2, "diameter": 3}),
+        ({"area": 1}, {"diameter": None}, {"area": 1}),
+    ],
+)
+def test_an_upper_layer_replaces_the_alternatives_of_a_lower_one(folder, lower, upper, merged):
+    # JSON is YAML, and Python's own writer of it is independent of the reader under test.
+    write("lower.yaml", json.dumps({"cable": lower}))
+    on_file = read_document(write("upper.yaml", json.dumps({"base": "lower.yaml", "cable": upper})))
+    by_set = read_document("lower.yaml").with_sets([(f"cable.{key}", value, "x") for key, value in upper.items()])
+    assert on_file.value == by_set.value == {"cable": merged}
+
+
+@pytest.mark.parametrize(
+    ("lower", "key", "result"),
+    [
+        ("model: {elements: 4, order: 2, mass: lumped}", "model.accuracy", {"model": {"accuracy": 1}}),
+        ("model: {accuracy: 4}", "model.order", {"model": {"order": 1}}),
+        ("wind: {turbulence_rms: 4}", "wind.turbulence_intensity", {"wind": {"turbulence_intensity": 1}}),
+        ("cable: {damping: {ratio: 4}}", "cable.damping.time", {"cable": {"damping": {"time": 1}}}),
+        ("cable: {damping: {model: modal}}", "cable.damping.time", {"cable": {"damping": {"time": 1}}}),
+        ("cable: {damping: {ratio: 4}}", "cable.damping.model", {"cable": {"damping": {"model": 1}}}),
+        ("cable: {damping: {ratio: 4}}", "cable.damping", {"cable": {"damping": 1}}),
+        ("a: 1", "gondola.mass", {"a": 1, "gondola": {"mass": 1}}),
+        ("loads: [{at: 3}, {at: 4}]", "loads.1.at", {"loads": [{"at": 3}, {"at": 1}]}),
+    ],
+)
+def test_set_replaces_alternatives_and_makes_mappings(folder, lower, key, result):
+    document = read_document(write("f.yaml", lower))
+    before = repr(document.value)
+    changed = document.with_set(key, 1, "here")
+    assert changed.value == result
+    assert changed.where(tuple(key.split("."))) == "here"
+    assert repr(document.value) == before
+
+
+def test_places_after_a_set(folder):
+    document = read_document(write("f.yaml", "a: {b: 1, c: 2}\n")).with_set("d.e", {"f": 1}, lambda: "late")
+    assert document.where(("d", "e", "f")) == document.where(("d",)) == document.where_key(("d", "e")) == "late"
+    assert document.where(("a", "c")) == "f.yaml:1:14"
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ("a.b", "x: a.b: a is 1, which has no key b"),
+        ("c.x", "x: c.x: c is a list: its items are c.0, c.1, ..."),
+        ("c.2", "x: c.2: c has 2 item(s), counted from 0: there is no item 2"),
+        ("a..b", "x: a..b: a key is written as names joined by dots, for example cable.area"),
+        ("", "x: a key is written as names joined by dots, for example cable.area"),
+    ],
+)
+def test_a_key_that_cannot_be_set_is_refused(folder, key, message):
+    document = read_document(write("f.yaml", "a: 1\nc: [1, 2]\n"))
+    assert message_of(document.with_set, key, 5, "x") == message
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "value"),
+    [
+        ("cable.diameter=3.7mm", "cable.diameter", "3.7mm"),
+        ("a=3", "a", 3),
+        ("a = 1e8", "a", 1e8),
+        ("a=[1, 2, 3]", "a", [1, 2, 3]),
+        ("a={auto: {gain_margin: 6 dB}}", "a", {"auto": {"gain_margin": "6 dB"}}),
+        ("a=null", "a", None),
+        ("a=b=c", "a", "b=c"),
+    ],
+)
+def test_set_options_follow_the_rules_of_the_files(text, key, value):
+    assert parse_set(text) == (key, value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("cable.area", "--set cable.area: expected key=value, for example cable.area=3 mm^2"),
+        ("cable.area=", "--set cable.area: no value: expected key=value"),
+        ("=3", "--set : a key is written as names joined by dots, for example cable.area"),
+        ("a=[1", "--set a: list: expected ',' or ']' (is a bracket not closed?)"),
+        ("a=\udcff", "--set a: character U+DCFF is not text (is this a YAML file?)"),
+    ],
+)
+def test_a_wrong_set_option_is_refused(text, message):
+    assert message_of(parse_set, text) == message
+
+
+def test_set_options_are_one_layer_and_wrong_ones_are_reported_together(folder):
+    document = read_document(write("f.yaml", "cable: {area: 1}\n"))
+    assert apply_sets(document, ["cable.area=2", "cable.diameter=3"]).value == {"cable": {"area": 2, "diameter": 3}}
+    assert message_of(apply_sets, document, ["a", "b=1", "b=2"]).count("\n") == 1
+    assert apply_sets(document, ()) is document
+
+
+def _read_text(folder, content):
+    path = folder / "any.yaml"
+    path.write_bytes(content)
+    read_or_refuse(read_file, path)
+
+
+def read_or_refuse(read, argument):
+    """Any exception but a SceneError of one-line mistakes fails the test."""
+    mistakes = [None]
+    try:
+        read(argument)
+    except SceneError as error:
+        mistakes = error.mistakes
+    assert mistakes
+    assert all("\n" not in str(mistake) for mistake in mistakes)
+
+
+@given(content=st.binary(max_size=200))
+def test_any_bytes_give_a_document_or_a_scene_error(tmp_path_factory, content):
+    _read_text(tmp_path_factory.getbasetemp(), content)
+
+
+_YAML_LIKE = st.lists(
+    st.sampled_from(["a", "b", ": ", ":\n", "\n", "  ", "- ", "[", "]", "{", "}", ", ", "&x ", "*x", "'", '"', "!!int "])
+    | st.sampled_from(["\t", "#", "|", ">", "---", "...", "%", "? ", "<<", "\\", "\r\n", "é", "~", "!", "@", "0x", "\u2028"])
+    | st.text(max_size=3),
+    max_size=40,
+).map("".join)
+
+
+@given(text=_YAML_LIKE)
+def test_any_text_like_yaml_gives_a_document_or_a_scene_error(tmp_path_factory, text):
+    _read_text(tmp_path_factory.getbasetemp(), text.encode("utf-8", "surrogatepass"))
+
+
+@given(text=st.text(max_size=40) | _YAML_LIKE)
+def test_any_set_option_gives_a_value_or_a_scene_error(text):
+    for option in (text, "a=" + text):
+        with contextlib.suppress(SceneError):
+            parse_set(option)

@@ -1,0 +1,188 @@
+"""Text with a unit -> SI, correctly rounded or refused in one line; ranges of values."""
+
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cablestudy.scene.ranges import Range, read_range
+from cablestudy.scene.units import DIMENSIONS, to_si
+
+
+# Each expected value is the literal of the same number in SI, which Python rounds correctly by itself.
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("1.85 mm", "m", 0.00185),
+        ("3.7mm", "m", 0.0037),
+        ("2.69 mm^2", "m^2", 2.69e-06),
+        ("24.2 mm**2", "m^2", 24.2e-06),
+        ("70.3 GPa", "Pa", 70300000000.0),
+        ("3000 MPa", "Pa", 3e9),
+        ("1440 kg/m^3", "kg/m^3", 1440.0),
+        ("1.44 g/cm^3", "kg/m^3", 1440.0),
+        ("1e3 N", "N", 1000.0),
+        ("-1 N", "N", -1.0),
+        ("3.5", "m", 3.5),
+        (" .5 ", "m", 0.5),
+        ("1 µm", "m", 1e-6),
+        ("1 μm", "m", 1e-6),
+        ("1 inch", "m", 0.0254),  # by definition
+        ("2 ft", "m", 0.6096),
+        ("5 %", "", 0.05),
+        ("50 kg*m/s^2", "N", 50.0),
+        ("1 1/s", "Hz", 1.0),
+        ("0.325 rad/s", "rad/s", 0.325),
+        ("6 dB", "dB", 6.0),
+        ("36 km/h", "m/s", 10.0),
+        ("180 deg", "rad", math.pi),
+        ("90°", "rad", math.pi / 2),
+        ("60 rpm", "rad/s", 2 * math.pi),
+    ],
+)
+def test_text_with_a_unit_is_correctly_rounded(text, unit, value):
+    assert to_si(text, unit) == value
+
+
+def test_pound_force_per_foot():
+    # lb = 0.45359237 kg, ft = 0.3048 m, standard gravity 9.80665 m/s^2: all exact by definition.
+    exact = Fraction("3.16") * Fraction("0.45359237") * Fraction("9.80665") / Fraction("0.3048")
+    assert to_si("3.16 lbf/ft", "N/m") == float(exact)
+
+
+@given(number=st.floats(allow_nan=False, allow_infinity=False, min_value=-1e290, max_value=1e290))
+def test_any_number_survives_text_and_units(number):
+    assert to_si(number, "m") == to_si(repr(number), "m") == to_si(f"{number!r} m", "m") == number
+    assert to_si(f"{number!r} km", "m") == float(Fraction(repr(number)) * 1000)
+
+
+@pytest.mark.parametrize("value", [3, 3.5, math.inf])
+def test_numbers_are_si_already(value):
+    assert to_si(value, "kg") == value
+
+
+LENGTH = 'expected a length in m (a number, or text such as "1.85 mm"), got '
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("3 kg", LENGTH + '"3 kg" (mass)'),
+        ("3 m^2", LENGTH + '"3 m^2" (area)'),
+        ("3 mmm", LENGTH + '"3 mmm" (unknown unit "mmm"; did you mean mm?)'),
+        ("3 MM", LENGTH + '"3 MM" (unknown unit "MM"; did you mean mm?)'),
+        ("5 degC", LENGTH + '"5 degC" (kelvin)'),
+        ("abc", LENGTH + '"abc"'),
+        ("", LENGTH + '""'),
+        ("m", LENGTH + '"m"'),
+        ("nan", LENGTH + '"nan"'),
+        ("__import__('os')", LENGTH + "\"__import__('os')\""),
+        ("1e999 m", LENGTH + '"1e999 m" (out of range)'),
+        ("1e300 Gm", LENGTH + '"1e300 Gm" (out of range)'),
+        ("1e999999999 m", LENGTH + '"1e999999999 m" (out of range)'),
+        ("9**9**9 m", LENGTH + '"9**9**9 m" (a number, then a unit such as mm, kN, kg/m^3)'),
+        ("1 m**9**9", LENGTH + '"1 m**9**9" (a number, then a unit such as mm, kN, kg/m^3)'),
+        ("1 m * 2", LENGTH + '"1 m * 2" (a number, then a unit such as mm, kN, kg/m^3)'),
+        ("1 m)", LENGTH + '"1 m)" (unknown unit "m)"; did you mean m?)'),
+        ("1 m;import os", LENGTH + '"1 m;import os" (a number, then a unit such as mm, kN, kg/m^3)'),
+        ("1" * 500, LENGTH + '"' + "1" * 57 + '..."'),
+        (True, LENGTH + "true"),
+        (None, LENGTH + "null"),
+        ([1], LENGTH + "a list"),
+        ({}, LENGTH + "a mapping"),
+        (10**400, 'expected a length in m (a number, or text such as "1.85 mm"), got a number out of range'),
+    ],
+)
+def test_what_is_not_a_length_is_refused(value, message):
+    with pytest.raises(ValueError, match="expected") as caught:
+        to_si(value, "m")
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(("text", "unit"), [("10 rad/s", "Hz"), ("10 Hz", "rad/s"), ("3 deg", ""), ("1 m", "dB"), ("3 dB", "m")])
+def test_units_that_only_look_alike_are_refused(text, unit):
+    with pytest.raises(ValueError, match="got"):
+        to_si(text, unit)
+
+
+@given(text=st.text(max_size=30) | st.from_regex(r"[0-9.]{1,4}[eE]?[0-9]{0,4} ?[a-zµ°%*/^()0-9 +-]{0,12}", fullmatch=True))
+def test_any_text_gives_a_number_or_a_value_error(text):
+    try:
+        result = to_si(text, "m")
+    except ValueError as error:
+        result = None
+        message = str(error)
+        assert "\n" not in message  # noqa: PT017
+    assert result is None or math.isfinite(result)
+
+
+def test_every_dimension_has_an_example_that_reads():
+    for unit, (_, example) in DIMENSIONS.items():
+        assert to_si(example, unit) > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "values"),
+    [
+        ((1, 4, 4), [1, 2, 3, 4]),
+        ((0.1, 0.5, 5), [0.1, 0.2, 0.3, 0.4, 0.5]),
+        ((0, 1, 5), [0, 0.25, 0.5, 0.75, 1]),
+        (("10 kg", "100 kg", 4), ["10 kg", "40 kg", "70 kg", "100 kg"]),
+        (("1.5 m", "300 cm", 2), ["1.5 m", "3 m"]),
+        (("0.1 mm", "0.3 mm", 3), ["0.1 mm", "0.2 mm", "0.3 mm"]),
+        ((1, 64, 7, "log"), [1, 2, 4, 8, 16, 32, 64]),
+        ((1e-3, 10, 5, "log"), [0.001, 0.01, 0.1, 1.0, 10]),
+        (("-1 N", "-100 N", 3, "log"), ["-1 N", "-10 N", "-100 N"]),
+        ((5, 5, 1), [5]),
+        ((3, 1, 3), [3, 2, 1]),
+    ],
+)
+def test_ranges_hit_round_values_and_both_ends(arguments, values):
+    expanded = list(Range(*arguments))
+    assert expanded == values
+    assert [type(value) for value in expanded[:1]] == [type(values[0])]
+
+
+@given(
+    low=st.floats(1e-6, 1e6), high=st.floats(1e-6, 1e6), count=st.integers(2, 40), spacing=st.sampled_from(["linear", "log"])
+)
+def test_a_range_runs_evenly_from_end_to_end(low, high, count, spacing):
+    values = list(Range(low, high, count, spacing))
+    assert (len(values), values[0], values[-1]) == (count, low, high)
+    part = [i / (count - 1) for i in range(count)]
+    even = [low * (high / low) ** p for p in part] if spacing == "log" else [low + (high - low) * p for p in part]
+    assert values == pytest.approx(even, rel=1e-12)
+
+
+def test_a_long_range_is_not_stored():
+    values = Range(0, 1, 10_000_000)
+    assert len(values) == 10_000_000
+    assert values[-1] == 1
+    assert values[4:6] == [4 / 9_999_999, 5 / 9_999_999]
+
+
+@pytest.mark.parametrize(
+    ("mapping", "message"),
+    [
+        ({"from": 1, "to": 2}, "a range needs the key count (from, to, count, spacing)"),
+        ({"from": 1, "to": 2, "step": 1}, "unknown key step of a range (from, to, count, spacing)"),
+        ({"from": 1, "to": 2, "count": 1}, "count: a range of one value needs equal ends"),
+        ({"from": 1, "to": 2, "count": 0}, "count: expected a whole number from 1 to 10000000, got 0"),
+        ({"from": 1, "to": 2, "count": 2.5}, "count: expected a whole number from 1 to 10000000, got 2.5"),
+        ({"from": 1, "to": 2, "count": 10**8}, "count: expected a whole number from 1 to 10000000, got 100000000"),
+        ({"from": 1, "to": 2, "count": True}, "count: expected a whole number from 1 to 10000000, got true"),
+        ({"from": 1, "to": 2, "count": 3, "spacing": "cubic"}, 'spacing: expected linear or log, got "cubic"'),
+        ({"from": 0, "to": 2, "count": 3, "spacing": "log"}, "spacing: log needs ends of one sign, not zero, got 0 and 2"),
+        ({"from": "x", "to": 2, "count": 3}, 'from: expected a number, or text such as "10 kg", got "x"'),
+        ({"from": 1, "to": math.inf, "count": 3}, 'to: expected a number, or text such as "10 kg", got inf'),
+        ({"from": 1, "to": "2 m", "count": 3}, 'from and to: give both with a unit or both without, got 1 and "2 m"'),
+        ({"from": "1 kg", "to": "2 m", "count": 3}, '"m" (length) and "kg" (mass) do not fit each other'),
+        ({"from": "1 kgg", "to": "2 m", "count": 3}, 'not a unit: "m" or "kgg" (unknown unit "kgg"; did you mean kg?)'),
+    ],
+)
+def test_a_wrong_range_is_refused(mapping, message):
+    with pytest.raises(ValueError, match="") as caught:
+        read_range(mapping)
+    assert str(caught.value) == message
