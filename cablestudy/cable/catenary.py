@@ -219,11 +219,16 @@ class Catenary:
 
     @cached_property
     def end_stiffness(self):
-        """Force on end 2 per movement of end 2, end 1 fixed, chord frame, shape (..., 3, 3). [N/m]"""
+        """Force on end 2 per movement of end 2, end 1 fixed, chord frame, shape (..., 3, 3). [N/m]
+
+        A vertical cable that folds has none sideways: the limit of an inclined one, as 1/log(H).
+        """
         columns = [
             np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)
         ]
-        return np.stack(columns, axis=-1)
+        folded = (np.abs(self.span.cosine) == 0) & (self.min_tension < 1e-50 * self.max_tension)
+        sideways = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
+        return np.where(folded[..., None, None] & sideways, 0.0, np.stack(columns, axis=-1))
 
     def at(self, position):
         """Place and tension vector along the cable.
@@ -325,6 +330,18 @@ def _hold_upright(span, unknown, floor):
     return (unknown[0], np.where(upright, almost_nothing, unknown[1]), np.where(upright, 0.0, unknown[2])), upright
 
 
+def _sideways(span):
+    """Weight and loads across the chord, shape (...). [N]"""
+    return np.abs(span.weight * span.cosine) + np.abs(span.load_forces[..., 1:]).sum(axis=(-1, -2))
+
+
+def _relative(step, unknown, floor, sideways):
+    """Size of a correction, in all and across the chord: a steep cable's sag hangs on its small part across."""
+    whole = np.sqrt(sum(d * d for d in step)) / np.maximum(np.sqrt(sum(u * u for u in unknown)) + 1e-3 * floor, TINY)
+    across = np.hypot(*step[1:]) / np.maximum(np.hypot(*unknown[1:]) + 1e-3 * sideways, TINY)
+    return np.maximum(whole, across)
+
+
 def solve(span):
     """Equilibrium of one cable or of a batch.
 
@@ -343,6 +360,7 @@ def solve(span):
     The tension vector minimises the complementary energy, which is strictly convex: the answer is unique, and a Newton
     step that is halved until the slope along it no longer grows always arrives.
     """
+    span = span.broadcast()
     cosine, sine = np.asarray(span.cosine)[..., None], np.asarray(span.sine)[..., None]
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
     segments = split(span)
@@ -357,6 +375,7 @@ def solve(span):
 
     floor = np.asarray(span.weight) + np.abs(span.load_forces).sum(axis=(-1, -2))
     unknown, upright = _hold_upright(span, tuple(np.broadcast_to(u, shape).astype(float) for u in start(span)), floor)
+    sideways = _sideways(span)
     weightless = (floor == 0) & (strain <= 0)  # no tension at all: nothing to solve
     unknown = (np.where(weightless, stiffness[..., 0], unknown[0]), *unknown[1:])
     tension, kernel, gap = residual(unknown)
@@ -369,14 +388,14 @@ def solve(span):
         step = solve_symmetric(matrix, gap)
         step = (step[0], np.where(upright, 0.0, step[1]), np.where(upright, 0.0, step[2]))
         slope = sum(g * d for g, d in zip(gap, step, strict=True))
-        size = np.sqrt(sum(u * u for u in unknown)) + 1e-3 * floor
-        last, change = change, np.sqrt(sum(d * d for d in step)) / np.maximum(size, TINY)
+        rounding = 1e-15 * np.abs(strain * step[0])
+        last, change = change, _relative(step, unknown, floor, sideways)
         share = active.astype(float)
         for _ in range(40):
             trial = tuple(u + share * d for u, d in zip(unknown, step, strict=True))
             new_tension, new_kernel, new_gap = residual(trial)
             along = sum(g * d for g, d in zip(new_gap, step, strict=True))
-            worse = active & (along < -0.5 * slope) & (change > 1e-12)
+            worse = active & (along < -0.5 * slope - rounding) & (change > 1e-12)
             if not worse.any():
                 break
             share = np.where(worse, share / 2, share)

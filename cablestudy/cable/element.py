@@ -76,6 +76,28 @@ def basis(order):
     return Basis((x + 1) / 2, (points + 1) / 2, weights / 2, derivative, lobatto_weights / 2)
 
 
+def lagrange(nodes, x):
+    """Lagrange polynomials of a set of nodes.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (k,)
+    x : ndarray, shape (j,)
+
+    Returns
+    -------
+    ndarray, shape (j, k)
+        In barycentric form. [-]
+    """
+    difference = nodes[:, None] - nodes[None, :] + np.eye(len(nodes))
+    weights = 1 / difference.prod(axis=1)
+    gap = x[:, None] - nodes
+    hit = gap == 0
+    terms = weights / np.where(hit, 1.0, gap)
+    on_node = hit.any(axis=1, keepdims=True)
+    return np.where(on_node, hit, terms / np.where(on_node, 1.0, terms.sum(axis=1, keepdims=True)))
+
+
 @lru_cache(maxsize=128)
 def mass_matrix(order, mass):
     """Mass of a reference element of unit mass, shape (order + 1, order + 1). [-]

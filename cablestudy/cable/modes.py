@@ -51,6 +51,19 @@ class Modes:
     def __len__(self):
         return len(self.frequency)
 
+    def first(self, count):
+        """Only the lowest `count` modes."""
+        if count >= len(self):
+            return self
+        return Modes(
+            self.frequency[:count],
+            self.shapes[..., :count],
+            self.kind[:count],
+            self.symmetry[:count],
+            self.participation[:count],
+            False,
+        )
+
     def select(self, kind=None, symmetry=None):
         """Indices of the modes of a kind and symmetry, ascending in frequency."""
         return [

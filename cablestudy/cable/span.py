@@ -87,6 +87,22 @@ class Span:
             axis=-2,
         )
 
+    def broadcast(self):
+        """The same batch with the fields that do not vary repeated, so that all have its shape."""
+        cores = {name: 0 for name in ("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity")}
+        cores |= {"load_positions": 1, "load_forces": 2, "azimuth": 1}
+        arrays = {name: np.asarray(getattr(self, name)) for name in cores}
+        shape = np.broadcast_shapes(*(arrays[name].shape[: arrays[name].ndim - cores[name]] for name in cores))
+        if not shape:
+            return self
+        return replace(
+            self,
+            **{
+                name: np.broadcast_to(array, shape + array.shape[array.ndim - cores[name] :])
+                for name, array in arrays.items()
+            },
+        )
+
     def with_chord_strain(self, chord_strain):
         """The same cable with another unstretched length."""
         return replace(self, chord_strain=chord_strain)

@@ -1,0 +1,244 @@
+"""The command line: parse, call, print, exit code. Everything heavy is imported by the command that needs it."""
+
+import os
+import sys
+from functools import wraps
+
+import click
+
+from cablestudy import __version__
+from cablestudy.errors import CablestudyError, SceneError
+
+FAILED_CHECK, WRONG_USE, NO_ANSWER = 1, 2, 3
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+PICTURES = (".png", ".svg", ".pdf")
+
+SCENE = click.argument("scene", metavar="SCENE")
+SET = click.option(
+    "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change one key, e.g. cable.diameter=3.7mm. Repeatable."
+)
+FORMAT = click.option(
+    "--format", "style", type=click.Choice(["md", "csv", "json", "jsonl"]), default="md", help="Default: md."
+)
+QUIET = click.option("--quiet", is_flag=True, help="No notes and warnings on standard error.")
+EXPLAIN = click.option("--explain", is_flag=True, help="Say on standard error what was modelled, and how well.")
+PLOT = click.option("--plot", metavar="FILE", help="Draw a picture too: .png, .svg or .pdf.")
+
+
+def edge(command):
+    """Turn domain errors into lines on standard error and an exit code, here and nowhere else."""
+
+    @wraps(command)
+    def run(*arguments, **options):
+        try:
+            command(*arguments, **options)
+            sys.stdout.flush()
+        except SceneError as error:
+            for mistake in error.mistakes:
+                click.echo(str(mistake), err=True)
+            sys.exit(WRONG_USE)
+        except CablestudyError as error:
+            click.echo(" ".join(str(error).split()), err=True)
+            sys.exit(NO_ANSWER)
+        except BrokenPipeError:  # the reader has had enough, `| head` for example
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            sys.exit(0)
+
+    return run
+
+
+def say(lines, quiet=False):
+    """Notes on standard error."""
+    for line in () if quiet else lines:
+        click.echo(line, err=True)
+
+
+def show(table, style):
+    """The table on standard output, and nothing else."""
+    sys.stdout.write(table.render(style))
+
+
+def check_picture(path):
+    """Refuse a picture of unknown kind, or in a folder that does not exist, before anything is computed."""
+    if path is None:
+        return
+    if not path.lower().endswith(PICTURES):
+        raise SceneError(f"--plot {path}: unknown kind of picture (allowed: {', '.join(PICTURES)})")
+    folder = os.path.dirname(path) or "."
+    if not os.access(folder, os.W_OK) or os.path.isdir(path):
+        raise SceneError(f"--plot {path}: cannot be written")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="cablestudy")
+def main():
+    """Parameter studies of actively controlled suspended cables.
+
+    SCENE and STUDY are YAML files, or - for standard input. Tables go to standard output, everything else to standard
+    error. Exit codes: 0 done, 1 a check failed, 2 wrong usage, file or value, 3 some case has no answer.
+    """
+    # many small matrices: threads inside of one only cost time, and digits may depend on them
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
+
+
+@main.command()
+@SCENE
+@SET
+@click.option("--shape", is_flag=True, help="The coordinates along the cable instead.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def static(scene, sets, shape, style, plot, explain, quiet):
+    """Tension, sag, end stiffness and more of one scene."""
+    check_picture(plot)
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.study import report
+
+    _, model = load_scene(scene, sets)
+    row, columns = report.static_row(model)
+    say(row.notes if explain else (), quiet)
+    if row.failed:
+        click.echo(f"{scene}: {row.cells['status']}", err=True)
+        if not shape:
+            show(report.static_table(row, columns), style)
+        sys.exit(NO_ANSWER)
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.static_form(row.case), plot)
+    show(report.shape_table(row.case) if shape else report.static_table(row, columns), style)
+
+
+@main.command()
+@SCENE
+@SET
+@click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
+@click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def modes(scene, sets, count, upto, style, plot, explain, quiet):
+    """Frequencies, kinds and participation factors of the cable with fixed ends."""
+    if count is not None and upto is not None:
+        raise SceneError("-n and --upto exclude each other")
+    check_picture(plot)
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.scene.units import to_si
+    from cablestudy.study import report, row
+    from cablestudy.study.case import Case
+
+    limit = None
+    if upto is not None:
+        try:
+            limit = to_si(upto, "Hz")
+        except ValueError as error:
+            raise SceneError(f"--upto: {error}") from None
+        if not 0 < limit < float("inf"):
+            raise SceneError(f"--upto: must be positive, got {upto}")
+    _, model = load_scene(scene, sets)
+    case, found, notes = row.modes(Case(model), count or 12, limit)
+    say(notes if explain else (), quiet)
+    if limit is None and len(found) < (count or 12):
+        say([f"the model has {len(found)} modes, not {count or 12}"], quiet)
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.mode_shapes(case, found), plot)
+    show(report.mode_table(case, found), style)
+
+
+@main.command()
+@click.argument("study", metavar="STUDY")
+@SET
+@click.option("--out", default="results", metavar="DIR", help="Where NAME.csv and NAME.md go. Default: results.")
+@click.option("--no-write", is_flag=True, help="Print only.")
+@click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
+@click.option("--rtol", type=click.FloatRange(min=0), default=1e-6, help="With --check. Default: 1e-6.")
+@click.option("--jobs", type=click.IntRange(1, 1024), default=1, help="Processes. Default: 1.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def sweep(study, sets, out, no_write, check, rtol, jobs, style, plot, explain, quiet):
+    """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed."""
+    check_picture(plot)
+    from cablestudy.scene.study import read_study
+    from cablestudy.study import store
+    from cablestudy.study.sweep import run
+
+    wanted = read_study(study, sets)
+    place = store.Place(out, wanted.name)
+    place.check_stored() if check else no_write or place.check_writable()
+    table, notes = run(wanted, jobs)
+    if explain:
+        say((f"row {i}: {note}" for i, lines in enumerate(notes, 1) for note in lines), quiet)
+    failed = [(i, row["status"]) for i, row in enumerate(table.rows, 1) if row["status"] != "ok"]
+    say((f"row {i}: {status}" for i, status in failed), quiet)
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.study_plot(wanted, table), plot)
+    if check:
+        differences = place.compare(table, rtol)
+        for difference in differences:
+            click.echo(f"{place.csv}: {difference}", err=True)
+        say([] if differences else [f"{place.csv}: agrees"], quiet)
+        sys.exit(FAILED_CHECK if differences else 0)
+    if not no_write:
+        place.write(wanted, table)
+        say([f"written: {place.csv}, {place.md}"], quiet)
+    show(table, style)
+    if failed:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)
+
+
+@main.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@SET
+@FORMAT
+@QUIET
+@edge
+def validate(files, sets, style, quiet):
+    """Read and check scenes and studies; compute nothing."""
+    from cablestudy.study import report
+
+    table, mistakes = report.validate_table(files, sets)
+    for mistake in mistakes:
+        click.echo(str(mistake), err=True)
+    show(table, style)
+    if mistakes:
+        sys.stdout.flush()
+        sys.exit(WRONG_USE)
+
+
+@main.command()
+@click.argument("kind", type=click.Choice(["scene", "study"]))
+@edge
+def schema(kind):
+    """JSON Schema of a file, for editors."""
+    import json
+
+    from cablestudy.scene.schema import scene_schema, study_schema
+
+    click.echo(json.dumps(scene_schema() if kind == "scene" else study_schema(), indent=2, ensure_ascii=False))
+
+
+@main.command()
+@FORMAT
+@edge
+def columns(style):
+    """Every column: name, unit, meaning, what it needs."""
+    from cablestudy.study import report
+
+    show(report.columns_table(), style)
+
+
+if __name__ == "__main__":
+    main()

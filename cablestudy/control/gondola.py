@@ -1,0 +1,74 @@
+"""The gondola on end 2 of its cable, free along x."""
+
+import numpy as np
+
+NEGLIGIBLE = 1e-10  # participation, relative to the largest, below which a mode does not feel the gondola
+
+
+def static_frequency(mass, stiffness):
+    """Frequency of a mass on the static end stiffness.
+
+    Parameters
+    ----------
+    mass : float
+        [kg]
+    stiffness : float
+        Static end stiffness along x, >= 0. [N/m]
+
+    Returns
+    -------
+    float
+        sqrt(k/M)/(2 pi): what the paper's tables call the gondola frequency. [Hz]
+    """
+    return float(np.sqrt(stiffness / mass) / (2 * np.pi))
+
+
+def coupled_modes(mass, stiffness, frequency, participation):
+    """Modes of the gondola and its cable together.
+
+    Parameters
+    ----------
+    mass : float
+        Of the gondola. [kg]
+    stiffness : float
+        Static end stiffness along x. [N/m]
+    frequency : ndarray, shape (n,)
+        Of the cable with fixed ends. [Hz]
+    participation : ndarray, shape (n,)
+        psi^T K21 e_x of those modes. [N/(m sqrt(kg))]
+
+    Returns
+    -------
+    frequency : ndarray, shape (m,)
+        Ascending, m <= n + 1: modes that do not feel the gondola are left out. [Hz]
+    share : ndarray, shape (m,)
+        Share of the modal mass that is the gondola's. [-]
+
+    Notes
+    -----
+    Roots of k - M w^2 - sum of p^2 w^2 / (W^2 (W^2 - w^2)) = 0 (DESIGN section 6, undamped). Between two neighbours W
+    there is exactly one root, so each is bracketed and none is lost or repeated; a matrix would lose a very heavy
+    gondola's frequency in rounding.
+    """
+    from scipy.optimize import elementwise
+
+    felt = np.abs(participation) > NEGLIGIBLE * np.abs(participation).max(initial=0.0)
+    square = (2 * np.pi * frequency[felt]) ** 2
+    strength = participation[felt] ** 2
+
+    def balance(value):
+        terms = strength / square / (square - value[..., None])
+        return stiffness - value * (mass + terms.sum(axis=-1))
+
+    # above the last W the root is below that of the gondola on all the springs of the cable together
+    highest = (stiffness + (strength / square).sum()) / mass + square.max(initial=0.0)
+    edges = np.concatenate([[0.0], square, [highest * (1 + 1e-9)]])
+    edges = edges[np.concatenate([[True], np.diff(edges) > 1e-12 * edges[1:]])]
+    gap = np.diff(edges)
+    aside = np.maximum(1e-13 * gap, 4e-16 * edges[1:])  # a pole cannot be evaluated
+    low, high = edges[:-1] + aside, edges[1:] - aside
+    low[0] = 0.0
+    found = elementwise.find_root(balance, (low, high), tolerances={"xrtol": 1e-15})
+    root = found.x[found.success]
+    weight = mass + (strength / (square - root[:, None]) ** 2).sum(axis=-1)
+    return np.sqrt(root) / (2 * np.pi), mass / weight

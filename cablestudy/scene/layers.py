@@ -1,0 +1,216 @@
+"""One layer of keys upon another: a file upon its base, `set:` upon the file, `--set` and a varied value upon that.
+
+The rule that merging alone would get wrong: a key of the upper layer removes from the lower one the keys that say the
+same thing in another way. Two of them in ONE layer stay where they are, for the scene to refuse.
+"""
+
+from functools import lru_cache
+
+from cablestudy.scene.strict_yaml import Node
+
+# Of the groups of a row exactly one may be given: table -> rows of groups of keys that belong together.
+ALTERNATIVES = {
+    "cable": (
+        (("ends",), ("chord", "inclination")),
+        (("area",), ("diameter",)),
+        (("unstretched_length",), ("preload",), ("sag",)),
+    ),
+    "cable.damping": ((("ratio",), ("loss_factor",), ("time",)),),
+    "wind": ((("turbulence_intensity",), ("turbulence_rms",)),),
+    "model": ((("accuracy",), ("elements", "order", "mass")),),
+}
+
+
+def _replaces():
+    """Dotted key -> the paths that it removes from a lower layer."""
+    table = {}
+    for prefix, rows in ALTERNATIVES.items():
+        for groups in rows:
+            for group in groups:
+                others = [key for other in groups if other is not group for key in other]
+                for key in group:
+                    table[f"{prefix}.{key}"] = [f"{prefix}.{other}" for other in others]
+    table["cable.material"] = ["cable.elastic_modulus", "cable.density", "cable.strength"]
+    # A parameter names its damping model, and a model its parameter: neither survives under the other.
+    parameters = [f"cable.damping.{name}" for name in ("ratio", "loss_factor", "time")]
+    for key in parameters:
+        table[key].append("cable.damping.model")
+    table["cable.damping.model"] = parameters
+    return {key: tuple(tuple(other.split(".")) for other in others) for key, others in table.items()}
+
+
+REPLACES = _replaces()
+
+
+@lru_cache(maxsize=4096)
+def split_key(key):
+    """Parts of a dotted key.
+
+    Parameters
+    ----------
+    key : str
+        For example `cable.loads.0.at`.
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    ValueError
+        A part is empty.
+    """
+    parts = tuple(key.split("."))
+    if not all(part and part == part.strip() for part in parts):
+        raise ValueError("a key is written as names joined by dots, for example cable.area")
+    return parts
+
+
+def prune(value):
+    """Copy of a plain value without the keys whose value is null: null says that a key is absent."""
+    if isinstance(value, dict):
+        return {key: prune(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list):
+        return [prune(item) for item in value]
+    return value
+
+
+def put(container, path, value, done=()):
+    """Copy of a plain container with one value set; what is not on the path is shared.
+
+    Parameters
+    ----------
+    container : dict or list
+        The lower layer, unchanged.
+    path : tuple of str
+        Where to put the value; missing mappings are made.
+    value : object
+        None removes the key.
+    done : tuple of str
+        The path of `container` itself, for messages.
+
+    Returns
+    -------
+    dict or list
+
+    Raises
+    ------
+    ValueError
+        The path leads through something that is neither a mapping nor a list.
+    """
+    key, rest = path[0], path[1:]
+    if isinstance(container, list):
+        return _put_item(container, path, value, done)
+    if not isinstance(container, dict):
+        raise ValueError(f"{'.'.join(done)} is {container!r:.60}, which has no key {key}")
+    copy = dict(container)
+    if rest:
+        copy[key] = put(copy.get(key, {}), rest, value, (*done, key))
+    elif value is None:
+        copy.pop(key, None)
+    else:
+        copy[key] = value
+    return copy
+
+
+def _put_item(items, path, value, done):
+    """`put` into a list, whose keys are 0, 1, ..."""
+    key, rest = path[0], path[1:]
+    name = ".".join(done)
+    if not (key.isascii() and key.isdigit() and len(key) < 9):
+        raise ValueError(f"{name} is a list: its items are {name}.0, {name}.1, ...")
+    index = int(key)
+    if index >= len(items):
+        raise ValueError(f"{name} has {len(items)} item(s), counted from 0: there is no item {index}")
+    copy = list(items)
+    copy[index] = put(copy[index], rest, value, (*done, key)) if rest else value
+    return copy
+
+
+def without(mapping, path):
+    """Copy of a plain mapping without one key; the same mapping when the key is not there."""
+    key, rest = path[0], path[1:]
+    if not isinstance(mapping, dict) or key not in mapping:
+        return mapping
+    if rest and (inner := without(mapping[key], rest)) is mapping[key]:
+        return mapping
+    copy = dict(mapping)
+    if rest:
+        copy[key] = inner
+    else:
+        del copy[key]
+    return copy
+
+
+def put_layer(value, items):
+    """Several values set as one layer.
+
+    Parameters
+    ----------
+    value : dict
+        The lower layer.
+    items : list of (str, object)
+        Dotted keys and their values.
+
+    Returns
+    -------
+    dict
+    """
+    for key, new in items:
+        if new is not None:
+            for other in REPLACES.get(key, ()):
+                value = without(value, other)
+    for key, new in items:
+        value = put(value, split_key(key), new)
+    return value
+
+
+def merge(lower, upper):
+    """A file upon its base: mappings are merged key by key, anything else replaces.
+
+    Parameters
+    ----------
+    lower, upper : Node
+        Unchanged.
+
+    Returns
+    -------
+    Node
+    """
+    for key, others in REPLACES.items():
+        if _is_set(upper, split_key(key)):
+            for other in others:
+                lower = _node_without(lower, other)
+    return _merged(lower, upper)
+
+
+def _merged(lower, upper):
+    """Key by key, places included."""
+    if not (isinstance(lower.content, dict) and isinstance(upper.content, dict)):
+        return upper
+    content = dict(lower.content)
+    for key, node in upper.content.items():
+        content[key] = _merged(content[key], node) if key in content else node
+    return Node(content, upper.place, lower.keys | upper.keys)
+
+
+def _is_set(node, path):
+    """Whether a tree has a value, other than null, at a path."""
+    for key in path:
+        if not isinstance(node.content, dict) or key not in node.content:
+            return False
+        node = node.content[key]
+    return node.content is not None
+
+
+def _node_without(node, path):
+    """`without` for a tree. A copy, since an alias may share the tree."""
+    key, rest = path[0], path[1:]
+    if not isinstance(node.content, dict) or key not in node.content:
+        return node
+    content = dict(node.content)
+    if rest:
+        content[key] = _node_without(content[key], rest)
+    else:
+        del content[key]
+    return Node(content, node.place, node.keys)

@@ -1,0 +1,117 @@
+"""What pydantic found wrong -> plain sentences with dotted keys and places in the file, all at once."""
+
+from cablestudy.errors import Mistake, SceneError
+from cablestudy.scene.fields import suggestion
+from cablestudy.scene.strict_yaml import mistake
+from cablestudy.scene.tables import group_mistakes
+from cablestudy.scene.units import show
+
+MAX_SHOWN = 100
+
+
+def collect(error, document, tables):
+    """The SceneError for a ValidationError.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        Of the model of the whole file.
+    document : Document
+        What was read.
+    tables : dict
+        Path of each mapping in the file ("*" for an index) -> its model.
+
+    Returns
+    -------
+    SceneError
+        Sorted by place. At most 100 mistakes.
+    """
+    found = [item for detail in error.errors(include_url=False) for item in _plain(detail, tables)]
+    found += _groups(document.value, tables)
+    # A cable without a known material lacks its numbers too: the material is the mistake.
+    if any(path == ("cable", "material") for path, _ in found):
+        found = [item for item in found if not (item[0] == ("cable",) and item[1].endswith("(or give material)"))]
+    return located(dict.fromkeys(found), document)
+
+
+def located(found, document):
+    """SceneError from paths and messages.
+
+    Parameters
+    ----------
+    found : iterable of (tuple, str)
+        Path and message.
+    document : Document
+        Knows the places.
+
+    Returns
+    -------
+    SceneError
+    """
+    placed = []
+    for path, message in found:
+        about_key = message.startswith(("unknown key", "given together"))
+        place = document.key_place(path) if about_key else document.place(path)
+        placed.append((place, mistake(place, ".".join(map(str, path)), message)))
+    placed.sort(key=lambda item: item[0])
+    mistakes = [found for _, found in placed]
+    if len(mistakes) > MAX_SHOWN:
+        mistakes[MAX_SHOWN:] = [Mistake(document.name, "", f"and {len(mistakes) - MAX_SHOWN} more mistakes")]
+    return SceneError(*mistakes)
+
+
+def _plain(detail, tables):
+    """One finding of pydantic as (path, message) pairs."""
+    path = tuple(part for part in detail["loc"] if not (isinstance(part, str) and part.startswith("<")))
+    kind, context = detail["type"], detail.get("ctx", {})
+    if "found" in context:
+        return [((*path, *inside), message) for inside, message in context["found"]]
+    if kind == "cablestudy":
+        return [(path, context["text"])]
+    if kind == "extra_forbidden":
+        return [(path, f"unknown key ({suggestion(path[-1], _keys(path[:-1], tables))})")]
+    if kind == "missing":
+        return [_missing(path, detail)]
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        keys = _keys(path, tables)
+        wanted = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
+        return [(path, f"expected {wanted}, got {show(detail['input'])}")]
+    if kind in ("list_type", "tuple_type"):
+        return [(path, f"expected a list, got {show(detail['input'])}")]
+    if kind in ("too_long", "too_short"):
+        limit = context.get("max_length", context.get("min_length"))
+        bound = "at most" if kind == "too_long" else "at least"
+        return [(path, f"expected {bound} {limit} item{'s' * (limit != 1)}, got {len(detail['input'])}")]
+    return [(path, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}, got {show(detail['input'])}")]
+
+
+def _missing(path, detail):
+    """A key, or an item of a list of fixed length, that is not there: reported where it should be."""
+    if isinstance(path[-1], int):
+        wanted = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
+        return path[:-1], f"expected {wanted}, got {len(detail['input'])}"
+    hint = " (or give material)" if path in (("cable", "elastic_modulus"), ("cable", "density")) else ""
+    return path[:-1], f"missing key: {path[-1]}{hint}"
+
+
+def _model(path, tables):
+    return tables.get(tuple("*" if isinstance(part, int) else part for part in path))
+
+
+def _keys(path, tables):
+    """The keys that the mapping at a path may have."""
+    model = _model(path, tables)
+    return [field.alias or name for name, field in model.model_fields.items()] if model else []
+
+
+def _groups(value, tables):
+    """Exclusive groups in the raw file, because pydantic skips them where a single key is wrong."""
+    found = []
+    for path, model in tables.items():
+        inside = value
+        for part in path:
+            inside = inside.get(part) if isinstance(inside, dict) else None
+        if model.table and isinstance(inside, dict):
+            mistakes = group_mistakes(model.table, inside, model.optional_groups)
+            found += [((*path, *key), message) for key, message in mistakes]
+    return found

@@ -1,0 +1,143 @@
+"""JSON Schema of the files, for editors: what pydantic knows of the models, plus what the reader knows beyond them."""
+
+from itertools import combinations
+
+from cablestudy.scene.layers import ALTERNATIVES, prune
+from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
+from cablestudy.scene.scene import TABLES, Scene
+from cablestudy.scene.study import StudyTable
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
+# A scene upon a base may lack any key; what is inside of a list or a gain is never merged.
+_ALWAYS_WHOLE = ("Load", "AutoGain", "Margin")
+_OF_MATERIAL = ("elastic_modulus", "density")
+
+
+def scene_schema():
+    """JSON Schema (draft 2020-12) of a scene file.
+
+    Returns
+    -------
+    dict
+        With `base:` present, keys may be missing; without, the schema asks for all that a scene needs.
+    """
+    schema = _clean(Scene.model_json_schema(mode="validation"))
+    definitions = schema.pop("$defs")
+    definitions["Scene"] = schema
+    complete = {}
+    for path, model in TABLES.items():
+        table = definitions[model.__name__]
+        complete[path] = _complete(model, table)
+        if model.__name__ not in _ALWAYS_WHOLE:
+            table.pop("required", None)
+        if pairs := _exclusions(model.table):
+            table["allOf"] = pairs
+    schema["properties"] = {"base": _BASE, **schema["properties"]}
+    del definitions["Scene"]
+    definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
+    schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
+    return {"$schema": DIALECT, "title": "cablestudy scene", **schema, "$defs": definitions}
+
+
+def study_schema():
+    """JSON Schema (draft 2020-12) of a study file.
+
+    Returns
+    -------
+    dict
+    """
+    schema = _clean(StudyTable.model_json_schema(mode="validation"))
+    definitions = schema.pop("$defs")
+    dotted = {"pattern": r"^[^.\s]+(\.[^.\s]+)*$"}
+    definitions["Values"] = {
+        "anyOf": [{"type": "array", "minItems": 1}, {"$ref": "#/$defs/Range"}],
+        "description": "List of values, or a range",
+    }
+    definitions["Range"] = _range_schema()
+    properties = schema["properties"]
+    properties["set"] |= {"propertyNames": dotted}
+    properties["vary"]["items"] = {
+        "type": "object",
+        "minProperties": 1,
+        "propertyNames": dotted,
+        "additionalProperties": {"$ref": "#/$defs/Values"},
+    }
+    properties["columns"]["uniqueItems"] = True
+    y = definitions["Plot"]["properties"]["y"]
+    text = {"description": y.pop("description")}
+    definitions["Plot"]["properties"]["y"] = {**text, "anyOf": [{"type": "string", "minLength": 1}, y]}
+    return {"$schema": DIALECT, "title": "cablestudy study", **schema, "$defs": definitions}
+
+
+def _range_schema():
+    """A range of values."""
+    end = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+    return {
+        "type": "object",
+        "description": "count values, ends included",
+        "properties": {
+            "from": {**end, "description": "First value, e.g. 10 kg"},
+            "to": {**end, "description": "Last value"},
+            "count": {"type": "integer", "minimum": 1, "maximum": MAX_COUNT, "description": "How many values"},
+            "spacing": {"enum": list(SPACINGS), "default": "linear", "description": "Equal steps or equal ratios"},
+        },
+        "required": ["from", "to", "count"],
+        "additionalProperties": False,
+    }
+
+
+def _clean(node):
+    """Without the titles, docstrings and null defaults that pydantic adds, which tell an editor nothing."""
+    if isinstance(node, list):
+        return [_clean(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    drop_default = "default" in node and node["default"] is None
+    node = {
+        key: {name: _clean(item) for name, item in value.items()} if key in ("properties", "$defs") else _clean(value)
+        for key, value in node.items()
+        if not (key == "title" and isinstance(value, str)) and not (key == "default" and drop_default)
+    }
+    if node.get("type") == "object" and "properties" in node:
+        node.pop("description", None)
+    if isinstance(node.get("default"), dict):
+        node["default"] = prune(node["default"])
+    return node
+
+
+def _exclusions(table):
+    """For each pair of groups of a table: not a key of both."""
+    return [
+        {"not": {"required": [one, other]}}
+        for groups in ALTERNATIVES.get(table, ())
+        for first, second in combinations(groups, 2)
+        for one in first
+        for other in second
+    ]
+
+
+def _complete(model, table):
+    """What a file without a base must have in one of its mappings."""
+    required = list(table.get("required", ()))
+    conditions = []
+    if model.table == "cable":
+        required = [key for key in required if key not in _OF_MATERIAL]
+        conditions.append({"anyOf": [{"required": ["material"]}, {"required": list(_OF_MATERIAL)}]})
+    if not model.optional_groups:
+        for groups in ALTERNATIVES.get(model.table, ()):
+            conditions.append({"oneOf": [{"required": [group[0]]} for group in groups]})
+    return ({"required": required} if required else {}) | ({"allOf": conditions} if conditions else {})
+
+
+def _nested(complete):
+    """Conditions by path -> one condition of the whole file. Lists and gains carry their own."""
+    whole = dict(complete[()])
+    for path, condition in complete.items():
+        if not path or "*" in path or "gain" in path or not condition:
+            continue
+        inside = whole
+        for part in path:
+            inside = inside.setdefault("properties", {}).setdefault(part, {})
+        inside |= condition
+    return whole

@@ -1,0 +1,270 @@
+"""Text with a unit -> SI numbers, correctly rounded: "1.85 mm" is the double 0.00185.
+
+pint knows the units; it is imported when the first unit is met, and asked once per unit. The number stays decimal until
+the factor has been applied, so that the result is rounded once.
+"""
+
+import re
+from fractions import Fraction
+from functools import cache, lru_cache
+
+MAX_LENGTH = 80
+
+# Unit of the program -> (what it measures, an example for messages).
+DIMENSIONS = {
+    "m": ("length", "1.85 mm"),
+    "m^2": ("area", "2.69 mm^2"),
+    "kg": ("mass", "50 kg"),
+    "kg/m": ("mass per length", "3.9 g/m"),
+    "kg/m^3": ("density", "1440 kg/m^3"),
+    "Pa": ("stress", "70.3 GPa"),
+    "N": ("force", "1.3 kN"),
+    "rad": ("angle", "19 deg"),
+    "Hz": ("frequency", "10 Hz"),
+    "rad/s": ("angular rate", "0.325 rad/s"),
+    "s": ("time", "5 ms"),
+    "m/s": ("speed", "6 m/s"),
+    "m/s^2": ("acceleration", "9.81 m/s^2"),
+    "N/m": ("stiffness", "1 kN/m"),
+    "dB": ("level", "6 dB"),
+    "": ("pure number", "5 %"),
+}
+# What a misspelt unit is likely to mean.
+_KNOWN = (
+    *("m", "mm", "cm", "km", "um", "µm", "inch", "foot", "ft", "yard", "mile", "deg", "rad", "percent", "dB"),
+    *("kg", "g", "tonne", "lb", "N", "mN", "kN", "MN", "lbf", "kgf", "Pa", "kPa", "MPa", "GPa", "psi", "ksi", "bar"),
+    *("s", "ms", "min", "hour", "Hz", "kHz", "m/s", "km/h", "mph", "knot"),
+)
+
+_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
+_EXPONENT_LIMIT = 400
+# Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
+_NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
+_UNIT = re.compile(rf"(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
+
+
+def article(noun):
+    """A noun with its article."""
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+def expected(unit):
+    """What a value in some unit looks like, for messages.
+
+    Parameters
+    ----------
+    unit : str
+        A key of DIMENSIONS.
+    """
+    noun, example = DIMENSIONS[unit]
+    return f'{article(noun)}{f" in {unit}" if unit else ""} (a number, or text such as "{example}")'
+
+
+def to_si(value, unit):
+    """A number, or text with a unit, as a float in `unit`.
+
+    Parameters
+    ----------
+    value : int, float or str
+        A number is in `unit` already.
+    unit : str
+        A key of DIMENSIONS; all of them are SI, and "dB".
+
+    Returns
+    -------
+    float
+        Correctly rounded; infinite or not a number only when the number `value` is. [unit]
+
+    Raises
+    ------
+    ValueError
+        Not a number, an unknown unit, or one of another dimension.
+    """
+    if type(value) is float:
+        return value
+    if type(value) is str:
+        return _text_to_si(value, unit)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"expected {expected(unit)}, got {show(value)}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"expected {expected(unit)}, got a number out of range") from None
+
+
+def show(value):
+    """A value as a message shows it: short, on one line."""
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, (list, tuple)):
+        return "a list"
+    if isinstance(value, str):
+        return '"' + (repr(value)[1:-1] if len(value) <= 60 else repr(value[:57])[1:-1] + "...") + '"'
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    return f"{value!r:.60}"
+
+
+@lru_cache(maxsize=65536)
+def _text_to_si(text, unit):
+    """`to_si` of text."""
+    try:
+        number, name = split(text)
+        return round_once(number * factor(name, unit))
+    except _NotAQuantityError as error:
+        raise ValueError(f"expected {expected(unit)}, got {show(text)}{error}") from None
+
+
+class _NotAQuantityError(ValueError):
+    """The end of a message of `to_si`: empty, or a reason in brackets."""
+
+
+def split(text):
+    """Number and unit of a text.
+
+    Parameters
+    ----------
+    text : str
+        For example "1.85 mm".
+
+    Returns
+    -------
+    number : Fraction
+        Exactly as written.
+    unit : str
+        Empty for a plain number.
+
+    Raises
+    ------
+    ValueError
+        The text does not begin with a number in decimal notation, or the number is out of range.
+    """
+    match = _QUANTITY.fullmatch(text) if len(text) <= MAX_LENGTH else None
+    if match is None:
+        raise _NotAQuantityError("")
+    number, unit = match.groups()
+    exponent = number.lower().partition("e")[2]
+    if exponent and (len(exponent) > 4 or abs(int(exponent)) > _EXPONENT_LIMIT):
+        raise _NotAQuantityError(" (out of range)")
+    return Fraction(number), unit
+
+
+def round_once(number):
+    """Fraction -> the nearest float.
+
+    Raises
+    ------
+    ValueError
+        It is beyond the largest float.
+    """
+    try:
+        return float(number)
+    except OverflowError:
+        raise _NotAQuantityError(" (out of range)") from None
+
+
+@lru_cache(maxsize=4096)
+def factor(name, unit):
+    """Exact ratio of a unit to the program's.
+
+    Parameters
+    ----------
+    name : str
+        What the user wrote, for example `lbf/ft`; empty means the program's own unit.
+    unit : str
+        A key of DIMENSIONS.
+
+    Returns
+    -------
+    Fraction
+
+    Raises
+    ------
+    ValueError
+        Unknown unit, or another dimension.
+    """
+    if name in ("", unit):
+        return Fraction(1)
+    if unit == "dB":  # a level is not a multiple of anything, so that its unit is all that is checked
+        raise _NotAQuantityError("")
+    ratio, dimension = _root(name)
+    scale, wanted = _root(unit)
+    if dimension != wanted:
+        raise _NotAQuantityError(f" ({_dimension_name(dimension)})")
+    return ratio / scale
+
+
+def common_factor(name, other):
+    """Exact ratio of one unit to another.
+
+    Parameters
+    ----------
+    name, other : str
+        What the user wrote.
+
+    Returns
+    -------
+    Fraction
+
+    Raises
+    ------
+    ValueError
+        Unknown unit, or two dimensions.
+    """
+    if name == other:
+        return Fraction(1)
+    try:
+        (ratio, dimension), (scale, wanted) = _root(name), _root(other)
+    except _NotAQuantityError as error:
+        raise ValueError(f'not a unit: "{name}" or "{other}"{error}') from None
+    if dimension != wanted:
+        nouns = _dimension_name(dimension), _dimension_name(wanted)
+        raise ValueError(f'"{name}" ({nouns[0]}) and "{other}" ({nouns[1]}) do not fit each other')
+    return ratio / scale
+
+
+@cache
+def _registry():
+    """pint's units, with decimal factors. Made once, when the first unit is met: it takes a tenth of a second."""
+    from decimal import Decimal
+
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+@lru_cache(maxsize=4096)
+def _root(name):
+    """Factor and base units of a unit. Base units and not dimensions, since those would take rad/s for Hz."""
+    if name == "":
+        return Fraction(1), ""
+    if not _UNIT.fullmatch(name):
+        raise _NotAQuantityError(" (a number, then a unit such as mm, kN, kg/m^3)")
+    registry = _registry()
+    try:
+        parsed = registry.parse_units(name.replace("°", " deg ").replace("%", " percent ").replace("·", "*").strip())
+        ratio, units = registry.get_root_units(parsed)
+    except Exception:  # pint raises a dozen kinds, and the tokenizer under it more
+        raise _NotAQuantityError(_unknown(name)) from None
+    # pint's base of mass is the gram; the text of the units is what compares equal across its versions.
+    return Fraction(ratio), "" if units.dimensionless and not units._units else str(units)
+
+
+@cache
+def _dimension_name(dimension):
+    """The word for some base units, or the base units."""
+    for unit, (noun, _) in DIMENSIONS.items():
+        if unit and unit != "dB" and _root(unit)[1] == dimension:
+            return noun
+    return dimension or "pure number"
+
+
+def _unknown(name):
+    """The end of a message about a unit that nobody knows, with the nearest known one."""
+    same = [known for known in _KNOWN if known.lower() == name.lower()]
+    if not same:
+        from difflib import get_close_matches
+
+        same = get_close_matches(name, _KNOWN, n=1, cutoff=0.6)
+    return f' (unknown unit "{name}"' + (f"; did you mean {same[0]}?)" if same else ")")

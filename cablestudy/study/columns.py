@@ -1,0 +1,234 @@
+"""The registry of columns: name, unit, meaning, and the one function that computes each.
+
+To add a column, add a line to COLUMNS, or a family with a K in its name to FAMILIES.
+"""
+
+import difflib
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.cable import taut
+from cablestudy.errors import NoSolutionError
+
+SUFFIX = {"": "", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
+NEEDS = ("scene", "statics", "stiffness", "modes", "gondola", "run")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes
+    ----------
+    name : str
+        Without its unit.
+    unit : str
+    meaning : str
+    needs : str
+        The most that is computed for it: one of NEEDS.
+    compute : callable
+        Case -> float.
+    key : str
+        A key of the scene without which it has no value; empty when there is none.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    needs: str
+    compute: Callable
+    key: str = ""
+
+    @property
+    def header(self):
+        """Name with its unit, as in CSV and JSON."""
+        return self.name + suffix(self.unit)
+
+
+def suffix(unit):
+    """What a unit adds to a column's name: `_N_per_m` for N/m."""
+    return SUFFIX.get(unit, f"_{unit}")
+
+
+def _stress(case):
+    return case.statics.max_tension / case.scene.cable.section_area
+
+
+def _squared_ratio(case):
+    return taut.lambda_squared(case.span, case.statics.mean_tension)
+
+
+def _nonlinearity(case):
+    full, linear = deflections(case)
+    return linear / full - 1 if full else 0.0
+
+
+def deflections(case):
+    """How far the point loads move the cable, fully non-linear and linear about the unloaded form.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    full, linear : float
+        Movement along its force of the load that moves most, from the unloaded form. [m]
+
+    Raises
+    ------
+    NoSolutionError
+        The cable carries no load.
+    """
+    from cablestudy.study.deflection import load_deflections
+
+    full, linear = load_deflections(case)
+    place = int(np.argmax(np.abs(full)))
+    return float(full[place]), float(linear[place])
+
+
+COLUMNS = (
+    Column("preload", "N", "mean tension over the unstretched length", "statics", lambda c: c.statics.mean_tension),
+    Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
+           lambda c: c.statics.horizontal_tension),
+    Column("max_tension", "N", "largest tension along the cable", "statics", lambda c: c.statics.max_tension),
+    Column("min_tension", "N", "smallest tension along the cable", "statics", lambda c: c.statics.min_tension),
+    Column("unstretched_length", "m", "length without tension", "statics", lambda c: c.span.unstretched_length),
+    Column("stretched_length", "m", "length under tension", "statics", lambda c: c.statics.stretched_length),
+    Column("chord", "m", "distance between the ends", "scene", lambda c: c.scene.cable.chord_length),
+    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda c: c.statics.sag),
+    Column("sag_ratio", "", "sag over chord", "statics", lambda c: c.statics.sag / c.scene.cable.chord_length),
+    Column("mass", "kg", "mass of the cable, density x area x unstretched length", "statics",
+           lambda c: c.span.mass * c.span.unstretched_length),
+    Column("diameter", "mm", "of a round solid cross-section", "scene",
+           lambda c: 1e3 * c.scene.cable.section_diameter),
+    Column("area", "mm^2", "of the cross-section", "scene", lambda c: 1e6 * c.scene.cable.section_area),
+    Column("elastic_modulus", "GPa", "of the cross-section", "scene", lambda c: c.scene.cable.elastic_modulus / 1e9),
+    Column("density", "kg/m^3", "mass per volume", "scene", lambda c: c.scene.cable.density),
+    Column("strain", "", "mean strain, mean tension over EA", "statics",
+           lambda c: c.statics.mean_tension / c.scene.cable.axial_stiffness),
+    Column("stress", "MPa", "largest tension over area", "statics", lambda c: _stress(c) / 1e6),
+    Column("utilisation", "", "largest stress over strength", "statics",
+           lambda c: _stress(c) / c.scene.cable.strength, "cable.strength"),
+    Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
+           _squared_ratio),
+    Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
+           "statics", lambda c: deflections(c)[0], "cable.loads"),
+    Column("linear_deflection", "m", "the same by the tangent stiffness of the unloaded form", "statics",
+           lambda c: deflections(c)[1], "cable.loads"),
+    Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads"),
+    Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
+           lambda c: c.end_stiffness[0, 0]),
+    Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
+           lambda c: c.end_stiffness[2, 2]),
+    Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
+           lambda c: c.end_stiffness[1, 1]),
+    Column("cable_frequency", "Hz", "lowest in-plane frequency, ends fixed", "modes",
+           lambda c: c.frequency(1, "in-plane")),
+    Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
+           lambda c: c.gondola_frequency_static, "gondola.mass"),
+    Column("gondola_frequency", "Hz", "coupled mode of gondola and cable in which the gondola moves most", "gondola",
+           lambda c: c.gondola_frequency, "gondola.mass"),
+    Column("iterations", "", "Newton steps of the statics", "statics", lambda c: float(c.statics.iterations)),
+    Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
+    Column("solve_time", "ms", "time that the row took", "run", None),
+    Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
+           None),
+    Column("status", "", "ok, or why the row is empty", "run", None),
+)  # fmt: skip
+
+FAMILIES = (
+    Column("inplane_frequency_K", "Hz", "in-plane frequency K (1, 2, ...), axial modes not counted", "modes",
+           lambda c, k: c.frequency(k, "in-plane")),
+    Column("outofplane_frequency_K", "Hz", "out-of-plane frequency K", "modes",
+           lambda c, k: c.frequency(k, "out-of-plane")),
+    Column("symmetric_frequency_K", "Hz", "symmetric in-plane frequency K", "modes",
+           lambda c, k: c.frequency(k, "in-plane", "symmetric")),
+    Column("axial_frequency_K", "Hz", "axial frequency K", "modes", lambda c, k: c.frequency(k, "axial")),
+)  # fmt: skip
+
+MAX_MODE_NUMBER = 1000
+
+
+def _member(family, number):
+    """Column `number` of a family."""
+    name = family.name.replace("_K", f"_{number}")
+    return replace(family, name=name, compute=lambda case: family.compute(case, number))
+
+
+def _member(family, number):
+    """Column `number` of a family."""
+    name = family.name.replace("_K", f"_{number}")
+    return replace(family, name=name, compute=lambda case: family.compute(case, number))
+
+
+def find(name):
+    """The column of a name, with or without its unit.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    Column
+
+    Raises
+    ------
+    ValueError
+        No such column; the message suggests one.
+    """
+    for column in COLUMNS:
+        if name in (column.name, column.header):
+            return column
+    match = re.fullmatch(r"(\w+_frequency_)([1-9]\d{0,3})(_Hz)?", name)
+    for family in FAMILIES if match else ():
+        if family.name == match[1] + "K" and int(match[2]) <= MAX_MODE_NUMBER:
+            return _member(family, int(match[2]))
+    known = [column.name for column in COLUMNS + FAMILIES]
+    close = difflib.get_close_matches(name, known, 1) or difflib.get_close_matches(re.sub(r"\d+", "K", name), known, 1)
+    hint = f"did you mean {close[0]}?" if close else "'cablestudy columns' lists them"
+    raise ValueError(f"unknown column {name!r} ({hint})")
+
+
+def broken(case):
+    """Why the cable of a case would break, or an empty text.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    str
+    """
+    strength = case.scene.cable.strength
+    if strength is None or _stress(case) <= strength:
+        return ""
+    return f"broken cable: stress {_stress(case) / 1e6:.4g} MPa is above the strength of {strength / 1e6:.4g} MPa"
+
+
+def value(column, case):
+    """One number of a row.
+
+    Parameters
+    ----------
+    column : Column
+    case : Case
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no such number.
+    """
+    number = float(column.compute(case))
+    if not np.isfinite(number):
+        raise NoSolutionError(f"{column.header} is not finite")
+    return number

@@ -1,0 +1,81 @@
+"""How point loads move a cable: the paper's Fig. 4, linear and fully non-linear."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, System
+from cablestudy.cable.catenary import solve, split
+from cablestudy.cable.element import mesh_segments
+from cablestudy.cable.equilibrium import external_forces, from_catenary
+from cablestudy.cable.equilibrium import solve as solve_elements
+from cablestudy.errors import ConvergenceError, NoSolutionError
+
+SPECTRAL_ORDER = 16  # of the elements that stand for the continuous cable: smooth between loads
+
+
+def nodal_deflections(case):
+    """Movement of every node from the unloaded form.
+
+    Parameters
+    ----------
+    case : Case
+        Its cable carries point loads.
+
+    Returns
+    -------
+    mesh : Mesh
+        Its element boundaries hold the loads.
+    full, linear : ndarray, shape (nodes, 3)
+        Fully non-linear, and by the tangent stiffness of the unloaded form; chord frame. [m]
+
+    Raises
+    ------
+    NoSolutionError
+        There is no load, or no unloaded equilibrium.
+    """
+    span = case.span
+    if not len(span.load_positions):
+        raise NoSolutionError("the cable carries no point load")
+    unloaded = solve(span.without_loads())
+    if not unloaded.record.converged:
+        raise ConvergenceError("the unloaded cable has no equilibrium to count deflections from", unloaded.record)
+    if case.exact_statics:
+        fractions = split(span).fraction
+        mesh = mesh_segments(fractions, len(fractions), SPECTRAL_ORDER)
+        before, after = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
+    else:
+        after = case.discrete[0]
+        mesh = after.mesh
+        before, _ = solve_elements(unloaded, mesh)
+    full = after.displacement - before.displacement
+    loads_only = replace(span, mass=0.0)
+    forces = external_forces(loads_only, mesh, before.force)[1:-1]
+    linear = np.zeros_like(full)
+    for axes in (IN_PLANE, OUT_OF_PLANE):
+        if len(forces) and forces[:, axes].any():
+            moved, _ = System(before, axes).solve(forces[:, axes].ravel())
+            linear[1:-1, axes] = moved.reshape(-1, len(axes))
+    length = float(span.unstretched_length)
+    return mesh, full * length, linear * length
+
+
+def load_deflections(case):
+    """Movement of each point load along its own force.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    full, linear : ndarray, shape (k,)
+        [m]
+    """
+    mesh, full, linear = nodal_deflections(case)
+    span = case.span
+    places = span.load_positions / span.unstretched_length
+    nodes = np.array([int(np.argmin(np.abs(mesh.edges - place))) * mesh.order for place in places])
+    size = np.sqrt((span.load_forces**2).sum(axis=1))
+    along = span.load_forces / np.where(size > 0, size, 1.0)[:, None]
+    return (full[nodes] * along).sum(axis=1), (linear[nodes] * along).sum(axis=1)

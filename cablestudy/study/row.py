@@ -1,0 +1,198 @@
+"""One row of a table: the columns of one case, its accuracy and its status."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.study.case import LADDER, Case
+from cablestudy.study.columns import broken, value
+
+ROUNDING = 1e-12  # of the closed forms, held by the tests against 50 digits
+REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
+DISCRETE = ("modes", "gondola")
+
+
+@dataclass(frozen=True)
+class Row:
+    """Values of one case.
+
+    Attributes
+    ----------
+    cells : dict
+        Header -> float, or None where there is no answer; `status` is a text.
+    case : Case
+        For what a caller wants besides, pictures for example.
+    notes : tuple of str
+        What was modelled and what was left out.
+    """
+
+    cells: dict
+    case: Case
+    notes: tuple
+
+    @property
+    def failed(self):
+        """Whether the case has no answer."""
+        return self.cells["status"] != "ok"
+
+
+def evaluate(scene, columns):
+    """Compute the columns of one scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    columns : sequence of Column
+
+    Returns
+    -------
+    Row
+        A case that cannot be solved has empty cells, and its status says why.
+    """
+    begin = time.perf_counter()
+    case = Case(scene)
+    physical = [column for column in columns if column.needs != "run"]
+    cells = dict.fromkeys((column.header for column in columns), None)
+    status, dof, error, notes = "ok", 0, None, ()
+    try:
+        if any(column.needs != "scene" for column in physical):
+            reason = broken(case)
+            if reason:
+                raise NoSolutionError(reason)
+        estimate = any(column.name == "error_estimate" for column in columns)
+        values, dof, error, notes = _values(case, physical, estimate)
+        cells.update(values)
+    except CablestudyError as failure:
+        status = " ".join(str(failure).split())
+    run = {
+        "dof": float(dof),
+        "solve_time_ms": 1e3 * (time.perf_counter() - begin),
+        "error_estimate": error,
+        "status": status,
+    }
+    for header, number in run.items():
+        if header in cells and (status == "ok" or header in ("solve_time_ms", "status")):
+            cells[header] = number
+    cells["status"] = status
+    return Row(cells, case, tuple(notes))
+
+
+def _values(case, columns, estimate):
+    """Values of the columns, degrees of freedom, estimated error, notes."""
+    motion = [column for column in columns if column.needs in DISCRETE]
+    if not case.exact_statics:
+        values = {column.header: value(column, case) for column in columns}
+        model = case.scene.model
+        notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
+        notes.append(f"statics: {case.discrete[1]}")
+        error = _error_of_fixed(case, columns, values) if estimate else None
+        return values, case.dynamics.dof if motion else _static_dof(case), error, notes
+    values = {column.header: value(column, case) for column in columns if column not in motion}
+    notes = ["statics and end stiffness: closed form of the elastic catenary, no elements"]
+    if not motion:
+        notes.append("left out: mass and modes, which no column needs")
+        return values, 0, ROUNDING, notes
+    finer, moving, error = _ladder(case, lambda other: {c.header: value(c, other) for c in motion})
+    notes.append(_about(finer, error))
+    return {column.header: {**values, **moving}[column.header] for column in columns}, finer.dynamics.dof, error, notes
+
+
+def _about(case, error):
+    mesh = case.discrete[0].mesh
+    return (
+        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dynamics.dof} unknowns;"
+        f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
+    )
+
+
+def _static_dof(case):
+    planes = 2 if case.span.planar else 3
+    return planes * (case.discrete[0].mesh.nodes - 2)
+
+
+def _ladder(case, sample):
+    """Raise the order until two neighbours agree; the finer one is the answer.
+
+    Parameters
+    ----------
+    case : Case
+    sample : callable
+        Case -> dict of numbers to agree on.
+
+    Returns
+    -------
+    case : Case
+        The finer one.
+    values : dict
+    error : float
+    """
+    accuracy = case.scene.model.accuracy
+    before, error, failure = None, None, None
+    for elements, order in LADDER:
+        finer = case.refined(elements, order)
+        try:
+            values = sample(finer)
+        except ConvergenceError as problem:
+            failure = problem
+            continue
+        if before is not None and before.keys() == values.keys():
+            error = max((_relative(values[name], before[name]) for name in values), default=0.0)
+            if error <= accuracy:
+                return finer, values, max(error, ROUNDING)
+        before = values
+    if failure is not None and before is None:
+        raise failure
+    reached = "no two models agree" if error is None else f"the error reached is about {error:.1e}"
+    raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
+
+
+def modes(case, count=None, upto=None):
+    """The modes of a case, to its accuracy.
+
+    Parameters
+    ----------
+    case : Case
+    count : int, optional
+        How many, from the lowest; fewer when a fixed model has no more.
+    upto : float, optional
+        All up to this frequency instead. [Hz]
+
+    Returns
+    -------
+    case : Case
+        With the discretisation that was used.
+    modes : Modes
+    notes : tuple of str
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+    """
+
+    def wanted(other):
+        if upto is not None:
+            found = other.modes_up_to(upto)
+            return found.first(int(np.searchsorted(found.frequency, upto, side="right")))
+        return other.modes(count).first(count)
+
+    if not case.exact_statics:
+        model = case.scene.model
+        note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
+        return case, wanted(case), (note, f"statics: {case.discrete[1]}")
+    finer, _, error = _ladder(case, lambda other: dict(enumerate(wanted(other).frequency)))
+    return finer, wanted(finer), (_about(finer, error),)
+
+
+def _relative(value, reference):
+    return abs(value - reference) / abs(reference) if reference else float(value != reference)
+
+
+def _error_of_fixed(case, columns, values):
+    """Error of a fixed model, against the continuous cable to REFERENCE."""
+    model = case.scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
+    exact = evaluate(case.scene.model_copy(update={"model": model}), columns)
+    if exact.failed:
+        raise ConvergenceError(f"no error estimate: {exact.cells['status']}")
+    return max((_relative(values[name], exact.cells[name]) for name in values if name != "iterations"), default=0.0)

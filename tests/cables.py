@@ -1,0 +1,132 @@
+"""Builders that the tests of the core share: a `Span`, and the same cable for the 50-digit reference."""
+
+import itertools
+import math
+
+import numpy as np
+from mpmath import mp
+from references import catenary_mp
+
+from cablestudy.cable.span import Span
+
+G = 9.81
+AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
+EA, MASS = MODULUS * AREA, DENSITY * AREA
+PAPER_CHORD, PAPER_LENGTH, SAGGING_LENGTH = 185.8, 184.4883, 186.0  # Table 6, rows 2 and 6
+
+
+def chord_span(chord, degrees, chord_strain, stiffness, mass=1.0, gravity=G, loads=(), azimuth=0.0):
+    """A `Span` from its inclination; loads are (share of the unstretched length, global force)."""
+    cosine, sine = _exact(degrees)
+    span = Span(
+        chord=float(chord),
+        cosine=cosine,
+        sine=sine,
+        chord_strain=float(chord_strain),
+        axial_stiffness=float(stiffness),
+        mass=float(mass),
+        gravity=float(gravity),
+        azimuth=np.array([math.cos(azimuth), math.sin(azimuth)]),
+    )
+    if not loads:
+        return span
+    loads = sorted(loads, key=lambda load: load[0])
+    positions = np.array([share for share, _ in loads]) * span.unstretched_length
+    forces = np.array([force for _, force in loads], dtype=float) @ span.frame.T
+    return Span(**{**vars(span), "load_positions": positions, "load_forces": forces})
+
+
+def _exact(degrees):
+    """Cosine and sine, exact at the multiples of 90 degrees."""
+    if degrees in (-90, 0, 90):
+        return float(degrees == 0), float(np.sign(degrees))
+    return math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+
+
+def paper_span(length=PAPER_LENGTH, degrees=0.0, **other):
+    """The paper's cable: EA = 70.3 GPa 2.69 mm^2, 1440 kg/m^3, between points 185.8 m apart."""
+    return chord_span(PAPER_CHORD, degrees, (PAPER_CHORD - length) / length, EA, MASS, **other)
+
+
+def batch(spans):
+    """Many cables with equally many loads as one `Span` of arrays."""
+    return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in vars(spans[0])})
+
+
+class Exact:
+    """The 50-digit solution of the very numbers that a `Span` holds, in its chord frame and in doubles."""
+
+    @mp.workdps(90)
+    def __init__(self, span):
+        chord, c, s = mp.mpf(span.chord), mp.mpf(float(span.cosine)), mp.mpf(float(span.sine))
+        size = mp.hypot(c, s)  # a pair of doubles is a unit vector to rounding only
+        c, s = c / size, s / size
+        self.chord, self.c, self.s, self.span = chord, c, s, span
+        self.L = chord / (1 + mp.mpf(span.chord_strain))
+        self.EA = mp.mpf(span.axial_stiffness)
+        self.w = mp.mpf(span.mass) * mp.mpf(span.gravity)
+        self.loads = tuple(
+            (min(mp.mpf(place), self.L), self.to_global(force))
+            for place, force in zip(span.load_positions, span.load_forces, strict=True)
+        )
+        self.force0 = catenary_mp.solve_loaded((chord * c, 0, chord * s), self.L, self.EA, self.w, self.loads)
+
+    def to_global(self, vector):
+        q, n, y = (mp.mpf(float(v)) for v in vector)
+        return (q * self.c - n * self.s, y, q * self.s + n * self.c)
+
+    def to_chord(self, vector):
+        x, y, z = vector
+        return (x * self.c + z * self.s, z * self.c - x * self.s, y)
+
+    def _tensions_at_corners(self):
+        """Tension vectors at both sides of every end and load, global."""
+        pieces = catenary_mp._pieces(self.force0, self.L, self.w, self.loads)
+        return [(force, (*force[:2], force[2] + self.w * length)) for _, force, length in pieces]
+
+    @mp.workdps(90)
+    def mean_tension(self):
+        return float(catenary_mp.mean_tension_loaded(self.force0, self.L, self.w, self.loads))
+
+    @mp.workdps(90)
+    def max_tension(self):
+        ends = itertools.chain.from_iterable(self._tensions_at_corners())
+        return float(max(mp.norm(mp.matrix(force)) for force in ends))
+
+    @mp.workdps(90)
+    def min_tension(self):
+        lowest = []
+        for first, last in self._tensions_at_corners():
+            level = mp.hypot(first[0], first[1])
+            inside = first[2] < 0 < last[2]
+            lowest.append(level if inside else min(mp.norm(mp.matrix(f)) for f in (first, last)))
+        return float(min(lowest))
+
+    @mp.workdps(90)
+    def stretched_length(self):
+        return float(catenary_mp.stretched_length_loaded(self.force0, self.L, self.EA, self.w, self.loads))
+
+    @mp.workdps(90)
+    def sag(self):
+        return float(catenary_mp.sag_loaded(self.force0, self.L, self.EA, self.w, self.loads))
+
+    @mp.workdps(90)
+    def at(self, share):
+        """Displacement from the straight chord in unstretched lengths, and the tension vector; chord frame."""
+        s = mp.mpf(share) * self.L
+        place = self.to_chord(catenary_mp.shape_loaded(self.force0, s, self.L, self.EA, self.w, self.loads))
+        force = self.to_chord(catenary_mp.tension_vector(self.force0, s, self.L, self.w, self.loads))
+        displacement = (place[0] / self.L - self.chord / self.L * mp.mpf(share), place[1] / self.L, place[2] / self.L)
+        return np.array(displacement, dtype=float), np.array(force, dtype=float)
+
+    @mp.workdps(90)
+    def end_stiffness(self):
+        K = catenary_mp.end_stiffness_loaded(self.force0, self.L, self.EA, self.w, self.loads)
+        R = mp.matrix([[self.c, 0, self.s], [-self.s, 0, self.c], [0, 1, 0]])
+        return np.array((R * K * R.T).tolist(), dtype=float)
+
+
+def graded_error(K, reference):
+    """Largest entry of a difference of stiffnesses, each relative to sqrt(K_ii K_jj)."""
+    d = np.sqrt(np.abs(np.diag(reference)))
+    return float(np.max(np.abs(K - reference) / np.outer(d, d)))

@@ -1,0 +1,299 @@
+"""`cable/catenary.py` against the elastic catenary at 50 digits, closed forms of vertical cables, and its own batches."""
+
+import math
+
+import numpy as np
+import pytest
+from cables import EA, MASS, Exact, batch, chord_span, graded_error, paper_span
+from mpmath import mp
+
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.span import span_between, with_loads
+
+EPS = np.finfo(float).eps
+QUANTITIES = ("mean_tension", "max_tension", "min_tension", "stretched_length")
+
+
+def random_cables(count, seed, loads=0, steep=False):
+    """Strain 1e-12 to 0.3, slack to 100 chords, EA/T to 1e12, 1 mm to 1000 km, level to nearly vertical."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        near = 90 - 10 ** rng.uniform(-12, 0)
+        degrees = rng.choice([-near, near]) if steep else rng.choice([0, rng.uniform(-89, 89)])
+        taut = 10 ** rng.uniform(-12, np.log10(0.3))
+        strain = rng.choice([taut, -(10 ** rng.uniform(-12, -1)), 10 ** rng.uniform(-2, 0) - 1])
+        chord, stiffness = 10 ** rng.uniform(-3, 6), 10 ** rng.uniform(0, 12)
+        weight = stiffness * 10 ** rng.uniform(-12, 1)
+        forces = [
+            (rng.uniform(0, 1), rng.normal(size=3) * weight * 10 ** rng.uniform(-3, 3)) for _ in range(rng.integers(1, 5))
+        ]
+        yield chord_span(chord, degrees, strain, stiffness, weight * (1 + strain) / chord, 1.0, forces if loads else ())
+
+
+def compare(span):
+    """All quantities of one cable; also the shape at a few places. Every tolerance is a multiple of rounding."""
+    found, exact = solve(span), Exact(span)
+    assert found.record.converged
+    highest, lowest = exact.max_tension(), exact.min_tension()
+    # the tension at mid-length is known to its last digit: where the cable is nearly slack, T/max T digits are left
+    digits = 2e-12 + 10 * EPS * highest / lowest
+    assert found.mean_tension == pytest.approx(exact.mean_tension(), rel=2e-13)
+    assert found.max_tension == pytest.approx(highest, rel=2e-13)
+    assert found.min_tension == pytest.approx(lowest, rel=digits)
+    assert found.stretched_length == pytest.approx(exact.stretched_length(), rel=1e-14)
+    assert graded_error(found.end_stiffness, exact.end_stiffness()) < 200 * digits
+    # a place is a difference of lengths
+    rounding = 20 * EPS * (1 + highest / span.axial_stiffness)
+    if not len(span.load_positions):
+        assert found.sag == pytest.approx(exact.sag(), rel=digits, abs=rounding * span.unstretched_length)
+    places = np.array([0.0, 0.123, 0.51, 0.877, 1.0])
+    displacement, force = found.at(places)
+    for i, share in enumerate(places):
+        where, tension = exact.at(share)
+        if 0 < i < 4:  # at an end a load there may or may not be counted
+            assert np.linalg.norm(force[i] - tension) < 1e-11 * highest
+        assert np.abs(displacement[i] - where).max() < rounding
+    return found
+
+
+@pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
+def test_random_cables(loads):
+    steps = [compare(span).record.steps for span in random_cables(120, 1 + loads, loads)]
+    assert max(steps) <= 15
+
+
+@pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
+def test_random_cables_near_the_vertical(loads):
+    """Within a degree to 1e-12 degrees: H may be 1e-12 of the weight and hangs on the last digits of the strain."""
+    for span in random_cables(120, 3 + loads, loads, steep=True):
+        compare(span)
+
+
+@pytest.mark.parametrize("degrees", [-90 + 1e-9, -60, -19, 0, 45, 89.9])
+@pytest.mark.parametrize("strain", [1e-12, 1e-9, 1e-6, 1e-3, 0.03, 0.3, 0.0, -1e-9, -1e-3, -0.5, -0.99])
+@pytest.mark.parametrize("weight", [1e-12, 1e-6, 1e-2, 10.0], ids=lambda w: f"W/EA={w:g}")
+def test_grid(degrees, strain, weight):
+    span = chord_span(100, degrees, strain, 1e6, weight * 1e6 * (1 + strain) / 100, 1.0)
+    compare(span)
+
+
+@pytest.mark.parametrize("gravity", [1e-6, 9.81, 1e3])
+def test_gravity(gravity):
+    for length in (184.4883, 186.0, 300.0):
+        compare(paper_span(length, degrees=19, gravity=gravity))
+
+
+@pytest.mark.parametrize("degrees", [-90, -30, 0, 90])
+@pytest.mark.parametrize("strain", [1e-12, 1e-6, 0.3])
+def test_without_gravity_it_is_a_straight_bar(degrees, strain):
+    """T = EA strain; K = EA/L along the chord and T/chord across it: Hooke's law."""
+    cable = solve(chord_span(100, degrees, strain, 1e6, gravity=0.0))
+    tension, length = 1e6 * strain, 100 / (1 + strain)
+    assert cable.record.converged
+    assert [cable.mean_tension, cable.max_tension, cable.min_tension] == pytest.approx([tension] * 3, rel=1e-14)
+    assert cable.sag == pytest.approx(0, abs=4 * EPS * 100)
+    expected = np.diag([1e6 / length, tension / 100, tension / 100])
+    assert graded_error(cable.end_stiffness, expected) < 1e-13
+
+
+@pytest.mark.parametrize("strain", [0.0, -1e-12, -0.5])
+@pytest.mark.parametrize("degrees", [-90, 0, 30, 90])
+def test_a_weightless_slack_cable_is_reported_as_not_converged(degrees, strain):
+    """It has no tension: any form that is long enough will do."""
+    good = chord_span(100, degrees, 1e-3, 1e6)
+    bad = chord_span(100, degrees, strain, 1e6, gravity=0.0)
+    assert not solve(bad).record.converged
+    assert list(solve(batch([bad, good, bad])).record.converged) == [False, True, False]
+
+
+@pytest.mark.parametrize("up", [1, -1])
+@pytest.mark.parametrize("strain", [1e-12, 1e-6, 0.01, 0.3, 0.0, -1e-9, -1e-3, -0.5, -0.99])
+@pytest.mark.parametrize("weight", [1e-6, 1e-3, 1.0, 100.0])
+def test_vertical(up, strain, weight):
+    """EA = 100 N, 10 m. Taut: T = EA strain + w (s - L/2). Slack: strands x L and (1 - x) L hang side by side."""
+    length = 10 / (1 + strain)
+    cable = solve(chord_span(10, 90 * up, strain, 100.0, weight / length, 1.0))
+    assert cable.record.converged
+    if 100 * strain >= weight / 2:
+        mean, lowest, sideways = 100 * strain, 100 * strain - weight / 2, None
+        along = 100 / length
+    else:
+        x = (weight / 200 - strain) / (2 + weight / 100)
+        mean, lowest, sideways = weight * (x**2 + (1 - x) ** 2) / 2, 0.0, 0.0
+        along = 1 / (length * (1 / 100 + 2 / weight))  # the fold climbs by 1/2 when an end does
+    highest = mean + weight / 2 if sideways is None else weight * (1 - x)
+    assert [cable.mean_tension, cable.max_tension, cable.min_tension] == pytest.approx(
+        [mean, highest, lowest], rel=1e-12, abs=1e-13 * highest
+    )
+    assert cable.end_stiffness[0, 0] == pytest.approx(along, rel=1e-12)
+    assert np.abs(cable.end_stiffness[0, 1:]).max() < 1e-50 * along
+    if sideways is None and weight < 50 * strain:
+        # K_yy = 1/integral of (1/EA + 1/T) ds, written so that a weight far below the tension does not cancel
+        logarithm = 2 * math.atanh(weight / (2 * mean)) / weight
+        assert np.diag(cable.end_stiffness)[1:] == pytest.approx(2 * [1 / length / (1 / 100 + logarithm)], rel=1e-11)
+    elif sideways == 0.0:
+        assert not cable.end_stiffness[1:].any()
+
+
+def test_vertical_is_the_limit_of_steep():
+    """With a load across, nothing is singular at 90 degrees."""
+    for strain in (-0.3, 1e-4, 0.05):
+        loads = [(0.3, (0.5, 0.2, 0.1)), (0.6, (0.0, -0.4, 0.0))]
+        upright = solve(chord_span(10, 90, strain, 100.0, 0.1, loads=loads))
+        steep = Exact(chord_span(10, 90 - 1e-9, strain, 100.0, 0.1, loads=loads))
+        assert upright.record.converged
+        for name in QUANTITIES:
+            assert getattr(upright, name) == pytest.approx(getattr(steep, name)(), rel=1e-9)
+        assert graded_error(upright.end_stiffness, steep.end_stiffness()) < 1e-8
+
+
+@pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
+def test_a_batch_equals_a_loop(loads):
+    spans = [*random_cables(40, 7, loads), *random_cables(20, 8, loads, steep=True)]
+    for count in range(5):
+        chosen = [span for span in spans if len(span.load_positions) == count]
+        if not chosen:
+            continue
+        together = solve(batch(chosen))
+        for i, span in enumerate(chosen):
+            alone = solve(span)
+            assert together.record.converged[i]
+            for name in QUANTITIES:
+                assert getattr(together, name)[i] == pytest.approx(getattr(alone, name), rel=1e-14), name
+            assert together.sag[i] == pytest.approx(alone.sag, rel=1e-12, abs=1e-16 * span.chord)
+            assert graded_error(together.end_stiffness[i], alone.end_stiffness) < 1e-12
+            places = np.array([0.2, 0.9])
+            for one, other in zip(together.at(np.broadcast_to(places, (len(chosen), 2))), alone.at(places), strict=True):
+                assert np.allclose(one[i], other, rtol=1e-12, atol=1e-15 * np.abs(other).max())
+
+
+def test_scalars_broadcast_against_arrays():
+    """One cable with many chord strains, the fields that do not vary as scalars."""
+    strains = np.array([0.01, 1e-3, -0.02])
+    together = solve(paper_span().with_chord_strain(strains))
+    alone = [solve(paper_span().with_chord_strain(strain)) for strain in strains]
+    assert together.mean_tension == pytest.approx([float(one.mean_tension) for one in alone], rel=1e-14)
+    assert together.sag == pytest.approx([float(one.sag) for one in alone], rel=1e-13)
+    assert together.end_stiffness.shape == (3, 3, 3)
+
+
+def test_place_of_a_load():
+    """At a load, at an end, two at one place, and a load of nothing: equal to the sum, or to none at all."""
+    plain = solve(paper_span())
+    force = np.array([1.0, 2.0, -30.0])
+    end_1, end_2 = (0, 0, 0), (185.8, 0, 0)
+
+    def loaded(*loads):
+        return solve(span_between(end_1, end_2, 184.4883, EA, MASS, loads=loads))
+
+    assert loaded((50.0, (0, 0, 0))).mean_tension == pytest.approx(plain.mean_tension, rel=1e-14)
+    at_ends = loaded((0.0, force), (184.4883, -force))
+    assert at_ends.record.converged
+    assert at_ends.mean_tension == pytest.approx(plain.mean_tension, rel=1e-13)
+    assert graded_error(at_ends.end_stiffness, plain.end_stiffness) < 1e-12
+    twice = loaded((50.0, force), (50.0, force))
+    assert twice.span.load_positions.shape == (1,)
+    assert twice.mean_tension == pytest.approx(loaded((50.0, 2 * force)).mean_tension, rel=1e-15)
+    apart = loaded((50.0, force), (50.0 + 1e-11, force))
+    assert apart.mean_tension == pytest.approx(twice.mean_tension, rel=1e-11)
+    assert with_loads(twice.span, ()).load_forces.shape == (0, 3)
+
+
+def test_the_tension_jumps_by_the_load():
+    span = chord_span(100, 20, -0.05, 1e6, loads=[(0.4, (3.0, 5.0, -700.0))])
+    force = solve(span).at(np.array([0.4, 0.4 + 1e-12]))[1]
+    assert force[0] - force[1] == pytest.approx(span.load_forces[0], rel=1e-9)
+
+
+def test_a_load_upwards_lifts_the_cable():
+    """A buoy that carries the whole cable: the mirror image of a cable that hangs (gravity and loads reversed)."""
+    loads = [(0.5, (0.0, 0.0, 3 * 100 * 9.81))]
+    lifted = solve(chord_span(90, 0, -0.1, 1e6, 1.0, 9.81, loads))
+    compare(lifted.span)
+    assert lifted.at(np.array([0.5]))[0][0, 1] > 0
+    hanging = solve(chord_span(90, 0, -0.1, 1e6, 1.0, 9.81, [(0.5, (0.0, 0.0, -3 * 100 * 9.81))]))
+    assert hanging.at(np.array([0.5]))[0][0, 1] < 0
+
+
+def test_loads_that_carry_the_weight_exactly():
+    """Eight buoys lift a slack cable by its own weight: no resultant, but every piece still bends."""
+    weight = 9.81 * 100
+    loads = [((i + 0.5) / 8, (0.0, 0.0, weight / 8)) for i in range(8)]
+    compare(chord_span(90, 0, 90 / 100 - 1, 1e6, 1.0, 9.81, loads))
+
+
+def test_only_a_couple_of_loads_without_weight():
+    """Weightless and slack, but pulled apart by two opposite loads: taut pieces in a triangle."""
+    loads = [(0.25, (0.0, 0.0, -50.0)), (0.75, (0.0, 0.0, 50.0))]
+    span = chord_span(90, 0, -0.1, 1e6, 1.0, 0.0, loads)
+    compare(span)
+
+
+def test_many_loads():
+    rng = np.random.default_rng(5)
+    loads = [(share, rng.normal(size=3) * 40) for share in rng.uniform(size=60)]
+    compare(chord_span(100, 10, -0.02, 1e6, 0.5, loads=loads))
+
+
+def test_paper_statics():
+    """Table 6 of the paper: preload [N], sag [m], end stiffness [N/m], each to its last printed digit +-1."""
+    rows = [(24200, 183.195, 0.0601, 9287), (12100, 184.488, 0.121, 9219), (6056, 185.142, 0.243, 9166)]
+    rows += [(1363, 185.668, 1.081, 7480), (933, 185.734, 1.580, 5380), (361, 186.000, 4.088, 698)]
+    for preload, length, sag, stiffness in rows:
+        area = 24.2e-6  # DESIGN section 9: the 5.55 mm cable
+        # the printed length carries six digits, the others follow from the preload
+        from cablestudy.cable.datum import chord_strain_for_tension
+
+        span = chord_span(185.8, 0, 0.0, 70.3e9 * area, 1440 * area)
+        cable = solve(span.with_chord_strain(chord_strain_for_tension(span, preload)))
+        assert cable.span.unstretched_length == pytest.approx(length, abs=2e-3)
+        assert cable.sag == pytest.approx(sag, rel=2e-3)
+        assert cable.end_stiffness[0, 0] == pytest.approx(stiffness, rel=4e-3)
+
+
+def test_the_end_stiffness_is_the_derivative_of_the_end_force():
+    """Central differences of the exact end force over movements of end 2, for a cable with loads."""
+    span = chord_span(100, 30, -0.05, 1e6, loads=[(0.3, (10, 5, -300)), (0.7, (0, -20, 50))])
+    exact, K = Exact(span), solve(span).end_stiffness
+    from references import catenary_mp
+
+    with mp.workdps(60):
+        end, h = (exact.chord * exact.c, mp.mpf(0), exact.chord * exact.s), mp.mpf("1e-15")
+        axes = [(exact.c, 0, exact.s), (-exact.s, 0, exact.c), (0, 1, 0)]
+        for j, axis in enumerate(axes):
+            forward, backward = (
+                catenary_mp.solve_loaded(
+                    [e + sign * h * a for e, a in zip(end, axis, strict=True)], exact.L, exact.EA, exact.w, exact.loads
+                )
+                for sign in (1, -1)
+            )
+            change = exact.to_chord([(f - b) / (2 * h) for f, b in zip(forward, backward, strict=True)])
+            for i in range(3):
+                assert abs(float(change[i]) - K[i, j]) < 1e-10 * math.sqrt(K[i, i] * K[j, j])
+
+
+def test_span_between():
+    """Azimuth, inclination and the vertical case; a rotation of the world turns nothing inside the chord frame."""
+    span = span_between((1, 2, 3), (1 + 30, 2 + 40, 3 + 120), 120.0, 1e6, 1.0, loads=[(10, (1, 2, 3))])
+    assert (span.chord, span.cosine, span.sine) == pytest.approx((130, 5 / 13, 12 / 13))
+    assert np.allclose(span.frame @ span.frame.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(span.frame) == pytest.approx(-1) or np.linalg.det(span.frame) == pytest.approx(1)
+    assert span.frame[0] * 130 == pytest.approx([30, 40, 120])
+    assert span.frame @ [0, 0, 1] == pytest.approx(span.up)
+    assert span.load_forces[0] @ span.frame == pytest.approx([1, 2, 3])
+    upright = span_between((0, 0, 5), (0, 0, 0), 4.0, 1e6, 1.0)
+    assert (upright.cosine, upright.sine, upright.chord_strain) == (0.0, -1.0, 0.25)
+
+
+def test_rotation_about_the_vertical():
+    """The same cable looking north-east: same tensions, rotated stiffness."""
+    loads = [(20.0, (5.0, -8.0, -300.0)), (70.0, (0.0, 30.0, 0.0))]
+    angle = 1.1
+    R = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    end = np.array([80.0, 0.0, 30.0])
+    one = solve(span_between((0, 0, 0), end, 95.0, 1e6, 1.0, loads=loads))
+    two = solve(span_between((0, 0, 0), R @ end, 95.0, 1e6, 1.0, loads=[(s, R @ f) for s, f in loads]))
+    assert two.mean_tension == pytest.approx(one.mean_tension, rel=1e-13)
+    first = one.span.frame.T @ one.end_stiffness @ one.span.frame
+    second = two.span.frame.T @ two.end_stiffness @ two.span.frame
+    assert graded_error(R.T @ second @ R, first) < 1e-11

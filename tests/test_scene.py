@@ -1,0 +1,412 @@
+"""Scenes: what is read from a file, what is derived, and every mistake in one line at its place."""
+
+import json
+import math
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.cable_table import Cable, materials
+from cablestudy.scene.document import read_document
+from cablestudy.scene.scene import TABLES, Model, Scene, load_scene, missing, read_scene
+from cablestudy.scene.schema import scene_schema, study_schema
+
+GOOD = """\
+gravity: 9.81
+cable:
+  ends: [[0, 0, 0], [185.8, 0, 0]]
+  material: aramid
+  elastic_modulus: 70.3 GPa
+  density: 1440 kg/m^3
+  area: 2.69 mm^2
+  unstretched_length: 184.4883 m
+  damping: {model: modal, ratio: 0.01}
+  loads: [{at: 139.35 m, force: [0 N, 0 N, -1 N]}]
+gondola: {mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}
+winch: {location: ground, controller: {gain: 0.325, notch: {frequency: coupled, rolloff_frequency: 10 Hz}}}
+wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
+model: {elements: 40}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test, so that names in messages are short."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def scene_of(text, *sets):
+    Path("s.yaml").write_text(text, encoding="utf-8")
+    return load_scene("s.yaml", sets)[1]
+
+
+def mistakes_of(text, *sets):
+    with pytest.raises(SceneError) as caught:
+        scene_of(text, *sets)
+    return str(caught.value).splitlines()
+
+
+def test_a_scene_is_read_into_si():
+    scene = scene_of(GOOD)
+    cable = scene.cable
+    assert (cable.elastic_modulus, cable.density, cable.area, cable.diameter) == (70.3e9, 1440.0, 2.69e-6, None)
+    assert cable.strength == 3000e6  # of aramid, Table 9
+    assert (cable.end_1, cable.end_2) == ((0, 0, 0), (185.8, 0, 0))
+    assert (cable.chord_length, cable.horizontal_span, cable.rise) == (185.8, 185.8, 0)
+    assert cable.axial_stiffness == 70.3e9 * 2.69e-6
+    assert cable.mass_per_length == 1440 * 2.69e-6
+    assert (cable.loads[0].at, cable.loads[0].force) == (139.35, (0, 0, -1))
+    assert scene.gondola.mass == 50
+    assert scene.winch.controller.notch.frequency == "coupled"
+    assert scene.wind.turbulence == pytest.approx(0.9)  # 0.15 * 6
+    assert (scene.model.elements, scene.model.accuracy) == (40, None)
+
+
+def test_defaults_are_those_of_the_interface():
+    scene = scene_of(GOOD.replace("gravity: 9.81\n", "").replace("model: {elements: 40}\n", ""))
+    assert scene.gravity == 9.81
+    assert (scene.model.accuracy, scene.model.elements) == (1e-4, None)
+    assert (scene.wind.air_density, scene.wind.spectrum, scene.wind.admittance) == (1.2, "von_karman", "vickery")
+    notch = scene.winch.controller.notch
+    assert (notch.damping_ratio, notch.rolloff_frequency, notch.rolloff_damping_ratio) == (0.05, 10.0, 1.0)
+
+
+def test_gain_and_notch_have_several_forms():
+    assert scene_of(GOOD, "winch.controller.notch=none").winch.controller.notch is None
+    assert scene_of(GOOD, "winch.controller.notch.frequency=0.7 Hz").winch.controller.notch.frequency == 0.7
+    automatic = scene_of(GOOD, "winch.controller.gain={auto: {gain_margin: 6 dB}}")
+    assert automatic.winch.controller.gain.auto.gain_margin == 6
+
+
+@pytest.mark.parametrize(
+    ("written", "model", "ratio", "loss_factor", "time"),
+    [
+        ("{}", "modal", 0.01, None, None),
+        ("{model: modal}", "modal", 0.01, None, None),
+        ("{ratio: 0}", "modal", 0, None, None),
+        ("{loss_factor: 0.02}", "hysteretic", None, 0.02, None),
+        ("{model: kelvin_voigt, time: 5 ms}", "kelvin_voigt", None, None, 0.005),
+    ],
+)
+def test_damping(written, model, ratio, loss_factor, time):
+    damping = scene_of(GOOD, f"cable.damping={written}").cable.damping
+    assert (damping.model, damping.ratio, damping.loss_factor, damping.time) == (model, ratio, loss_factor, time)
+
+
+@pytest.mark.parametrize(
+    ("inclination", "span", "rise"),
+    [
+        ("0 deg", 100, 0),
+        ("90 deg", 0, 100),
+        ("-90 deg", 0, -100),
+        ("30 deg", 50 * math.sqrt(3), 50),
+        ("-0.5", 100 * math.cos(0.5), -100 * math.sin(0.5)),  # a bare number is in radian
+    ],
+)
+def test_a_chord_with_inclination_gives_the_ends(inclination, span, rise):
+    sets = ("cable.chord=100 m", f"cable.inclination={inclination}", "cable.preload=1 kN", "cable.loads=null")
+    cable = scene_of(GOOD, *sets).cable
+    tolerance = 0 if abs(rise) in (0, 100) else 1e-14
+    assert cable.end_1 == (0, 0, 0)
+    assert cable.chord_length == 100
+    assert cable.end_2 == pytest.approx((span, 0, rise), rel=tolerance, abs=0)
+    assert (cable.horizontal_span, cable.rise) == pytest.approx((span, rise), rel=tolerance, abs=0)
+
+
+def test_diameter_and_area_describe_the_same_section():
+    cable = scene_of(GOOD, "cable.diameter=2 mm").cable
+    assert cable.section_area == pytest.approx(math.pi * 1e-6, rel=1e-15)
+    assert (cable.section_diameter, cable.area) == (0.002, None)
+    assert scene_of(GOOD, f"cable.area={math.pi * 1e-6!r}").cable.section_diameter == pytest.approx(0.002, rel=1e-15)
+
+
+def test_a_material_gives_what_is_not_given_and_replaces_what_is_below():
+    steel = scene_of(GOOD, "cable.material=steel").cable  # Table 9: 210 GPa, 7800 kg/m^3, 1500 to 2000 MPa
+    assert (steel.elastic_modulus, steel.density, steel.strength) == (210e9, 7800, 1500e6)
+    heavy = scene_of(GOOD, "cable.material=steel", "cable.density=8 g/cm^3").cable
+    assert (heavy.elastic_modulus, heavy.density) == (210e9, 8000)
+
+
+def test_the_table_of_materials_is_table_9():
+    printed = {"steel": (210, 7800, 1500), "steel-high": (210, 7800, 2000)}
+    printed |= {"polypropylene": (5, 930, 60), "polyester": (15, 910, 1150), "nylon": (4, 1140, 1000)}
+    printed |= {"aramid": (70, 1440, 3000), "aramid-high": (140, 1440, 3500)}
+    printed |= {"stainless-steel": (200, 7850, 500), "stainless-steel-high": (200, 7850, 1000)}
+    assert materials() == {
+        name: {"elastic_modulus": modulus * 1e9, "density": density, "strength": strength * 1e6}
+        for name, (modulus, density, strength) in printed.items()
+    }
+
+
+# One mistake each: what is replaced in GOOD, by what, and the line that says so.
+BAD = [
+    ("gravity:", "gravty:", "1:1: gravty: unknown key (did you mean gravity?)"),
+    ("density:", "densty:", "6:3: cable.densty: unknown key (did you mean density?)"),
+    (
+        "gondola: {mass:",
+        "gondola: {qqq: 1, mass:",
+        "11:11: gondola.qqq: unknown key (allowed: mass, area, drag_coefficient)",
+    ),
+    ("{mass: 50 kg, ", "{", "11:10: gondola: missing key: mass"),
+    ("  area: 2.69 mm^2\n", "", "3:3: cable: missing key: one of area, diameter"),
+    (
+        "  area: 2.69 mm^2\n",
+        "  area: 2.69 mm^2\n  diameter: 2 mm\n",
+        "8:3: cable.diameter: given together with area: give exactly one of area, diameter",
+    ),
+    (
+        "  material: aramid\n",
+        "  inclination: 3 deg\n",
+        "4:3: cable.inclination: given together with ends: give exactly one of ends, chord",
+    ),
+    ("ends: [[0, 0, 0], [185.8, 0, 0]]", "inclination: 1", "3:3: cable: missing key: chord (inclination goes with it)"),
+    (
+        "length_scale",
+        "turbulence_rms: 1, length_scale",
+        "13:50: wind.turbulence_rms: given together with turbulence_intensity: "
+        "give exactly one of turbulence_intensity, turbulence_rms",
+    ),
+    (
+        "{elements: 40}",
+        "{elements: 40, accuracy: 1e-3}",
+        "14:9: model.elements: given together with accuracy: give exactly one of accuracy, elements",
+    ),
+    ("{elements: 40}", "{order: 4}", "14:8: model: missing key: elements (order goes with it)"),
+    (
+        "{elements: 40}",
+        "{elements: 4, order: 4, mass: blended}",
+        "14:38: model.mass: blended needs order 1, and the order is 4 (use lumped or consistent)",
+    ),
+    ("{elements: 40}", "{elements: 4.5}", "14:19: model.elements: expected a whole number from 1 to 1000000, got 4.5"),
+    ("{elements: 40}", "{accuracy: 0.5}", "14:19: model.accuracy: must be at most 0.1, got 0.5"),
+    (
+        "2.69 mm^2",
+        "2.69 mm",
+        '7:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2"), got "2.69 mm" (length)',
+    ),
+    (
+        "70.3 GPa",
+        "70.3 Gpa",
+        '5:20: cable.elastic_modulus: expected a stress in Pa (a number, or text such as "70.3 GPa"), '
+        'got "70.3 Gpa" (unknown unit "Gpa"; did you mean GPa?)',
+    ),
+    (
+        "1440 kg/m^3",
+        "heavy",
+        '6:12: cable.density: expected a density in kg/m^3 (a number, or text such as "1440 kg/m^3"), got "heavy"',
+    ),
+    ("184.4883 m", "-184.4883 m", '8:23: cable.unstretched_length: must be positive, got "-184.4883 m"'),
+    ("2.69 mm^2", "0", "7:9: cable.area: must be positive, got 0"),
+    (
+        "2.69 mm^2",
+        ".nan",
+        '7:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2"), '
+        "got nan, which is not finite",
+    ),
+    (
+        "6 m/s",
+        ".inf",
+        '13:15: wind.speed: expected a speed in m/s (a number, or text such as "6 m/s"), got inf, which is not finite',
+    ),
+    (
+        "gravity: 9.81",
+        "gravity: no",
+        '1:10: gravity: expected an acceleration in m/s^2 (a number, or text such as "9.81 m/s^2"), got "no"',
+    ),
+    ("gravity: 9.81", "gravity: -1", "1:10: gravity: must not be negative, got -1"),
+    ("[185.8, 0, 0]", "[0, 0, 0]", "3:9: cable.ends: the two ends coincide"),
+    ("[185.8, 0, 0]", "[185.8, 0]", "3:21: cable.ends.1: expected 3 components, got 2"),
+    ("[185.8, 0, 0]", "[185.8, 0, 0, 0]", "3:21: cable.ends.1: expected at most 3 items, got 4"),
+    (", [185.8, 0, 0]", "", "3:9: cable.ends: expected 2 points, got 1"),
+    ("[[0, 0, 0], [185.8, 0, 0]]", "5", "3:9: cable.ends: expected a list, got 5"),
+    (
+        "184.4883 m",
+        "184.4883 mm",
+        "8:23: cable.unstretched_length: 0.1844883 m is 0.000993 times the distance of the ends, 185.8 m "
+        "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)",
+    ),
+    (
+        "184.4883 m",
+        "184.4883 km",
+        "8:23: cable.unstretched_length: 184488.3 m is 993 times the distance of the ends, 185.8 m "
+        "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)",
+    ),
+    ("139.35 m", "190 m", "10:16: cable.loads.0.at: 190 m is not on the cable, which is 184.4883 m long"),
+    ("{at: 139.35 m, ", "{", "10:11: cable.loads.0: missing key: at"),
+    ("[{at: 139.35 m, force: [0 N, 0 N, -1 N]}]", "{at: 1}", "10:10: cable.loads: expected a list, got a mapping"),
+    (
+        "{mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}",
+        "[50 kg]",
+        "11:10: gondola: expected a mapping with the keys mass, area, drag_coefficient, got a list",
+    ),
+    (
+        "50 kg",
+        "{a: 1}",
+        '11:17: gondola.mass: expected a mass in kg (a number, or text such as "50 kg"), got a mapping',
+    ),
+    ("50 kg", "0", "11:17: gondola.mass: must be positive, got 0"),
+    ("aramid", "arammid", '4:13: cable.material: unknown material "arammid" (did you mean aramid?)'),
+    ("location: ground", "location: sky", '12:19: winch.location: got "sky" (allowed: ground, gondola)'),
+    ("model: modal", "model: modl", '9:20: cable.damping.model: got "modl" (did you mean modal?)'),
+    ("ratio: 0.01", "ratio: -1", "9:34: cable.damping.ratio: must be from 0 to 2, got -1"),
+    (
+        "model: modal",
+        "model: hysteretic",
+        "9:39: cable.damping.ratio: belongs to the model modal; the model is hysteretic, with loss_factor",
+    ),
+    (
+        "model: modal, ratio: 0.01",
+        "model: hysteretic",
+        "9:12: cable.damping: missing key: loss_factor (the model is hysteretic)",
+    ),
+    (
+        "gain: 0.325",
+        "gain: {auto: {gain_margin: 6 m}}",
+        "12:67: winch.controller.gain.auto.gain_margin: expected a level in dB "
+        '(a number, or text such as "6 dB"), got "6 m"',
+    ),
+    (
+        "frequency: coupled",
+        "frequency: copled",
+        "12:72: winch.controller.notch.frequency: expected one of coupled, static, or a frequency in Hz "
+        '(a number, or text such as "10 Hz"), got "copled"',
+    ),
+    ("gravity: 9.81", "columns: [sag]", "1:1: this is a study (it has the key columns): use 'cablestudy sweep'"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), BAD)
+def test_one_mistake_is_one_line_at_its_place(old, new, message):
+    assert GOOD.count(old) >= 1
+    assert mistakes_of(GOOD.replace(old, new, 1)) == [f"s.yaml:{message}"]
+
+
+def test_a_value_of_a_missing_material_is_asked_for():
+    text = GOOD.replace("  material: aramid\n  elastic_modulus: 70.3 GPa\n", "")
+    assert mistakes_of(text) == ["s.yaml:3:3: cable: missing key: elastic_modulus (or give material)"]
+    text = GOOD.replace("aramid", "kryptonite").replace("  elastic_modulus: 70.3 GPa\n", "")
+    assert len(mistakes_of(text)) == 1
+
+
+def test_inclination_beyond_vertical_is_refused_and_a_bare_number_is_radian():
+    expected = "--set cable.inclination: must be from -90 deg to 90 deg (a bare number is rad), got "
+    for written in ("90.001 deg", "19"):
+        found = mistakes_of(GOOD, "cable.chord=185.8", f"cable.inclination={written}")
+        assert found == [expected + (f'"{written}"' if "deg" in written else written)]
+
+
+def test_all_mistakes_are_reported_at_once_in_the_order_of_the_file():
+    text = GOOD.replace("gravity", "gravty").replace("2.69 mm^2", "2 kg\n  diameter: 1 mm").replace("50 kg", "0")
+    assert [line.split(":")[1] for line in mistakes_of(text)] == ["1", "7", "8", "12"]
+
+
+def test_a_wrong_base_value_is_reported_in_the_base_file():
+    Path("base.yaml").write_text(GOOD.replace("2.69 mm^2", "0"), encoding="utf-8")
+    assert mistakes_of("base: base.yaml\ngravity: 1\n") == ["base.yaml:7:9: cable.area: must be positive, got 0"]
+
+
+def test_two_set_options_of_one_group_are_a_mistake():
+    assert mistakes_of(GOOD, "cable.area=1", "cable.diameter=2")[0].startswith(
+        "--set cable.diameter: given together with area"
+    )
+
+
+def test_products_that_no_number_holds_are_refused():
+    found = mistakes_of(GOOD, "cable.area=1e300")
+    assert len(found) == 1
+    assert found[0].endswith("cable.elastic_modulus: times the area of the cross-section is inf: out of range")
+    assert "the two ends are too far apart" in mistakes_of(GOOD, "cable.ends=[[-1e308, 0, 0], [1e308, 0, 0]]")[0]
+
+
+def test_models_built_in_python_keep_the_same_rules():
+    with pytest.raises(ValidationError, match="give exactly one of area, diameter"):
+        Cable(chord=1, material="steel", area=1e-6, diameter=1e-3, preload=1)
+    scene = Scene(cable=Cable(chord=1, material="steel", area=1e-6, preload=1), model=Model(elements=4, order=2))
+    assert scene.model.order == 2
+    with pytest.raises(ValidationError, match="frozen"):
+        scene.gravity = 1
+
+
+def test_a_key_that_a_command_needs_is_named():
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    error = missing(read_document("s.yaml"), "gondola.mas", "windrms")
+    assert str(error) == "s.yaml:11:10: gondola.mas: missing key: 'cablestudy windrms' needs it"
+
+
+def test_a_thousand_cases_cost_less_than_a_second():
+    # A guard against accidental slowness, far above what it takes.
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    document = read_document("s.yaml")
+    start = time.perf_counter()
+    for case in range(1000):
+        read_scene(document.with_sets([("cable.area", f"{case + 1} mm^2", "x"), ("gondola.mass", case + 1, "y")]))
+    assert time.perf_counter() - start < 1.0
+
+
+_SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
+_SCALARS |= st.sampled_from(
+    ["1 m", "2 mm^2", "3 kg", "none", "modal", "aramid", "0 deg", "coupled", 1e308, 1e-308, 10**400]
+)
+_KEYS = sorted({key for model in TABLES.values() for key in model.model_fields} | {"x", "vary"})
+_TREES = st.recursive(
+    _SCALARS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(_KEYS), inner, max_size=4),
+    max_leaves=10,
+)
+
+
+# The fixture only changes the working directory, which every example may share.
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(key=st.sampled_from(_KEYS), table=st.sampled_from(sorted(".".join(path) for path in TABLES)), value=_TREES)
+def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(tmp_path_factory, key, table, value):
+    path = tmp_path_factory.getbasetemp() / "any.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+    mistakes = [None]
+    try:
+        read_scene(read_document(path).with_set(f"{table}.{key}".strip(".").replace("*", "0"), value, "here"))
+    except SceneError as error:
+        mistakes = error.mistakes
+    assert mistakes
+    assert all("\n" not in str(mistake) for mistake in mistakes)
+
+
+def _objects(node):
+    """Every JSON Schema of a mapping inside of a schema."""
+    if isinstance(node, dict):
+        if "properties" in node and node.get("type") == "object":
+            yield node
+        for value in node.values():
+            yield from _objects(value)
+    elif isinstance(node, list):
+        for value in node:
+            yield from _objects(value)
+
+
+@pytest.mark.parametrize("schema", [scene_schema(), study_schema()])
+def test_schemas_describe_every_key_and_refuse_others(schema):
+    assert json.loads(json.dumps(schema)) == schema
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    for mapping in _objects(schema):
+        assert mapping["additionalProperties"] is False
+        for key, value in mapping["properties"].items():
+            assert value.get("description"), key
+
+
+def test_the_scene_schema_knows_every_key_and_group():
+    schema = scene_schema()
+    for path, model in TABLES.items():
+        mapping = schema["$defs"][model.__name__] if path else schema
+        assert set(mapping["properties"]) - {"base"} == set(model.model_fields)
+    cable = schema["$defs"]["Cable"]
+    assert {"not": {"required": ["area", "diameter"]}} in cable["allOf"]
+    assert "required" not in cable  # a file with a base may leave out anything
+    assert schema["if"] == {"required": ["base"]}
+    one_of = {"oneOf": [{"required": ["area"]}, {"required": ["diameter"]}]}
+    assert one_of in schema["else"]["properties"]["cable"]["allOf"]
+    assert {"const": "none"} in schema["$defs"]["Controller"]["properties"]["notch"]["anyOf"]

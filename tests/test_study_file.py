@@ -1,0 +1,209 @@
+"""Study files: grid and zip, what each case is, and every mistake at its place."""
+
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.document import read_file
+from cablestudy.scene.scene import is_study
+from cablestudy.scene.study import read_study
+
+SCENE = """\
+cable:
+  ends: [[0, 0, 0], [185.8, 0, 0]]
+  material: aramid
+  area: 2.69 mm^2
+  unstretched_length: 184.4883 m
+model: {elements: 40}
+"""
+ACCELERATION = 'expected an acceleration in m/s^2 (a number, or text such as "9.81 m/s^2")'
+HEAD = "base: scene.yaml\ncolumns: [sag, preload]\n"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test, with a scene in it."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.yaml").write_text(SCENE, encoding="utf-8")
+    return tmp_path
+
+
+def study_of(text, *sets):
+    Path("study.yaml").write_text(text, encoding="utf-8")
+    return read_study("study.yaml", sets)
+
+
+def mistakes_of(text, *sets):
+    with pytest.raises(SceneError) as caught:
+        study_of(text, *sets).check()
+    return str(caught.value).splitlines()
+
+
+def overrides_of(vary):
+    return [overrides for overrides, _ in study_of(f"{HEAD}vary:\n{vary}").cases()]
+
+
+def test_a_study_without_anything_varied_is_one_case():
+    study = study_of(HEAD)
+    assert (study.count, study.title, study.columns, study.plot) == (1, "", ("sag", "preload"), None)
+    assert [overrides for overrides, _ in study.cases()] == [{}]
+
+
+def test_entries_multiply_with_the_last_one_fastest():
+    cases = overrides_of("  - {cable.area: [1 mm^2, 2 mm^2]}\n  - {gondola.mass: [10, 20, 30]}\n")
+    assert [tuple(case.values()) for case in cases] == [
+        ("1 mm^2", 10),
+        ("1 mm^2", 20),
+        ("1 mm^2", 30),
+        ("2 mm^2", 10),
+        ("2 mm^2", 20),
+        ("2 mm^2", 30),
+    ]
+
+
+def test_keys_of_one_entry_go_together():
+    cases = overrides_of("  - {cable.area: [1 mm^2, 2 mm^2], gondola.mass: {from: 1 kg, to: 2 kg, count: 2}}\n")
+    assert cases == [
+        {"cable.area": "1 mm^2", "gondola.mass": "1 kg"},
+        {"cable.area": "2 mm^2", "gondola.mass": "2 kg"},
+    ]
+
+
+def test_values_may_be_mappings_and_null_removes():
+    study = study_of(HEAD + "set: {gondola: {mass: 5}}\nvary:\n- {cable.damping: [{ratio: 0.1}, {loss_factor: 0.2}]}\n")
+    assert [scene.cable.damping.model for _, scene in study.cases()] == ["modal", "hysteretic"]
+    study = study_of(HEAD + "set: {model: null}\nvary:\n- {gondola: [{mass: 5}, null]}\n")
+    assert [scene.gondola and scene.gondola.mass for _, scene in study.cases()] == [5, None]
+    assert study.case(0)[1].model.accuracy == 1e-4
+
+
+def test_layers_lie_upon_each_other():
+    study = study_of(HEAD + "set: {cable.diameter: 1 mm}\nvary:\n- {cable.preload: [1 kN, 2 kN]}\n", "gravity=1")
+    scenes = [scene for _, scene in study.cases()]
+    assert [scene.cable.preload for scene in scenes] == [1000, 2000]
+    assert {scene.cable.unstretched_length for scene in scenes} == {None}
+    assert {(scene.cable.area, scene.cable.diameter, scene.gravity) for scene in scenes} == {(None, 0.001, 1)}
+    assert study.set == {"cable.diameter": "1 mm"}
+    assert study.varied == ("cable.preload",)
+    study = study_of(HEAD + "set: {cable.diameter: 1 mm}\n", "cable.area=3 mm^2")
+    assert study.case(0)[1].cable.area == 3e-6
+
+
+def test_cases_are_reached_one_by_one_and_lazily():
+    entries = "- gravity: {from: 1, to: 10, count: 1000}\n- gondola.mass: {from: 1, to: 9, count: 9000}\n"
+    study = study_of(f"{HEAD}vary:\n{entries}")
+    assert study.count == 9_000_000
+    study.check()
+    assert study.overrides(study.count - 1) == {"gravity": 10, "gondola.mass": 9}
+    assert study.case(1)[0]["gravity"] == 1
+    assert len(list(islice(study.cases(), 3))) == 3
+    with pytest.raises(IndexError):
+        study.case(study.count)
+
+
+def test_names_in_a_study_are_relative_to_the_study(folder):
+    (folder / "sub").mkdir()
+    Path("sub/table.csv").write_text("sag_m\n1\n", encoding="utf-8")
+    text = HEAD.replace("scene.yaml", "../scene.yaml") + "reference: table.csv\n"
+    Path("sub/study.yaml").write_text(text + "plot: {x: sag, y: preload, logx: true}\n", encoding="utf-8")
+    study = read_study("sub/study.yaml")
+    assert study.reference_path == "sub/table.csv"
+    assert (study.plot.x, study.plot.y, study.plot.logx, study.plot.logy) == ("sag", ("preload",), True, False)
+    assert study.where(("columns", 1)) == "sub/study.yaml:2:16"
+    assert is_study(read_file("sub/study.yaml"))
+    assert not is_study(read_file("scene.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("text", "messages"),
+    [
+        (SCENE, ["1:1: this is a scene (it has the key cable): use 'cablestudy static'"]),
+        ("columns: [sag]\n", ["1:1: missing key: base"]),
+        ("base: scene.yaml\n", ["1:1: missing key: columns"]),
+        (HEAD + "colums: 1\n", ["3:1: colums: unknown key (did you mean columns?)"]),
+        ("base: scene.yaml\ncolumns: []\n", ["2:10: columns: expected at least 1 item, got 0"]),
+        ("base: scene.yaml\ncolumns: sag\n", ['2:10: columns: expected a list, got "sag"']),
+        ("base: scene.yaml\ncolumns: [sag, 5, a, sag]\n", ["2:16: columns.1: expected text, got 5"]),
+        ("base: scene.yaml\ncolumns: [sag, a, sag]\n", ["2:19: columns.2: sag is given twice"]),
+        ("base: absent.yaml\ncolumns: [sag]\n", ["1:7: base: absent.yaml: no such file"]),
+        (HEAD + "reference: absent.csv\n", ["3:12: reference: absent.csv: no such file"]),
+        (HEAD + "plot: {x: sag}\n", ["3:7: plot: missing key: y"]),
+        (HEAD + "plot: {x: sag, y: sag, logx: 1}\n", ["3:30: plot.logx: expected true or false, got 1"]),
+        (HEAD + "set: [1]\n", ["3:6: set: expected a mapping, got a list"]),
+        (HEAD + "vary: {a: [1]}\n", ["3:7: vary: expected a list, got a mapping"]),
+        (HEAD + "vary: [{}]\n", ["3:8: vary.0: an entry without a key"]),
+        (
+            HEAD + "vary: [{gravity: 5}]\n",
+            ["3:18: vary.0.gravity: expected a list of values, or a range {from, to, count}, got 5"],
+        ),
+        (HEAD + "vary: [{gravity: []}]\n", ["3:18: vary.0.gravity: expected at least one value"]),
+        (
+            HEAD + "vary: [{gravity: {from: 1, to: 2}}]\n",
+            ["3:18: vary.0.gravity: a range needs the key count (from, to, count, spacing)"],
+        ),
+        (
+            HEAD + "vary: [{gravity: [1, 2], gondola.mass: [1, 2, 3]}]\n",
+            [
+                "3:8: vary.0: keys of one entry go together and need equally many values: gravity 2, gondola.mass 3",
+            ],
+        ),
+        (
+            HEAD + "vary: [{gravity: [1]}, {gravity: [2]}]\n",
+            ["3:34: vary.1.gravity: varies in an entry above already"],
+        ),
+        (
+            HEAD + "vary: [{gravity: {from: 1, to: 2, count: 10000}}, {cable.sag: {from: 1, to: 2, count: 10000}}]\n",
+            ["3:7: vary: 100000000 cases (at most 10000000)"],
+        ),
+        (
+            HEAD + "vary: [{gravity: [1, -1, x]}]\n",
+            [
+                "3:22: gravity: must not be negative, got -1",
+                f'3:26: gravity: {ACCELERATION}, got "x"',
+            ],
+        ),
+        (HEAD + "vary: [{cable.densty: [1]}]\n", ["3:24: cable.densty: unknown key (did you mean density?)"]),
+        (HEAD + "vary: [{gravity.x: [1]}]\n", [f"3:21: gravity: {ACCELERATION}, got a mapping"]),
+        (HEAD + "set: {cable.densty: 1}\n", ["3:21: cable.densty: unknown key (did you mean density?)"]),
+        (
+            HEAD + "set: {cable.material.x: 1}\n",
+            ["3:25: cable.material.x: cable.material is 'aramid', which has no key x"],
+        ),
+        (
+            HEAD + "set: {gravity: 1}\nvary: [{gravity: [2]}]\n",
+            ["3:16: gravity: has no effect: the study varies this key, or one that replaces it"],
+        ),
+        (
+            HEAD + "vary: [{cable.area: [1 mm^2]}, {cable.diameter: [1 mm]}]\n",
+            ["3:50: cable.diameter: given together with area: give exactly one of area, diameter"],
+        ),
+    ],
+)
+def test_a_mistake_is_reported_at_its_place(text, messages):
+    assert mistakes_of(text) == [f"study.yaml:{message}" for message in messages]
+
+
+def test_a_set_option_that_the_study_varies_is_refused():
+    text = HEAD + "vary: [{cable.area: [1 mm^2]}]\n"
+    expected = "--set {0}: has no effect: the study varies this key, or one that replaces it"
+    assert mistakes_of(text, "cable.area=2 mm^2", "cable.diameter=1 mm") == [
+        expected.format("cable.area"),
+        expected.format("cable.diameter"),
+    ]
+
+
+def test_a_study_upon_a_study_is_refused():
+    Path("scene.yaml").write_text(SCENE + "vary: []\n", encoding="utf-8")
+    assert mistakes_of(HEAD) == ["scene.yaml:7:1: this is a study (it has the key vary): use 'cablestudy sweep'"]
+
+
+def test_many_cases_are_checked_entry_by_entry():
+    masses = ", ".join(str(mass) for mass in range(1, 1200))
+    text = HEAD + f"vary:\n- {{gravity: [1, 2]}}\n- {{gondola.mass: [{masses}, -7]}}\n"
+    found = mistakes_of(text)
+    assert len(found) == 1
+    assert found[0].endswith("gondola.mass: must be positive, got -7")
+    wrong_end = HEAD + "vary: [{gravity: {from: 1, to: -1, count: 5000}}]\n"
+    assert "study.yaml:3:18: gravity: must not be negative, got -1" in mistakes_of(wrong_end)
