@@ -42,8 +42,8 @@ def compare(span):
     assert found.min_tension == pytest.approx(lowest, rel=digits)
     assert found.stretched_length == pytest.approx(exact.stretched_length(), rel=1e-14)
     assert graded_error(found.end_stiffness, exact.end_stiffness()) < 200 * digits
-    # a place is a difference of lengths
-    rounding = 20 * EPS * (1 + highest / span.axial_stiffness)
+    # a place is a difference of lengths; a piece with little tension between large loads turns with their last digit
+    rounding = 20 * EPS * (1 + highest / span.axial_stiffness) + EPS * highest / lowest
     if not len(span.load_positions):
         assert found.sag == pytest.approx(exact.sag(), rel=digits, abs=rounding * span.unstretched_length)
     places = np.array([0.0, 0.123, 0.51, 0.877, 1.0])
