@@ -1,7 +1,7 @@
 # make study   a first look: installs into .venv and computes the paper's preload study
 # make test    everything that CI checks
 # make docs    regenerates what the documentation shows of the program's output
-# make bench   measures how effort grows with the number of elements
+# make bench   measures how effort grows with the number of elements: docs/benchmarks.md
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -30,7 +30,8 @@ docs: $(VENV)/.test
 	$(BIN)/python docs/refresh.py
 
 bench: $(VENV)/.study
-	$(BIN)/python benchmarks/scaling.py
+	$(BIN)/python benchmarks/scaling.py > docs/benchmarks.new
+	mv docs/benchmarks.new docs/benchmarks.md
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -9,7 +9,7 @@ import click
 from cablestudy import __version__
 from cablestudy.errors import CablestudyError, SceneError
 
-FAILED_CHECK, WRONG_USE, NO_ANSWER = 1, 2, 3
+FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 PICTURES = (".png", ".svg", ".pdf")
 
@@ -31,6 +31,10 @@ def edge(command):
     @wraps(command)
     def run(*arguments, **options):
         try:
+            if sys.stdout is None:
+                raise SceneError("standard output: closed")
+            if hasattr(sys.stdout, "reconfigure"):  # a terminal may lack a letter of what is printed
+                sys.stdout.reconfigure(errors="backslashreplace")
             command(*arguments, **options)
             sys.stdout.flush()
         except SceneError as error:
@@ -38,11 +42,16 @@ def edge(command):
                 click.echo(str(mistake), err=True)
             sys.exit(WRONG_USE)
         except CablestudyError as error:
-            click.echo(" ".join(str(error).split()), err=True)
+            where = f"{options['scene']}: " if "scene" in options else ""
+            click.echo(where + " ".join(str(error).split()), err=True)
             sys.exit(NO_ANSWER)
         except BrokenPipeError:  # the reader has had enough, `| head` for example
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             sys.exit(0)
+        except OSError as error:  # a full disk: what is still in the buffer must not fail again at exit
+            click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            sys.exit(WRONG_USE)
 
     return run
 
@@ -69,7 +78,29 @@ def check_picture(path):
         raise SceneError(f"--plot {path}: cannot be written")
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class OneLine(click.Group):
+    """A group whose usage errors are one line each, as all other mistakes are."""
+
+    def main(self, *arguments, standalone_mode=True, **options):
+        if not standalone_mode:
+            return super().main(*arguments, standalone_mode=False, **options)
+        try:
+            code = super().main(*arguments, standalone_mode=False, **options)
+        except click.exceptions.NoArgsIsHelpError as error:
+            error.show()
+            code = WRONG_USE
+        except click.UsageError as error:
+            command = error.ctx.command_path if error.ctx else "cablestudy"
+            message = error.format_message().rstrip(".")
+            click.echo(f"{command}: {message} ('{command} --help' shows how)", err=True)
+            code = WRONG_USE
+        except click.Abort:
+            click.echo("interrupted", err=True)
+            code = INTERRUPTED
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+@click.group(cls=OneLine, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="cablestudy")
 def main():
     """Parameter studies of actively controlled suspended cables.
@@ -168,6 +199,8 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 def sweep(study, sets, out, no_write, check, rtol, jobs, style, plot, explain, quiet):
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed."""
     check_picture(plot)
+    if not rtol < float("inf"):
+        raise SceneError(f"--rtol: must be finite, got {rtol}")
     from cablestudy.scene.study import read_study
     from cablestudy.study import store
     from cablestudy.study.sweep import run

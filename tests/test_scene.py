@@ -319,9 +319,17 @@ def test_two_set_options_of_one_group_are_a_mistake():
 
 def test_products_that_no_number_holds_are_refused():
     found = mistakes_of(GOOD, "cable.area=1e300")
-    assert len(found) == 1
-    assert found[0].endswith("cable.elastic_modulus: times the area of the cross-section is inf: out of range")
-    assert "the two ends are too far apart" in mistakes_of(GOOD, "cable.ends=[[-1e308, 0, 0], [1e308, 0, 0]]")[0]
+    assert len(found) == 2
+    stiffness = "cable.elastic_modulus: times the area of the cross-section is inf N: out of range (1e-12 to 1e+24 N)"
+    assert found[0].endswith(stiffness)
+    assert "the two ends are inf m apart" in mistakes_of(GOOD, "cable.ends=[[-1e308, 0, 0], [1e308, 0, 0]]")[0]
+    assert "the two ends are 1e-300 m apart" in mistakes_of(GOOD, "cable.chord=1e-300", "cable.loads=null")[0]
+    assert (
+        "1e+300 N is 5.29e+294 times the elastic modulus"
+        in mistakes_of(GOOD, "cable.preload=1e300", "cable.loads=null")[0]
+    )
+    assert "out of range (at most 1e+30 N)" in mistakes_of(GOOD, "cable.loads.0.force=[0, 0, 1e31]")[0]
+    assert mistakes_of(GOOD, "gravity=1e10") == ["--set gravity: must be at most 1e+09, got 1e+10"]
 
 
 def test_models_built_in_python_keep_the_same_rules():

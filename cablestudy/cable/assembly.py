@@ -142,7 +142,30 @@ class System:
         blocks[:, size:, :size] = self.coupling_blocks.transpose(0, 2, 1)
         diagonal = np.arange(size, size + points)
         blocks[:, diagonal, diagonal] = -self.compliance_diagonal
+        if self.scale is not None:
+            tension_index, node_index, _ = self.layout
+            nodes = self.element_vectors(node_index).reshape(len(blocks), size)
+            local = np.concatenate([np.where(nodes < 0, 1.0, self.scale[nodes]), self.scale[tension_index]], axis=1)
+            blocks *= local[:, :, None] * local[:, None, :]
         return Factor(self.layout[2], blocks)
+
+    @cached_property
+    def scale(self):
+        """Units of the mixed unknowns where elements differ much in size, shape (mixed size,); else None.
+
+        K_G grows as 1/size and C as size: without it two loads a hair apart leave no digits to the pivots.
+        """
+        mesh = self.state.mesh
+        if not self.mixed or mesh.sizes.max() < 4 * mesh.sizes.min():
+            return None
+        tension_index, node_index, pattern = self.layout
+        root = np.exp2(np.round(np.log2(mesh.sizes * mesh.elements) / 2))  # powers of two: exact
+        per_node = np.full(mesh.nodes, np.inf)
+        np.minimum.at(per_node, self.element_vectors(np.arange(mesh.nodes)), root[:, None])
+        scale = np.ones(pattern.size)
+        scale[node_index[1:-1]] = per_node[1:-1, None]
+        scale[tension_index] = 1 / root[:, None]
+        return scale
 
     @property
     def interior(self):
@@ -168,12 +191,13 @@ class System:
         displacement : ndarray, shape (dof,) or (dof, r)
         tension : ndarray, shape (n q,) or (n q, r)
         """
-        right = np.zeros((self.layout[2].size,) + forces.shape[1:])
+        right = np.zeros((self.layout[2].size, *forces.shape[1:]))
         right[self.interior] = forces
         where = self.layout[0].ravel()
         if mismatch is not None:
             right[where] = mismatch
-        answer = self.factor.solve(right)
+        scale = 1.0 if self.scale is None else self.scale.reshape(-1, *[1] * (right.ndim - 1))
+        answer = scale * self.factor.solve(scale * right)
         return answer[self.interior], answer[where]
 
     def element_vectors(self, nodal):

@@ -47,7 +47,8 @@ def split(span):
     """
     length = np.asarray(span.unstretched_length)[..., None]
     inner = span.load_positions / length
-    edges = np.concatenate([np.zeros(inner.shape[:-1] + (1,)), inner, np.ones(inner.shape[:-1] + (1,))], axis=-1)
+    end = np.ones((*inner.shape[:-1], 1))
+    edges = np.concatenate([0 * end, inner, end], axis=-1)
     fraction = np.diff(edges, axis=-1)
     middle = (edges[..., 1:] + edges[..., :-1]) / 2 - 0.5
     total = span.load_forces.sum(axis=-2)
@@ -92,9 +93,7 @@ def start(span):
     vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), TINY)
     unit = 1.0 / np.maximum(across, 1e-8)
     q = np.where(slack, horizontal * across + vertical * along, taut)
-    n, y = (
-        np.where(slack, (-horizontal * along * unit + vertical) * up[..., i], 0.0) for i in (1, 2)
-    )
+    n, y = (np.where(slack, (-horizontal * along * unit + vertical) * up[..., i], 0.0) for i in (1, 2))
     return q, n, y
 
 
@@ -223,9 +222,7 @@ class Catenary:
 
         A vertical cable that folds has none sideways: the limit of an inclined one, as 1/log(H).
         """
-        columns = [
-            np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)
-        ]
+        columns = [np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)]
         folded = (np.abs(self.span.cosine) == 0) & (self.min_tension < 1e-50 * self.max_tension)
         sideways = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
         return np.where(folded[..., None, None] & sideways, 0.0, np.stack(columns, axis=-1))
@@ -241,7 +238,7 @@ class Catenary:
         Returns
         -------
         displacement : ndarray, shape (..., j, 3)
-            From the straight chord, in unstretched lengths, chord frame: r = (1 + strain) position e + displacement. [-]
+            From the straight chord, chord frame, in unstretched lengths: r = (1 + strain) position e + displacement.
         tension : ndarray, shape (..., j, 3)
             Chord frame. [N]
         """
@@ -262,8 +259,8 @@ class Catenary:
         middle = [pick(p) + weight * (part - whole) / 2 * u for p, u in zip(self.tension, up, strict=True)]
         pieces, _ = extension(middle, weight * part, stiffness, cosine, sine)
         wholes, _ = extension(self.tension, self.segments.weight, stiffness, cosine, sine)
-        displacement = []
-        for piece, full, stretch in zip(pieces, wholes, (np.asarray(self.span.chord_strain)[..., None], 0, 0), strict=True):
+        displacement, straight = [], (np.asarray(self.span.chord_strain)[..., None], 0, 0)
+        for piece, full, stretch in zip(pieces, wholes, straight, strict=True):
             own = self.segments.fraction * (full - stretch)
             displacement.append(pick(np.cumsum(own, axis=-1) - own) + part * (piece - stretch))
         tension = [m + weight * part * u / 2 for m, u in zip(middle, up, strict=True)]
@@ -274,13 +271,14 @@ class Catenary:
         """Arc length at mid-span (halfway along the horizontal) over unstretched length, shape (...). [-]
 
         Where no load acts horizontally the horizontal tension is a common factor and drops out, so that the place is
-        definite for a vertical cable too, as the limit of an inclined one.
+        definite for a vertical cable too, as the limit of an inclined one. With such a load on a vertical cable: 1/2.
         """
         cosine, sine = self._angles
         stiffness = np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
         along, kernel = self.kernel.horizontal, self.kernel
         scale = np.maximum(np.abs(along).max(axis=-1, keepdims=True), TINY)
-        advance = along / scale * self.segments.fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
+        give = 1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions
+        advance = along / scale * self.segments.fraction * give
         reached = np.cumsum(advance, axis=-1)
         half = reached[..., -1:] / 2
         which = np.minimum((reached < half).sum(axis=-1, keepdims=True), reached.shape[-1] - 1)
@@ -304,7 +302,9 @@ class Catenary:
             if np.all(np.abs(part - last) <= 4e-16):
                 break
         edges = np.cumsum(self.segments.fraction, axis=-1) - self.segments.fraction
-        return (np.take_along_axis(edges, which, axis=-1) + part)[..., 0]
+        position = (np.take_along_axis(edges, which, axis=-1) + part)[..., 0]
+        # pulled out of the vertical a cable goes and comes back: halfway along the horizontal means nothing
+        return np.where((np.abs(self.span.cosine) == 0) & (_sideways(self.span) > 0), 0.5, position)
 
     @cached_property
     def sag(self):
@@ -323,8 +323,7 @@ def _hold_upright(span, unknown, floor):
 
     Not at zero: where such a cable is slack and folds, its stiffness is a limit, H^2 over a number that goes as H^2.
     """
-    sideways = np.abs(span.load_forces[..., 1:]).sum(axis=(-1, -2)) if span.load_forces.size else 0.0
-    upright = (np.abs(span.cosine) == 0) & (sideways == 0)
+    upright = (np.abs(span.cosine) == 0) & (_sideways(span) == 0)
     almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(unknown[0]) + floor)
     # the chord is vertical: across it is horizontal
     return (unknown[0], np.where(upright, almost_nothing, unknown[1]), np.where(upright, 0.0, unknown[2])), upright

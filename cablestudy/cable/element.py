@@ -12,6 +12,7 @@ from numpy.polynomial import legendre
 
 MASSES = ("lumped", "consistent", "blended")
 MAX_ORDER = 64
+HAIR = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ def _lobatto(order):
         if np.abs(step).max() < 1e-15:
             break
     x = (x - x[::-1]) / 2
+    x[0], x[-1] = -1.0, 1.0
     return x, 2 / (order * (order + 1) * legendre.legval(x, highest) ** 2)
 
 
@@ -166,6 +168,15 @@ class Mesh:
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
 
 
+def _apart(places):
+    """Ascending places on [0, 1] without those that hardly differ from the one before, or from the end."""
+    kept = [0.0]
+    for place in places[1:-1]:
+        if kept[-1] + HAIR < place < 1 - HAIR:
+            kept.append(place)
+    return np.array([*kept, 1.0])
+
+
 def mesh_segments(fractions, elements, order=1, mass="lumped"):
     """Share out elements over the segments between point loads, by length, at least one each.
 
@@ -187,7 +198,7 @@ def mesh_segments(fractions, elements, order=1, mass="lumped"):
     ValueError
         Fewer elements than segments.
     """
-    fractions = np.asarray(fractions, dtype=float)
+    fractions = np.diff(_apart(np.concatenate([[0.0], np.cumsum(fractions)])))
     if elements < len(fractions):
         raise ValueError(f"{len(fractions) - 1} point loads need at least {len(fractions)} elements, got {elements}")
     counts = np.ones(len(fractions), dtype=int)

@@ -159,8 +159,8 @@ def solve(catenary, mesh):
         chain = lumped_chain(catenary, mesh)
         if not chain.record.converged or chain.min_tension < SLACK * chain.max_tension:
             raise ConvergenceError(
-                f"{mesh.elements} elements of order {mesh.order} are too few for so sharp a bend: "
-                "one of them would hang slack, without tension",
+                f"too few elements ({mesh.elements} of order {mesh.order}) for so sharp a bend: "
+                "one would hang slack, without tension",
                 error.record,
             ) from None
         return _newton(catenary.span, from_catenary(chain, mesh))

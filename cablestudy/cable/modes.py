@@ -5,6 +5,7 @@ quotient of its shape, with energies summed as squares. In-plane and out-of-plan
 decouple.
 """
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -203,10 +204,8 @@ def _dense(system, count):
 
     mass = system.mass.toarray()
     diagonal = np.diagonal(mass)
-    if np.count_nonzero(mass - np.diag(diagonal)):
-        root = cholesky(mass)  # M = R^T R
-    else:
-        root = np.diag(np.sqrt(diagonal))
+    coupled = np.count_nonzero(mass - np.diag(diagonal))
+    root = cholesky(mass) if coupled else np.diag(np.sqrt(diagonal))  # M = R^T R
     flexible, _ = system.solve(root.T)
     compliance = root @ flexible
     chosen = None if 4 * count > system.dof else (system.dof - count, system.dof - 1)
@@ -236,6 +235,8 @@ def _lanczos(system, count):
 
 def _describe(system, square, shapes):
     """(eigenvalue, shape, kind, symmetry) of each mode, ascending, with a definite choice where they coincide."""
+    if not len(square):  # a single bar has nothing that moves
+        return []
     order = np.argsort(square, kind="stable")
     square, shapes = square[order], shapes[..., order]
     shapes = shapes / np.sqrt(_mass_product(system, shapes, shapes))
@@ -269,7 +270,7 @@ def _clusters(square):
         return []
     breaks = np.flatnonzero(np.diff(square) > 2 * COINCIDENT * square[1:]) + 1
     edges = np.concatenate([[0], breaks, [len(square)]])
-    return [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 1]
+    return [(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
 
 
 def _definite_basis(system, shapes, mirrored):

@@ -143,7 +143,7 @@ def _shallow(tension, weight, cosine, sine, kernel):
     q, n, y = tension
     total, product = kernel.sum_of_tensions, np.maximum(kernel.product, TINY)
     i0 = 2 * total / product
-    i1 = -2 * (q * sine + n * cosine) * weight / (total * product)
+    i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, TINY)
     wq, wn = weight * sine, weight * cosine
     i2 = np.zeros_like(i0)
     for point, share in zip(GAUSS_POINTS / 2, GAUSS_WEIGHTS / 2, strict=True):

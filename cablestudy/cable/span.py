@@ -89,7 +89,7 @@ class Span:
 
     def broadcast(self):
         """The same batch with the fields that do not vary repeated, so that all have its shape."""
-        cores = {name: 0 for name in ("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity")}
+        cores = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity"), 0)
         cores |= {"load_positions": 1, "load_forces": 2, "azimuth": 1}
         arrays = {name: np.asarray(getattr(self, name)) for name in cores}
         shape = np.broadcast_shapes(*(arrays[name].shape[: arrays[name].ndim - cores[name]] for name in cores))

@@ -23,7 +23,7 @@ def static_frequency(mass, stiffness):
     return float(np.sqrt(stiffness / mass) / (2 * np.pi))
 
 
-def coupled_modes(mass, stiffness, frequency, participation):
+def coupled_modes(mass, stiffness, frequency, participation, inertia):
     """Modes of the gondola and its cable together.
 
     Parameters
@@ -36,6 +36,9 @@ def coupled_modes(mass, stiffness, frequency, participation):
         Of the cable with fixed ends. [Hz]
     participation : ndarray, shape (n,)
         psi^T K21 e_x of those modes. [N/(m sqrt(kg))]
+    inertia : sequence of 3 float
+        s_0 [kg], s_1 [kg s^2], s_2 [kg s^4] of the whole cable moving with its end, of which every mode k is the share
+        p^2/W^(4 + 2 j): what the modes that are not given add. See `Case.end_inertia`.
 
     Returns
     -------
@@ -46,19 +49,22 @@ def coupled_modes(mass, stiffness, frequency, participation):
 
     Notes
     -----
-    Roots of k - M w^2 - sum of p^2 w^2 / (W^2 (W^2 - w^2)) = 0 (DESIGN section 6, undamped). Between two neighbours W
-    there is exactly one root, so each is bracketed and none is lost or repeated; a matrix would lose a very heavy
-    gondola's frequency in rounding.
+    Roots of k - w^2 (M + r_0 + sum of p^2 / (W^2 (W^2 - w^2))) - w^4 r_1 - w^6 r_2 = 0, where r_j is what the sum over
+    the given modes leaves of s_j: the end's own mass, and the omitted modes up to a share (w/W)^6 of their mass.
+    Between two neighbours W there is exactly one root, so each is bracketed and none is lost or repeated; a matrix
+    would lose a very heavy gondola's frequency in rounding.
     """
     from scipy.optimize import elementwise
 
+    every = (2 * np.pi * frequency) ** 2
+    rest = [max(s - (participation**2 / every ** (2 + j)).sum(), 0.0) for j, s in enumerate(inertia)]
     felt = np.abs(participation) > NEGLIGIBLE * np.abs(participation).max(initial=0.0)
-    square = (2 * np.pi * frequency[felt]) ** 2
+    square = every[felt]
     strength = participation[felt] ** 2
 
     def balance(value):
         terms = strength / square / (square - value[..., None])
-        return stiffness - value * (mass + terms.sum(axis=-1))
+        return stiffness - value * (mass + terms.sum(axis=-1) + rest[0] + value * (rest[1] + value * rest[2]))
 
     # above the last W the root is below that of the gondola on all the springs of the cable together
     highest = (stiffness + (strength / square).sum()) / mass + square.max(initial=0.0)
@@ -71,4 +77,5 @@ def coupled_modes(mass, stiffness, frequency, participation):
     found = elementwise.find_root(balance, (low, high), tolerances={"xrtol": 1e-15})
     root = found.x[found.success]
     weight = mass + (strength / (square - root[:, None]) ** 2).sum(axis=-1)
+    weight += rest[0] + root * (2 * rest[1] + 3 * root * rest[2])
     return np.sqrt(root) / (2 * np.pi), mass / weight

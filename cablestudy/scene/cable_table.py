@@ -16,6 +16,12 @@ MAX_LOADS = 1000
 # Unstretched length over chord: outside of this it is a slip, not a cable.
 LENGTH_RATIO = (0.2, 200.0)
 _LIKELY_RATIO = (0.5, 5.0)
+# Beyond any cable by many powers of ten; outside of this squares of forces and frequencies leave the range of a double.
+STIFFNESS_RANGE = (1e-12, 1e24)
+MASS_RANGE = (1e-18, 1e12)
+CHORD_RANGE = (1e-9, 1e12)
+PRESTRAIN_RANGE = (1e-18, 10.0)
+MAX_FORCE = 1e30
 
 Coordinate = Annotated[float, Quantity("m")]
 Length = Annotated[float, Quantity("m", positive=True)]
@@ -34,6 +40,10 @@ Point = tuple[Coordinate, Coordinate, Coordinate]
 def materials():
     """The table of materials: name -> {elastic_modulus [Pa], density [kg/m^3], strength [Pa]}."""
     return read_file(os.path.join(os.path.dirname(__file__), "materials.yaml")).value
+
+
+def _written(limits):
+    return f"{limits[0]:g} to {limits[1]:g}"
 
 
 class _Material(Word):
@@ -234,13 +244,25 @@ class Cable(Table):
         chord = self.chord_length
         if chord == 0:
             yield ("ends",), "the two ends coincide"
-        elif not math.isfinite(chord):
-            yield ("ends",), "the two ends are too far apart for a number"
+        elif not CHORD_RANGE[0] <= chord <= CHORD_RANGE[1]:
+            key = "ends" if self.ends else "chord"
+            yield (key,), f"the two ends are {chord:g} m apart: out of range ({_written(CHORD_RANGE)} m)"
         elif self.unstretched_length is not None:
             yield from self._length_mistakes(chord)
-        for name, value in (("elastic_modulus", self.axial_stiffness), ("density", self.mass_per_length)):
-            if not 0 < value < math.inf:
-                yield (name,), f"times the area of the cross-section is {value:g}: out of range"
+        for name, value, limits, unit in (
+            ("elastic_modulus", self.axial_stiffness, STIFFNESS_RANGE, "N"),
+            ("density", self.mass_per_length, MASS_RANGE, "kg/m"),
+        ):
+            if not limits[0] <= value <= limits[1]:
+                message = f"times the area of the cross-section is {value:g} {unit}: out of range"
+                yield (name,), f"{message} ({_written(limits)} {unit})"
+        strain = self.preload / self.axial_stiffness if self.preload and self.axial_stiffness else 1.0
+        if not PRESTRAIN_RANGE[0] <= strain <= PRESTRAIN_RANGE[1]:
+            message = f"{self.preload:g} N is {strain:.3g} times the elastic modulus times the area: out of range"
+            yield ("preload",), f"{message} ({_written(PRESTRAIN_RANGE)} times)"
+        for index, load in enumerate(self.loads):
+            if max(map(abs, load.force)) > MAX_FORCE:
+                yield ("loads", index, "force"), f"out of range (at most {MAX_FORCE:g} N)"
 
     def _length_mistakes(self, chord):
         """An unstretched length far from the chord, loads beyond it."""

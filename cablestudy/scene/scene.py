@@ -15,6 +15,7 @@ STUDY_KEYS = ("vary", "columns")
 DEFAULT_ACCURACY = 1e-4
 MAX_ELEMENTS = 1_000_000
 MAX_ORDER = 64
+MAX_GRAVITY = 1e9
 
 Positive = Annotated[float, Quantity("", positive=True)]
 Frequency = Annotated[float, Quantity("Hz", positive=True)]
@@ -213,6 +214,11 @@ class Scene(Table):
     winch: Winch | None = Field(None, description="The winch that moves the cable")
     wind: Wind | None = Field(None, description="The wind on the gondola")
     model: Model = Field(Model(), description="How finely the cable is computed")
+
+    def together(self):
+        """A gravity that squares of forces can bear."""
+        if self.gravity > MAX_GRAVITY:
+            yield ("gravity",), f"must be at most {MAX_GRAVITY:g}, got {self.gravity:g}"
 
 
 # Where each mapping of the file lies ("*": any index) and which model reads it.

@@ -13,8 +13,9 @@ from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 FIRST_MODES = 16
-ALL_MODES_DOF = 600  # up to here all modes cost little more than some
-GONDOLA_MODES = 30  # cable modes up to so many times the gondola's frequency shape its motion
+ALL_MODES_DOF = 200  # up to here all modes cost little more than some
+GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
+FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 # (elements per segment, order) that the accuracy loop goes through
 LADDER = ((1, 8), (1, 12), (1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))
 
@@ -114,7 +115,7 @@ class Case:
         ConvergenceError, NoSolutionError
             No equilibrium of the elements, or a cable that hangs folded.
         """
-        if self.catenary.min_tension <= 1e-12 * self.catenary.max_tension:
+        if self.catenary.min_tension <= FOLDED * self.catenary.max_tension:
             raise NoSolutionError("the cable hangs folded: somewhere it has no tension, and no stiffness about it")
         if self._mesh is not None:
             return equilibrium.from_catenary(self.catenary, self._mesh), None
@@ -184,12 +185,32 @@ class Case:
             if len(found) >= number:
                 return float(modes.frequency[found[number - 1]])
             if modes.complete:
-                raise NoSolutionError(f"the model has {len(found)} {symmetry or ''} {kind} modes, not {number}")
+                words = " ".join(word for word in (symmetry, kind) if word)
+                raise NoSolutionError(f"the model has {len(found)} {words} modes, not {number}")
             count *= 2
 
     def participation(self, modes):
         """psi^T K21 e_x of end 2 for each mode, shape (k,). [N/(m sqrt(kg))]"""
         return modes.participation @ self.span.frame[:, 0]
+
+    @cached_property
+    def end_inertia(self):
+        """How the cable's mass weighs on end 2 moving along x: s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
+
+        With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
+        s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
+        """
+        dynamics, along = self.dynamics, self.span.frame[:, 0]
+        moments = np.zeros(3)
+        for system in dynamics.systems:
+            axes = len(system.axes)
+            shape = (system.end_shapes @ along[list(system.axes)]).ravel()
+            weighted = system.full_mass() @ shape
+            inner = weighted[axes:-axes]
+            moved, _ = system.solve(inner)
+            moments += shape @ weighted, inner @ moved, moved @ (system.mass @ moved)
+        mass = dynamics.mass * dynamics.length
+        return moments * mass * (mass * dynamics.length / dynamics.state.force) ** np.arange(3)
 
     @cached_property
     def gondola_frequency_static(self):
@@ -199,11 +220,20 @@ class Case:
     @cached_property
     def gondola_frequency(self):
         """Frequency of the coupled mode in which the gondola moves most. [Hz]"""
-        modes = self.modes_up_to(GONDOLA_MODES * self.gondola_frequency_static)
-        frequency, share = gondola.coupled_modes(
-            self.scene.gondola.mass, self.end_stiffness[0, 0], modes.frequency, self.participation(modes)
-        )
-        return float(frequency[np.argmax(share)])
+        found = self.gondola_frequency_static
+        while True:
+            limit = GONDOLA_MODES * found
+            modes = self.modes_up_to(limit)
+            frequency, share = gondola.coupled_modes(
+                self.scene.gondola.mass,
+                self.end_stiffness[0, 0],
+                modes.frequency,
+                self.participation(modes),
+                self.end_inertia,
+            )
+            found = float(frequency[np.argmax(share)])
+            if modes.complete or GONDOLA_MODES * found <= 1.5 * limit:
+                return found
 
 
 class ClosedStatics:
@@ -212,8 +242,11 @@ class ClosedStatics:
     def __init__(self, catenary):
         self.mean_tension = float(catenary.mean_tension)
         self.max_tension = float(catenary.max_tension)
-        self.min_tension = float(catenary.min_tension)
-        self.horizontal_tension = float(catenary.horizontal_tension)
+        # a folded cable is computed with next to no tension at its fold, and shown with none
+        self.min_tension, self.horizontal_tension = (
+            float(tension) if tension > FOLDED * catenary.max_tension else 0.0
+            for tension in (catenary.min_tension, catenary.horizontal_tension)
+        )
         self.stretched_length = float(catenary.stretched_length)
         self.iterations = int(catenary.record.steps)
         self._catenary = catenary

@@ -96,7 +96,8 @@ COLUMNS = (
            lambda c: c.statics.horizontal_tension),
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda c: c.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda c: c.statics.min_tension),
-    Column("unstretched_length", "m", "length without tension", "statics", lambda c: c.span.unstretched_length),
+    Column("unstretched_length", "m", "length without tension", "statics",
+           lambda c: c.scene.cable.unstretched_length or c.span.unstretched_length),
     Column("stretched_length", "m", "length under tension", "statics", lambda c: c.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda c: c.scene.cable.chord_length),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda c: c.statics.sag),
@@ -132,7 +133,7 @@ COLUMNS = (
            lambda c: c.gondola_frequency_static, "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode of gondola and cable in which the gondola moves most", "gondola",
            lambda c: c.gondola_frequency, "gondola.mass"),
-    Column("iterations", "", "Newton steps of the statics", "statics", lambda c: float(c.statics.iterations)),
+    Column("iterations", "", "Newton steps of the statics", "statics", lambda c: c.statics.iterations),
     Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
@@ -151,12 +152,6 @@ FAMILIES = (
 )  # fmt: skip
 
 MAX_MODE_NUMBER = 1000
-
-
-def _member(family, number):
-    """Column `number` of a family."""
-    name = family.name.replace("_K", f"_{number}")
-    return replace(family, name=name, compute=lambda case: family.compute(case, number))
 
 
 def _member(family, number):
@@ -188,10 +183,23 @@ def find(name):
     for family in FAMILIES if match else ():
         if family.name == match[1] + "K" and int(match[2]) <= MAX_MODE_NUMBER:
             return _member(family, int(match[2]))
+    family = next((f.name for f in FAMILIES if re.fullmatch(f.name.replace("_K", r"_\w+"), name)), None)
+    if family:
+        raise ValueError(f"unknown column {name!r} ({family}: K is a whole number from 1 to {MAX_MODE_NUMBER})")
     known = [column.name for column in COLUMNS + FAMILIES]
     close = difflib.get_close_matches(name, known, 1) or difflib.get_close_matches(re.sub(r"\d+", "K", name), known, 1)
     hint = f"did you mean {close[0]}?" if close else "'cablestudy columns' lists them"
     raise ValueError(f"unknown column {name!r} ({hint})")
+
+
+def lacks(scene, column):
+    """Whether a scene has no value for the key that a column needs."""
+    if not column.key:
+        return False
+    value = scene
+    for part in column.key.split("."):
+        value = getattr(value, part, None)
+    return value is None or value == ()
 
 
 def broken(case):
@@ -228,7 +236,12 @@ def value(column, case):
     NoSolutionError, ConvergenceError
         There is no such number.
     """
-    number = float(column.compute(case))
+    if lacks(case.scene, column):
+        raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
+    number = column.compute(case)
+    if isinstance(number, int):
+        return number
+    number = float(number)
     if not np.isfinite(number):
         raise NoSolutionError(f"{column.header} is not finite")
-    return number
+    return number + 0.0  # no minus before a zero

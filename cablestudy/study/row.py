@@ -67,7 +67,7 @@ def evaluate(scene, columns):
     except CablestudyError as failure:
         status = " ".join(str(failure).split())
     run = {
-        "dof": float(dof),
+        "dof": dof,
         "solve_time_ms": 1e3 * (time.perf_counter() - begin),
         "error_estimate": error,
         "status": status,
@@ -81,6 +81,8 @@ def evaluate(scene, columns):
 
 def _values(case, columns, estimate):
     """Values of the columns, degrees of freedom, estimated error, notes."""
+    if all(column.needs == "scene" for column in columns):
+        return {column.header: value(column, case) for column in columns}, 0, 0.0, ("nothing to model",)
     motion = [column for column in columns if column.needs in DISCRETE]
     if not case.exact_statics:
         values = {column.header: value(column, case) for column in columns}
@@ -134,7 +136,7 @@ def _ladder(case, sample):
         finer = case.refined(elements, order)
         try:
             values = sample(finer)
-        except ConvergenceError as problem:
+        except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
             failure = problem
             continue
         if before is not None and before.keys() == values.keys():
@@ -144,7 +146,7 @@ def _ladder(case, sample):
         before = values
     if failure is not None and before is None:
         raise failure
-    reached = "no two models agree" if error is None else f"the error reached is about {error:.1e}"
+    reached = "the finest model is too coarse" if error is None else f"the error reached is about {error:.1e}"
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
@@ -171,11 +173,18 @@ def modes(case, count=None, upto=None):
     NoSolutionError, ConvergenceError
     """
 
+    reason = broken(case)
+    if reason:
+        raise NoSolutionError(reason)
+
     def wanted(other):
         if upto is not None:
             found = other.modes_up_to(upto)
             return found.first(int(np.searchsorted(found.frequency, upto, side="right")))
-        return other.modes(count).first(count)
+        found = other.modes(count)
+        if case.exact_statics and len(found) < count:
+            raise ConvergenceError(f"{count} modes are too many: the finest model has {len(found)}")
+        return found.first(count)
 
     if not case.exact_statics:
         model = case.scene.model
@@ -190,9 +199,9 @@ def _relative(value, reference):
 
 
 def _error_of_fixed(case, columns, values):
-    """Error of a fixed model, against the continuous cable to REFERENCE."""
+    """Error of a fixed model, against the continuous cable to REFERENCE; None where that cannot be had."""
     model = case.scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
     exact = evaluate(case.scene.model_copy(update={"model": model}), columns)
     if exact.failed:
-        raise ConvergenceError(f"no error estimate: {exact.cells['status']}")
+        return None
     return max((_relative(values[name], exact.cells[name]) for name in values if name != "iterations"), default=0.0)

@@ -24,18 +24,19 @@ class Place:
         self.md = os.path.join(folder, self.stem + ".md")
 
     def check_writable(self):
-        """Make the folder if need be.
+        """Make sure that the folder is there or can be made; make nothing yet.
 
         Raises
         ------
         SceneError
             It cannot be written to.
         """
-        try:
-            os.makedirs(self.folder, exist_ok=True)
-        except OSError as error:
-            raise SceneError(f"--out {self.folder}: cannot be made ({error.strerror})") from None
-        if not os.access(self.folder, os.W_OK | os.X_OK):
+        there = os.path.abspath(self.folder)
+        while not os.path.lexists(there):
+            there = os.path.dirname(there)
+        if not os.path.isdir(there):
+            raise SceneError(f"--out {self.folder}: {os.path.relpath(there)} is a file, not a folder")
+        if not os.access(there, os.W_OK | os.X_OK):
             raise SceneError(f"--out {self.folder}: cannot be written to")
 
     def check_stored(self):
@@ -44,7 +45,11 @@ class Place:
             raise SceneError(f"{self.csv}: no such file to compare with (run the sweep without --check first)")
 
     def write(self, study, table):
-        """Write both files, each whole or not at all."""
+        """Write both files, each whole or not at all; make the folder if need be."""
+        try:
+            os.makedirs(self.folder, exist_ok=True)
+        except OSError as error:
+            raise SceneError(f"--out {self.folder}: cannot be made ({error.strerror})") from None
         write_whole(self.csv, table.csv())
         write_whole(self.md, f"# {study.title or self.stem}\n\n{table.markdown()}")
 

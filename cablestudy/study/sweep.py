@@ -1,11 +1,15 @@
 """A study: vary -> cases -> rows -> table."""
 
+import json
+import signal
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from math import inf
 
-from cablestudy.errors import Mistake, SceneError
-from cablestudy.study.columns import Column, find
+from cablestudy.errors import Mistake, NoSolutionError, SceneError
+from cablestudy.scene.study import CHECK_ALL
+from cablestudy.study.columns import Column, find, lacks
 from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table, number, read_csv
 
@@ -50,7 +54,7 @@ def columns_of(study):
             continue
         if any(column.header == other.header for other in columns):
             mistakes.append(Mistake(where, f"columns.{place}", f"{column.name} is listed twice"))
-        elif lacks(scene, column):
+        elif lacks(scene, column) and _every_case_lacks(study, column):
             message = f"{column.name} needs the key {column.key}, which the scene does not have"
             mistakes.append(Mistake(where, f"columns.{place}", message))
         columns.append(column)
@@ -59,14 +63,8 @@ def columns_of(study):
     return columns
 
 
-def lacks(scene, column):
-    """Whether a scene has no value for the key that a column needs."""
-    if not column.key:
-        return False
-    value = scene
-    for part in column.key.split("."):
-        value = getattr(value, part, None)
-    return value is None or value == ()
+def _every_case_lacks(study, column):
+    return all(lacks(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
 
 
 def reference_of(study, columns):
@@ -169,8 +167,13 @@ def run(study, jobs=1):
     compute = partial(_cells, names=names)
     scenes = [scene for _, scene in cases]
     if jobs > 1 and len(scenes) > 1:
-        with ProcessPoolExecutor(min(jobs, len(scenes))) as pool:
-            results = list(pool.map(compute, scenes, chunksize=max(1, len(scenes) // (4 * jobs))))
+        # Ctrl-C reaches the processes too, and shall end them at once
+        calm = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}
+        try:
+            with ProcessPoolExecutor(min(jobs, len(scenes)), **calm) as pool:
+                results = list(pool.map(compute, scenes, chunksize=max(1, len(scenes) // (4 * jobs))))
+        except BrokenProcessPool:
+            raise NoSolutionError("one of the processes ended by itself: too little memory for so many jobs?") from None
     else:
         results = [compute(scene) for scene in scenes]
     rows = []
@@ -189,7 +192,8 @@ def _written(overrides):
     """What varies, as the user wrote it."""
     plain = {}
     for key, value in overrides.items():
-        plain[key] = value if isinstance(value, (str, int, float)) and not isinstance(value, bool) else str(value)
+        number_or_text = isinstance(value, (str, int, float)) and not isinstance(value, bool)
+        plain[key] = value if number_or_text else json.dumps(value, ensure_ascii=False)
     return plain
 
 
@@ -198,16 +202,16 @@ def _printed(cells, reference, place):
     added = {}
     for name in names:
         printed, computed = rows[place][name], cells[name]
-        added[_beside(name, "printed")] = printed
+        added[beside(name, "printed")] = printed
         known = printed is not None and computed is not None
         difference = computed - printed if known else None
         if known and abs(difference) < 1e-12 * abs(printed):
             difference = 0.0
-        added[_beside(name, "difference")] = difference
+        added[beside(name, "difference")] = difference
     return added
 
 
-def _beside(header, word):
+def beside(header, word):
     """`sag_m` -> `sag_printed_m`."""
     column = find(header)
     return f"{column.name}_{word}{column.header[len(column.name) :]}"
@@ -221,9 +225,9 @@ def _fields(study, columns, referenced):
             continue
         fields.append(field_of(column))
         if column.header in referenced:
-            printed, difference = _beside(column.header, "printed"), _beside(column.header, "difference")
+            printed, difference = beside(column.header, "printed"), beside(column.header, "difference")
             fields.append(Field(printed, "printed", column.unit, hidden=True))
-            fields.append(Field(difference, "printed (difference)", "", beside=printed))
+            fields.append(Field(difference, "printed (Δ)", "", beside=printed))
     return (*fields, STATUS)
 
 

@@ -1,0 +1,11 @@
+"""Pictures: the static form, the deflection by point loads, mode shapes, a study. The only importer of matplotlib.
+
+`style` has the look and the axes, then one file for each idea: `form`, `deflection`, `modes`, `study`.
+"""
+
+from cablestudy.study.plots.form import static_form
+from cablestudy.study.plots.modes import mode_shapes
+from cablestudy.study.plots.study import study_plot
+from cablestudy.study.plots.style import save
+
+__all__ = ["mode_shapes", "save", "static_form", "study_plot"]

@@ -1,0 +1,101 @@
+"""How point loads move a cable, non-linear and linear, below its static form."""
+
+from functools import partial
+
+import numpy as np
+
+from cablestudy.cable.element import basis, lagrange
+from cablestudy.study.deflection import nodal_deflections
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, padded, plain
+
+WORDS = {"vertical": "upwards", "sideways": "sideways", "horizontal": "horizontally"}
+FULL = {"color": BLUE, "label": "full, non-linear"}
+LINEAR = {"color": RED, "ls": "--", "lw": 1.3, "label": "linear, about the unloaded form"}
+APART = {
+    "vertical": {"color": BLUE, "label": "vertical"},
+    "sideways": {"color": RED, "ls": "--", "label": "sideways"},
+    "horizontal": {"color": GREEN, "ls": "-.", "label": "horizontal"},
+}
+HEIGHT = 1.9  # of a panel [in]
+
+
+def deflections(form):
+    """Each component of the movement that matters, non-linear and linear, and how far they are apart.
+
+    Parameters
+    ----------
+    form : Form
+        With point loads.
+
+    Returns
+    -------
+    list of (float, callable)
+        Panels: height [in], and what paints it, given a figure and a place in its grid.
+    """
+    mesh, *nodal = nodal_deflections(form.case)
+    positions, both = between_nodes(mesh, np.stack(nodal, axis=-1))
+    level, up = form.plane(both[:, 0], both[:, 1])
+    movement = {"vertical": up, "sideways": both[:, 2], "horizontal": level}
+    names = ["vertical"] if form.case.span.planar else ["vertical", "sideways"]
+    # a load along the chord, or across an upright one, moves it more to the side than down
+    if np.abs(level).max() > np.abs(up).max():
+        names.append("horizontal")
+    panel = partial(_paint, form, form.abscissa(positions))
+    title = "Deflection from the unloaded form"
+    painted = [
+        partial(panel, title, f"movement\n{WORDS[name]} ", list(zip(movement[name].T, (FULL, LINEAR), strict=True)))
+        for name in names
+    ]
+    apart = [(movement[name][:, 1] - movement[name][:, 0], APART[name]) for name in names]
+    painted.append(partial(panel, "Difference of the two", "linear − full\n", apart))
+    return [(HEIGHT, paint) for paint in painted]
+
+
+def between_nodes(mesh, nodal):
+    """What nodes have, as the elements interpolate it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    nodal : ndarray, shape (nodes, ...)
+
+    Returns
+    -------
+    positions : ndarray, shape (j,)
+        Shares of the unstretched length. [-]
+    values : ndarray, shape (j, ...)
+    """
+    element = basis(mesh.order)
+    fine = np.linspace(0.0, 1.0, 1 + (1 if mesh.order == 1 else max(8, -(-400 // mesh.elements))))
+    index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
+    values = np.einsum("ji,ni...->nj...", lagrange(element.nodes, fine), nodal[index])
+    positions = mesh.edges[:-1, None] + mesh.sizes[:, None] * fine
+    keep = np.ones(positions.shape, dtype=bool)
+    keep[:-1, -1] = False  # the next element has it
+    return positions[keep], values[keep]
+
+
+def _paint(form, x, title, label, lines, figure, place):
+    """A panel of lines, each with its look, and dotted lines where the loads are."""
+    axes = figure.add_subplot(place)
+    scale, unit = _length_unit([values for values, _ in lines])
+    for values, look in lines:
+        axes.plot(x, values * scale, **look)
+    for load in form.abscissa(form.load_shares):
+        axes.axvline(load, color=ORANGE, lw=1.2, ls=":", zorder=0.5)
+    axes.set(ylabel=f"{label}[{unit}]", xlabel=form.abscissa_label)
+    axes.set_title(title, loc="left", color=GREY)
+    low, high = (0.0, form.length) if form.upright else (form.distance.min(), form.distance.max())
+    axes.set_xlim(padded(low, high, 0.03, 0.03))
+    axes.margins(y=0.12)
+    plain(axes, 8, 5)
+    if len(lines) > 1:  # above the axes, where it hides nothing
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=len(lines), borderaxespad=0.1)
+
+
+def _length_unit(arrays):
+    """Factor and unit in which lengths given in metres are readable."""
+    largest = np.abs(arrays).max()
+    if largest > 10:
+        return 1.0, "m"
+    return next(((scale, unit) for scale, unit in ((1e9, "nm"), (1e6, "µm")) if largest * scale < 100), (1e3, "mm"))

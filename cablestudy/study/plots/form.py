@@ -1,0 +1,211 @@
+"""The static form in the vertical plane of its chord."""
+
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
+
+from cablestudy.study.plots.deflection import deflections
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, WIDTH, Window, plain, styled
+from cablestudy.study.report import shape_positions
+from cablestudy.study.table import short
+
+NAMED_LOADS = 6  # more would hide each other
+
+
+@styled
+def static_form(case):
+    """The static form with its chord and sag; below it what the point loads do, as in the paper's Fig. 4.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    form = Form(case)
+    panels = [(4.2, partial(_paint_upright, form))] if form.upright else _leaning(form)
+    if form.loaded:
+        panels += deflections(form)
+    heights = [height for height, _ in panels]
+    figure = Figure(figsize=(WIDTH, sum(heights) + 0.35), layout="constrained")
+    grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
+    for place, (_, paint) in zip(grid, panels, strict=True):
+        paint(figure, place)
+    figure.suptitle(form.title, x=0.01, ha="left", fontsize=10)
+    full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
+    for axes, below in pairwise(full_width):
+        if axes.get_xlim() == below.get_xlim():
+            axes.set_xlabel("")
+    figure.align_ylabels(full_width)
+    return figure
+
+
+class Form:
+    """A static form in the vertical plane of its chord, end 1 at the origin.
+
+    Attributes
+    ----------
+    across : ndarray, shape (j,)
+        In the chord frame. [m]
+    distance, height : ndarray, shape (j,)
+        Horizontal distance and height from end 1. [m]
+    tension : ndarray, shape (j,)
+        [N]
+    reach, rise : float
+        The same two of end 2. [m]
+    upright : bool
+        Too steep for a horizontal distance to show anything.
+    load_shares : ndarray, shape (k,)
+        Where the point loads are, as shares of the unstretched length. [-]
+    load_forces : ndarray, shape (k, 3)
+        In the chord frame. [N]
+    """
+
+    def __init__(self, case):
+        span = case.span
+        self.case, self.length, self.chord = case, float(span.unstretched_length), float(span.chord)
+        self.cosine, self.sine = float(span.cosine), float(span.sine)
+        self.positions = shape_positions(case)
+        along, self.across, _, self.tension = self.in_frame(self.positions)
+        self.distance, self.height = self.plane(along, self.across)
+        self.reach, self.rise = self.plane(self.chord, 0.0)
+        self.sag = case.statics.sag
+        self.upright = np.ptp(self.distance) < 1e-3 * np.ptp(self.height)
+        self.load_shares, self.load_forces = span.load_positions / self.length, span.load_forces
+        self.loaded = len(self.load_shares) > 0
+
+    def in_frame(self, positions):
+        """Places in the chord frame [m] and tension [N] at shares of the unstretched length."""
+        displacement, tension = self.case.statics.shape(positions)
+        local = displacement * self.length
+        return local[:, 0] + positions * self.chord, local[:, 1], local[:, 2], tension
+
+    def plane(self, along, across):
+        """Horizontal distance and height of places, or components of movements, given in the chord frame."""
+        return self.cosine * along - self.sine * across, self.sine * along + self.cosine * across
+
+    def abscissa(self, positions):
+        """Where a quantity at shares of the unstretched length is drawn. [m]"""
+        if self.upright:
+            return positions * self.length
+        along, across, _, _ = self.in_frame(positions)
+        return self.plane(along, across)[0]
+
+    @property
+    def abscissa_label(self):
+        """What `abscissa` gives."""
+        return "length along the unstretched cable [m]" if self.upright else "horizontal distance from end 1 [m]"
+
+    @property
+    def title(self):
+        """Name and numbers of the cable."""
+        numbers = [f"chord {short(self.chord)} m", f"preload {short(self.case.statics.mean_tension)} N"]
+        if not (self.upright and self.loaded):  # nobody can say what sag such a cable has
+            numbers.append(f"sag {short(self.sag)} m")
+        return f"Static form: {', '.join(numbers)}"
+
+
+def _leaning(form):
+    """Panels of a cable that is not vertical: the form and, where the chord's slope hides the sag, the sag itself."""
+    window = Window(form.distance, np.append(form.height, [0.0, form.rise]), 0.30)
+    hidden = abs(form.sag) * window.factor < 0.12 * window.ratio * form.reach
+    whole = (0.7 + window.ratio * (WIDTH - 0.8), partial(_paint_whole, form, window, hidden))
+    return [whole, (2.35, partial(_paint_sag, form))] if hidden else [whole]
+
+
+def _paint_whole(form, window, hidden, figure, place):
+    axes = figure.add_subplot(place)
+    window.apply(axes)
+    _draw(axes, (form.reach, form.rise), form.distance, form.height)
+    axes.annotate(
+        "chord and cable" if hidden else "chord", (form.reach / 5, form.rise / 5), (0, 3), textcoords="offset points",
+        ha="center", va="bottom", color=GREY, rotation=np.degrees(np.arctan2(form.rise, form.reach)),
+        rotation_mode="anchor", transform_rotates_text=True,
+    )  # fmt: skip
+    if not hidden:
+        # where the cable is narrower than the words, they stand beside it
+        aside = form.distance.max() if form.reach < 0.4 * window.width else None
+        _dimension(axes, form.reach / 2, form.rise / 2, form.sag, aside)
+    _mark_loads(axes, form)
+    axes.set(xlabel=form.abscissa_label, ylabel="height above end 1 [m]")
+    axes.set_title(window.note.capitalize(), loc="left", color=GREY)
+
+
+def _paint_sag(form, figure, place):
+    axes = figure.add_subplot(place)
+    height = form.across / form.cosine
+    window = Window(form.distance, np.append(height, 0.0), 0.24)
+    window.apply(axes)
+    _draw(axes, (form.reach, 0.0), form.distance, height)
+    _dimension(axes, form.reach / 2, 0.0, form.sag)
+    axes.set(xlabel=form.abscissa_label, ylabel="height above\nthe chord [m]")
+    axes.set_title(f"Vertical distance from the chord, {window.note}", loc="left", color=GREY)
+
+
+def _paint_upright(form, figure, place):
+    """Height along the length, and the tension beside."""
+    left, right = place.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
+    _draw(left, (form.length, form.rise), form.positions * form.length, form.height)
+    _mark_loads(left, form)
+    left.set(xlabel=form.abscissa_label, ylabel="height above end 1 [m]")
+    left.legend(loc="best")
+    right.plot(form.tension, form.height, color=GREEN, label="tension")
+    right.set(xlabel="tension [N]")
+    plain(left, 7, 7)
+    plain(right, 4, 7)
+
+
+def _draw(axes, end, x, y):
+    """The chord from the origin to its other end, and the cable."""
+    chord = [[0, value] for value in end]
+    axes.plot(*chord, "--", color=GREY, lw=1, label="chord")
+    axes.plot(x, y, color=BLUE, label="cable")
+    axes.plot(*chord, "o", color=GREY, ms=4)
+
+
+def _dimension(axes, x, top, sag, aside=None):
+    """The sag as in an engineering drawing, its number at the arrow or, with a leader, right of a place."""
+    arrow = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}
+    axes.annotate("", (x, top - sag), (x, top), arrowprops=arrow)
+    middle, text, look = top - sag / 2, f"sag {short(sag)} m", {"va": "center", "color": RED}
+    if aside is None:
+        axes.annotate(text, (x, middle), (5, 0), textcoords="offset points", **look)
+        return
+    leader = {"arrowstyle": "-", "shrinkA": 2, "shrinkB": 0, "color": RED, "lw": 0.7}
+    gap = axes.transData + ScaledTranslation(0.2, 0.0, axes.figure.dpi_scale_trans)  # as wide as a letter or two
+    axes.annotate(text, (x, middle), (aside, middle), textcoords=gap, arrowprops=leader, **look)
+
+
+def _mark_loads(axes, form):
+    """An arrow for each load in the plane of the picture, a ring for one out of it."""
+    for share, force in zip(form.load_shares, form.load_forces, strict=True):
+        size = float(np.linalg.norm(force))
+        place = (form.abscissa(np.array([share]))[0], np.interp(share, form.positions, form.height))
+        text = f"{short(size)} N" if len(form.load_shares) <= NAMED_LOADS else ""
+        level, up = form.plane(force[0], force[1])
+        if form.upright:
+            level, up = (level, 0.0) if abs(level) > abs(up) else (0.0, up)
+        if np.hypot(level, up) < 0.5 * size:
+            _ring(axes, place, text, "." if force[2] < 0 else "x")
+        else:
+            _arrow(axes, place, text, level, up)
+
+
+def _ring(axes, place, text, mark):
+    axes.plot(*place, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
+    axes.plot(*place, mark, ms=5, color=ORANGE, zorder=5)
+    box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none"}
+    axes.annotate(text, place, (0, -9), textcoords="offset points", ha="center", va="top", bbox=box)
+
+
+def _arrow(axes, place, text, level, up):
+    x, y = 26 * np.array([level, up]) / np.hypot(level, up)
+    look = {"arrowstyle": "<|-", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
+    axes.annotate("", place, (x, y), textcoords="offset points", arrowprops=look)
+    gap, side = (6, "left") if level >= 0 else (-6, "right")
+    axes.annotate(text, place, (x + gap, y), textcoords="offset points", ha=side, va="center")

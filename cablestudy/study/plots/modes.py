@@ -1,0 +1,97 @@
+"""Mode shapes on the static form."""
+
+import textwrap
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from cablestudy.study.plots.deflection import between_nodes
+from cablestudy.study.plots.form import Form
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, Window, nice, panels, styled
+from cablestudy.study.table import short
+
+COLOUR = {"in-plane": BLUE, "out-of-plane": RED, "axial": GREEN}
+WORDS = {"in-plane": "distance above the chord", "out-of-plane": "sideways", "axial": "movement along the cable"}
+PEAK = 0.1  # of a drawn mode shape, as in the paper's Fig. 5 [m]
+PANELS = 12  # mode shapes in one picture
+LAYOUT = {1: (WIDTH, 0.6), 2: (WIDTH / 2, 0.45), 3: (9.5 / 3, 0.5)}  # columns: width of a panel [in], height over width
+
+
+@styled
+def mode_shapes(case, modes):
+    """Mode shapes on the static form, as in the paper's Fig. 5, seen along and across the chord.
+
+    Parameters
+    ----------
+    case : Case
+        With the discretisation that the modes belong to.
+    modes : Modes
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each of the first 12 modes.
+    """
+    count = min(len(modes), PANELS)
+    if not count:
+        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+        figure.suptitle("There is no mode to show")
+        return figure
+    form = Form(case)
+    peak = _peak(form)
+    drawn = _lines(form, modes, count, peak)
+    columns = 1 if count == 1 else 2 if count < 5 else 3
+    width, ratio = LAYOUT[columns]
+    x, y = (np.concatenate([line for lines in drawn for line in lines[axis::2]]) for axis in (0, 1))
+    window = Window(x, y, ratio)
+    rows = -(-count // columns)
+    size = (columns * width, rows * (window.ratio * (width - 0.45) + 0.42) + 0.6)
+    figure = Figure(figsize=size, layout="constrained")
+    for k, axes in enumerate(panels(figure, count, columns, sharey=True)):
+        x_form, y_form, x_mode, y_mode = drawn[k]
+        window.apply(axes, 4, 5)
+        axes.plot(x_form, y_form, color="#9a9a9a", lw=1.1, label="static form")
+        axes.plot(x_mode, y_mode, color=COLOUR[modes.kind[k]], lw=1.5, label="mode")
+        axes.set_title(f"{k + 1}   {short(float(modes.frequency[k]))} Hz", loc="left", weight="bold")
+        axes.set_title(f"{modes.kind[k]}, {modes.symmetry[k]}", loc="right", fontsize=8, color=GREY)
+    which = f"First {count} of {len(modes)} modes" if count < len(modes) else f"{count} mode{'s' if count > 1 else ''}"
+    title = f"{which}, scaled to a peak of {short(peak)} m, on the static form (grey); {window.note}"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    figure.supxlabel("distance along the chord [m]", fontsize=9)
+    upwards = ", or ".join(word for kind, word in WORDS.items() if kind in modes.kind[:count]) + " [m]"
+    figure.supylabel(textwrap.fill(upwards, int(11 * figure.get_figheight())), fontsize=9)
+    return figure
+
+
+def _lines(form, modes, count, peak):
+    """For each mode x and y of the static form, x and y of the mode. [m]"""
+    positions, shapes = between_nodes(form.case.discrete[0].mesh, modes.shapes[..., :count])
+    along, across, sideways, _ = form.in_frame(positions)
+    tangent = np.gradient(np.stack([along, across, sideways], axis=1), positions, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    lines = []
+    for k in range(count):
+        shape, kind = shapes[..., k], modes.kind[k]
+        if kind == "axial":
+            flat, movement = positions * form.chord, (shape * tangent).sum(axis=1)
+            lines.append((flat, 0 * positions, flat, _peaked(movement, peak)))
+        elif kind == "in-plane":
+            moved = _peaked(shape[:, :2], peak)
+            lines.append((along, across, along + moved[:, 0], across + moved[:, 1]))
+        else:
+            lines.append((along, sideways, along, sideways + _peaked(shape[:, 2], peak)))
+    return lines
+
+
+def _peaked(movement, peak):
+    """The same movement with another largest value."""
+    size = np.abs(movement) if movement.ndim == 1 else np.linalg.norm(movement, axis=1)
+    return movement * (peak / size.max())
+
+
+def _peak(form):
+    """The paper's 0.1 m, unless that would be lost beside the sag or too much for so short a cable. [m]"""
+    depth = float(np.abs(form.across).max())
+    if depth * 0.2 > PEAK:
+        return nice(0.3 * depth)
+    return PEAK if form.chord >= 100 * PEAK else nice(form.chord / 100)

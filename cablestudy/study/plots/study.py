@@ -1,0 +1,225 @@
+"""What a study computed, and the printed values beside it."""
+
+import re
+import textwrap
+from collections import Counter
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+
+from cablestudy.study.columns import find
+from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
+from cablestudy.study.sweep import SHOWN_BY, beside
+from cablestudy.study.table import short
+
+OTHER_COLUMNS = 4  # drawn of a study that does not say what to draw
+
+
+@styled
+def study_plot(study, table):
+    """What a study computed, and the printed values beside it: one panel for each column along y.
+
+    Parameters
+    ----------
+    study : Study
+        Its `plot:` says what to draw; without one the first thing varied against the first other columns.
+    table : Table
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    x, names, logx, logy = _wanted(study, table)
+    groups = _groups(study, table.rows, x)
+    side = 1 if len(names) <= 4 else 2
+    figure = Figure(figsize=(6.2 if side == 1 else 10, 2.1 * -(-len(names) // side) + 1.1), layout="constrained")
+    grid = panels(figure, len(names), side)
+    for axes, name in zip(grid, names, strict=True):
+        _panel(axes, x, find(name), groups, logx, logy)
+    for axes in grid[-side:]:
+        axes.set_xlabel(x.label)
+    _legend(figure)
+    if not any(rows for _, rows in groups):
+        grid[0].set_title("no case has an answer", color=GREY)
+    figure.align_ylabels()
+    if study.title:
+        figure.suptitle(textwrap.fill(study.title, int(14 * figure.get_figwidth())), fontsize=10)
+    return figure
+
+
+def _wanted(study, table):
+    """Abscissa, columns along y, and which axes are logarithmic; None leaves that to the values."""
+    if study.plot:
+        return _Abscissa(study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy
+    columns = [find(name) for name in study.columns if find(name).name != "status"]
+    headers = [column.header for column in columns]
+    varied = [_shown(key, headers) for key in study.varied] or headers[:1]
+    x = _Abscissa(varied[0], table)
+    given = [column.header for column in columns if column.header in varied or column.needs == "scene"]
+    others = [name for name in headers if name not in given] or [name for name in headers if name != x.name] or headers
+    return x, others[:OTHER_COLUMNS], None, None
+
+
+def _shown(key, headers):
+    """The column that shows a varied key, or the key itself."""
+    known = (find(name).header for name in SHOWN_BY.get(key, ()))
+    return next((header for header in known if header in headers), key)
+
+
+class _Abscissa:
+    """What lies along x.
+
+    Parameters
+    ----------
+    name : str
+        A column or a varied key.
+    table : Table
+
+    Attributes
+    ----------
+    name : str
+        Field of the rows.
+    label : str
+        With unit.
+    categories : list of str or None
+        What is not a number, or not all of one unit.
+    """
+
+    def __init__(self, name, table):
+        try:
+            column = find(name)
+            self.name, self.printed, self.label = column.header, beside(column.header, "printed"), _label(column)
+        except ValueError:
+            self.name, self.printed, self.label = name, None, _words(name)
+        written = [row[self.name] for row in table.rows if row.get(self.name) is not None]
+        parsed = [_quantity(value) for value in written]
+        units = {unit for _, unit in parsed}
+        self.categories = None
+        if any(number is None for number, _ in parsed) or len(units) > 1:
+            self.categories = list(dict.fromkeys(map(str, written)))
+        elif units - {""}:
+            self.label = f"{self.label} [{units.pop()}]"
+
+    def values(self, rows, printed=False):
+        """Numbers of rows; of categories, their places."""
+        if self.categories is not None:
+            return [self.categories.index(str(row[self.name])) for row in rows]
+        names = [self.printed if printed and row.get(self.printed) is not None else self.name for row in rows]
+        return [_quantity(row[name])[0] for row, name in zip(rows, names, strict=True)]
+
+
+def _quantity(value):
+    """Number and unit of a cell; (None, "") of a text that is neither."""
+    if isinstance(value, (int, float)):
+        return float(value), ""
+    found = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*", value)
+    try:
+        return (float(found[1]), found[2]) if found else (None, "")
+    except ValueError:
+        return None, ""
+
+
+def _label(column):
+    unit = column.unit.replace("^2", "²").replace("^3", "³")
+    return f"{_words(column.name)} [{unit}]" if unit else _words(column.name)
+
+
+def _words(name):
+    return name.rpartition(".")[2].replace("_", " ")
+
+
+def _groups(study, rows, x):
+    """Rows with an answer that belong on one line, by what else varies: list of (label, rows)."""
+    headers = [find(name).header for name in study.columns]
+    entries = [[key for key, _, _ in entry.columns] for entry in study.entries]
+    along = [entry for entry in entries if any(x.name in (key, _shown(key, headers)) for key in entry)] or entries[-1:]
+    groups, seen = {}, Counter()
+    for row in rows:
+        label = ", ".join(f"{_words(entry[0])} {row.get(entry[0])}" for entry in entries if entry not in along)
+        place = (label, row.get(x.name))
+        turn = seen[place] if x.categories is not None else 0  # a category that comes again starts another series
+        seen[place] += 1
+        groups.setdefault((label, turn), []).append(row)
+    again = any(turn for _, turn in groups)
+    companions = [key for entry in along for key in entry if again and key != x.name]
+    return [
+        (_series_label(label, members, companions), [row for row in members if row["status"] == "ok"])
+        for (label, _), members in groups.items()
+    ]
+
+
+def _series_label(label, rows, companions):
+    """What the rows of a series have in common, beside their group."""
+    parts = [label] if label else []
+    for key in companions:
+        values = {str(row.get(key)) for row in rows}
+        parts.append(f"{_words(key)} {values.pop()}" if len(values) == 1 else f"each with its own {_words(key)}")
+    return ", ".join(parts)
+
+
+def _panel(axes, x, column, groups, logx, logy):
+    """One column: its computed values, joined unless x has categories, and rings for the printed ones."""
+    printed_name = beside(column.header, "printed")
+    for k, (label, rows) in enumerate(groups):
+        line, aside = "-", 0.0
+        if x.categories is not None:  # side by side: equal values would hide each other
+            line, aside = "none", 0.24 * (k - (len(groups) - 1) / 2) / max(1, len(groups) / 3)
+        placed = [row for row in rows if row.get(x.name) is not None]
+        computed = [row for row in placed if isinstance(row.get(column.header), float)]
+        axes.plot(
+            np.add(x.values(computed), aside), [row[column.header] for row in computed], linestyle=line,
+            marker="os^Dv"[k % 5], ms=4.5, color=SERIES[k % len(SERIES)], label=label or "computed",
+        )  # fmt: skip
+        printed = [row for row in placed if row.get(printed_name) is not None]
+        if printed:
+            axes.plot(
+                np.add(x.values(printed, printed=True), aside), [row[printed_name] for row in printed],
+                "o", ms=9, mfc="none", mec=RED, mew=1.3, label="printed",
+            )  # fmt: skip
+    axes.set_ylabel(textwrap.fill(_label(column), 22))
+    _scale(axes, "y", logy)
+    if x.categories is None:
+        _scale(axes, "x", logx)
+    else:
+        axes.set_xticks(range(len(x.categories)), x.categories, rotation=30, ha="right", rotation_mode="anchor")
+        axes.set_xlim(-0.5, len(x.categories) - 0.5)
+
+
+def _scale(axes, which, logarithmic):
+    """Scale, and ticks that can be read: on a short logarithmic x axis the values themselves."""
+    axis = getattr(axes, f"{which}axis")
+    values = _drawn(axes.lines, which)
+    axes.margins(**{which: 0.08 if which == "x" else 0.15})
+    positive = len(values) > 0 and values[0] > 0
+    if logarithmic is None:
+        logarithmic = positive and values[-1] > 30 * values[0]
+    if not (logarithmic and positive):
+        plain_axis(axis, 7 if which == "x" else 5)
+        return
+    axes.set(**{f"{which}scale": "log"})
+    decades = np.log10(values[-1] / values[0])
+    own = _drawn([line for line in axes.lines if line.get_label() != "printed"], which)
+    if which == "x" and 1 < len(own) <= 8 and np.diff(np.log10(own)).min() > 0.07 * decades:
+        axis.set_major_locator(FixedLocator(own))
+    elif decades < 0.6:
+        axis.set_major_locator(round_ticks(4))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2.5 else (1,), numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: short(float(value))))
+    axis.set_minor_locator(NullLocator())
+
+
+def _drawn(lines, which):
+    """Every value along one axis, in order and once."""
+    return np.unique([value for line in lines for value in line.get_data()["xy".index(which)]])
+
+
+def _legend(figure):
+    """One legend for all panels: what the lines are, and the hollow rings."""
+    seen = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            seen.setdefault(label, handle)
+    if len(seen) > 1:
+        figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=min(len(seen), 4), fontsize=9)

@@ -1,0 +1,64 @@
+"""Run every example of the documentation and put in what it prints.
+
+A fenced block marked `console` holds commands, each after `$ `, and below each what it prints. `make docs` writes the
+outputs and the pictures; tests/test_docs.py compares them. Commands run in a copy of configs/, so that nothing here
+changes by being documented.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = sorted([ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").glob("*.md")])
+BLOCK = re.compile(r"(```console\n)(.*?)(```\n)", re.DOTALL)
+PICTURES = "docs/pictures"
+
+
+def outputs(block, folder):
+    """The same block with what its commands print now."""
+    lines = []
+    for line in block.splitlines():
+        if line.startswith("$ "):
+            lines += [line, *run(line[2:], folder).splitlines()]
+    return "".join(line + "\n" for line in lines)
+
+
+def run(command, folder):
+    """What a user of a shell sees of a command: standard error and standard output."""
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, check=False,
+    )  # fmt: skip
+    return done.stdout
+
+
+def workplace():
+    """A temporary folder with a copy of what the examples read."""
+    folder = tempfile.TemporaryDirectory(prefix="cablestudy-docs-")
+    shutil.copytree(ROOT / "configs", Path(folder.name) / "configs")
+    shutil.copytree(ROOT / "results", Path(folder.name) / "results")
+    (Path(folder.name) / PICTURES).mkdir(parents=True)
+    return folder
+
+
+def refreshed(page, folder):
+    """Text of a page with fresh outputs."""
+    return BLOCK.sub(lambda match: match[1] + outputs(match[2], folder) + match[3], page.read_text())
+
+
+def main():
+    """Rewrite every page, and the pictures that its commands draw."""
+    with workplace() as folder:
+        for page in PAGES:
+            page.write_text(refreshed(page, folder))
+        shutil.copytree(Path(folder) / PICTURES, ROOT / PICTURES, dirs_exist_ok=True)
+
+
+if __name__ == "__main__":
+    main()

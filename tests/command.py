@@ -1,0 +1,72 @@
+"""The command line in tests: in this process, or as a process of its own where that matters."""
+
+import csv
+import io
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from click.testing import CliRunner
+
+from cablestudy.cli import main
+
+ROOT = Path(__file__).parent.parent
+CONFIGS = ROOT / "configs"
+CARLINA, SLACK = str(CONFIGS / "carlina.yaml"), str(CONFIGS / "slack.yaml")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a command left: exit code, standard output, standard error."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def lines(self):
+        """Lines of standard error."""
+        return self.err.splitlines()
+
+
+def run(*arguments, stdin=None, code=0):
+    """A command in this process; its exit code must be the expected one."""
+    result = CliRunner().invoke(main, [str(argument) for argument in arguments], input=stdin)
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
+    assert result.exit_code == code, result.stderr
+    return Outcome(result.exit_code, result.stdout, result.stderr)
+
+
+def process(*arguments, **options):
+    """A command in a process of its own."""
+    command = [sys.executable, "-m", "cablestudy.cli", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, **options)
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def rows_of(text, style):
+    """Rows of a table in CSV, JSON or JSON lines; numbers as floats, empty cells as None."""
+    if style == "csv":
+        return [{name: _cell(cell) for name, cell in row.items()} for row in csv.DictReader(io.StringIO(text))]
+    return json.loads(text)["rows"] if style == "json" else [json.loads(line) for line in text.splitlines()]
+
+
+def table_of(*arguments, code=0):
+    """Rows that a command prints as JSON."""
+    return rows_of(run(*arguments, "--format", "json", code=code).out, "json")
+
+
+def _cell(text):
+    try:
+        return float(text)
+    except ValueError:
+        return text or None
+
+
+def study_file(folder, text, base=CARLINA):
+    """A study upon a scene of configs/, written to a folder; its name."""
+    path = Path(folder) / "study.yaml"
+    path.write_text(f"base: {base}\n{text}", encoding="utf-8")
+    return str(path)

@@ -1,0 +1,187 @@
+"""Laws that hold for every cable: scaling, rotation, mirror image, gravity and load reversed, order, more stiffness.
+
+Reproducible: examples are derandomised, and bounded in number.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+from cables import chord_span, graded_error
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from slack_chain import span_margin
+
+from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.element import mesh_segments
+from cablestudy.cable.modes import Dynamics
+from cablestudy.cable.span import span_between
+
+PROFILE = settings(
+    derandomize=True, max_examples=40, deadline=None, database=None, suppress_health_check=[HealthCheck.filter_too_much]
+)
+
+
+def powers(low, high):
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+inclinations = st.one_of(st.sampled_from([0.0, 19.0]), st.floats(-85, 85))
+strains = st.one_of(powers(-9, -1.5), powers(-9, -1).map(lambda x: -x), st.floats(1, 3).map(lambda x: 1 / x - 1))
+weights = powers(-8, -2)  # over EA
+shares = st.floats(0.02, 0.98)
+forces = st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3))
+load_lists = st.lists(st.tuples(shares, forces), max_size=3, unique_by=lambda load: round(load[0], 2))
+
+
+def solved(span, elements=12, order=4):
+    start = catenary.solve(span)
+    assert start.record.converged
+    mesh = mesh_segments(start.segments.fraction, elements, order)
+    assume(start.min_tension > 0.03 * start.max_tension)  # sharper bends need more elements than these
+    state, record = equilibrium.solve(start, mesh)
+    assert len(record.steps) <= 15
+    return start, state, Dynamics(state, span.unstretched_length, span.mass, span.planar)
+
+
+def cable(degrees, strain, weight, loads, chord=10.0, stiffness=1e5, azimuth=0.0, gravity=9.81):
+    scaled = [(share, np.array(force) * weight * stiffness) for share, force in loads]
+    mass = weight * stiffness * (1 + strain) / (chord * 9.81)
+    return chord_span(chord, degrees, strain, stiffness, mass, gravity, scaled, azimuth)
+
+
+@PROFILE
+@given(inclinations, strains, weights, load_lists, powers(-2, 5), powers(2, 11))
+def test_scaling(degrees, strain, weight, loads, chord, stiffness):
+    """Same inclination, strain, W/EA and loads/EA: tension/EA, sag/chord, K chord/EA, f sqrt(m chord^2/EA) the same."""
+    answers = []
+    for size, EA in ((1.0, 1.0), (chord, stiffness)):
+        span = cable(degrees, strain, weight, loads, size, EA)
+        start, _, model = solved(span)
+        unit = math.sqrt(EA / span.mass) / size
+        stiffness_number, frequencies = model.end_stiffness * size / EA, model.lowest(6).frequency / unit
+        answers.append((start.mean_tension / EA, stiffness_number, frequencies, start.max_tension / EA))
+    one, other = answers
+    assert math.isclose(one[0], other[0], rel_tol=1e-11)
+    assert math.isclose(one[3], other[3], rel_tol=1e-11)
+    assert graded_error(one[1], other[1]) < 1e-8
+    assert np.allclose(one[2], other[2], rtol=1e-9, atol=0)
+
+
+@PROFILE
+@given(inclinations, strains, weights, load_lists, st.floats(-math.pi, math.pi))
+def test_rotation_about_the_vertical(degrees, strain, weight, loads, angle):
+    """`span_between` with turned ends and loads: same frequencies, turned stiffness."""
+    R = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    radians = math.radians(degrees)
+    end = 10 * np.array([math.cos(radians), 0, math.sin(radians)])
+    length, EA = 10 / (1 + max(strain, 1e-4) if strain > 0 else 1 + min(strain, -1e-4)), 1e5
+    mass = weight * EA / length / 9.81
+    world = [(share * length, np.array(force) * weight * EA) for share, force in loads]
+    models = []
+    for turn in (np.eye(3), R):
+        span = span_between((1, 2, 3), np.array([1, 2, 3]) + turn @ end, length, EA, mass, 9.81,
+                            [(place, turn @ force) for place, force in world])  # fmt: skip
+        # a turned in-plane load may leave the plane by its last digit: then the model is spatial, the answer the same
+        models.append((span, solved(span)[2]))
+    (first, one), (second, two) = models
+    K1 = first.frame.T @ one.end_stiffness @ first.frame
+    K2 = second.frame.T @ two.end_stiffness @ second.frame
+    assert graded_error(R @ K1 @ R.T, K2) < 1e-7
+    assert np.allclose(one.lowest(8).frequency, two.lowest(8).frequency, rtol=1e-7, atol=0)
+
+
+@PROFILE
+@given(inclinations, strains, weights, load_lists)
+def test_seen_from_the_other_end(degrees, strain, weight, loads):
+    """The mirror image: inclination reversed, loads mirrored. Same frequencies, tension, stiffness of either end."""
+    mirrored = [(1 - share, (-force[0], force[1], force[2])) for share, force in loads]
+    first, state_1, one = solved(cable(degrees, strain, weight, loads))
+    second, state_2, two = solved(cable(-degrees, strain, weight, mirrored))
+    assert math.isclose(first.mean_tension, second.mean_tension, rel_tol=1e-10)
+    flip = np.diag([-1, 1, 1])  # e turns round; n and y stay
+    assert graded_error(flip @ first.end_stiffness @ flip, second.end_stiffness) < 1e-8
+    # a tie of the shares of two segments may give the odd element to either
+    if np.allclose(state_1.mesh.edges, 1 - state_2.mesh.edges[::-1], atol=1e-12):
+        assert np.allclose(one.lowest(8).frequency, two.lowest(8).frequency, rtol=1e-8, atol=0)
+
+
+@PROFILE
+@given(inclinations, strains, weights, load_lists)
+def test_the_tangent_is_the_change_of_the_end_force(degrees, strain, weight, loads):
+    """Central difference of the closed form over a longer and a shorter chord, against K's first entry."""
+    span = cable(degrees, strain, weight, loads)
+    start = catenary.solve(span)
+    step = 1e-6 * max(abs(strain), float(start.mean_tension) / 1e5)
+
+    def end_force(change):  # end 2 moves along the chord: chord and strain change, the length does not
+        moved = dataclasses.replace(
+            span, chord=span.chord * (1 + change), chord_strain=span.chord_strain + change * (1 + span.chord_strain)
+        )
+        return catenary.solve(moved).at(np.array([1.0]))[1][0, 0]
+
+    difference = (end_force(step) - end_force(-step)) / (2 * step * span.chord)
+    # truncation of relative size (step K''/K)^2 and rounding of 1e-16 T over step K
+    K = start.end_stiffness[0, 0]
+    rounding = 1e-14 * float(start.max_tension) / (step * span.chord * K)
+    assert abs(difference / K - 1) < 1e-5 + rounding
+
+
+@PROFILE
+@given(inclinations, strains, weights, load_lists, st.sampled_from([1, 2, 3, 5]))
+def test_the_static_form_is_in_balance(degrees, strain, weight, loads, order):
+    """Forces on every node add up to nothing; tensions are positive; it fails only where a bar is slack by geometry."""
+    span = cable(degrees, strain, weight, loads)
+    start = catenary.solve(span)
+    mesh = mesh_segments(start.segments.fraction, 12, order)
+    if order == 1:
+        assume(span_margin(span, mesh) > 0)
+    else:
+        assume(start.min_tension > 1e-2 * start.max_tension)
+    state, _ = equilibrium.solve(start, mesh)
+    system = equilibrium.System(state, equilibrium.SPATIAL)
+    inner = equilibrium.internal_forces(system) - equilibrium.external_forces(span, mesh, state.force)
+    assert np.abs(inner[1:-1]).max() < 1e-12
+    assert (state.tension > 0).all()
+    values = np.linalg.eigvalsh(system.full_stiffness().toarray())
+    assert values[0] > -1e-12 * values[-1]
+    assert np.linalg.eigvalsh(system.end_stiffness).min() > 0
+
+
+@PROFILE
+@given(inclinations, strains, weights, load_lists)
+def test_closed_form_and_elements_agree(degrees, strain, weight, loads):
+    """Two independent ways to the end stiffness, order 10."""
+    span = cable(degrees, strain, weight, loads)
+    start, _, model = solved(span, 24, 10)
+    assert graded_error(model.end_stiffness, start.end_stiffness) < 1e-6
+
+
+@PROFILE
+@given(inclinations, strains, weights, st.floats(1.01, 100))
+def test_a_stiffer_cable_is_stiffer(degrees, strain, weight, factor):
+    """More EA at the same unstretched length and mass: the end stiffness grows in every direction, the sag shrinks."""
+    soft = catenary.solve(cable(degrees, strain, weight, ()))
+    span = soft.span
+    stiff = catenary.solve(chord_span(10, degrees, strain, factor * 1e5, span.mass, span.gravity))
+    assert stiff.mean_tension > soft.mean_tension * (1 - 1e-12)
+    if strain >= 0:
+        assert np.linalg.eigvalsh(stiff.end_stiffness - soft.end_stiffness).min() > -1e-9 * stiff.end_stiffness[0, 0]
+        assert stiff.sag <= soft.sag * (1 + 1e-9)
+
+
+@PROFILE
+@given(strains, weights, st.integers(2, 40), st.integers(1, 4))
+def test_a_level_cable_is_its_own_mirror_image(strain, weight, elements, order):
+    span = cable(0.0, strain, weight, ())
+    start = catenary.solve(span)
+    mesh = mesh_segments([1.0], elements, order)
+    assume(start.min_tension > 1e-3 * start.max_tension and elements * order >= 6)
+    if order == 1:
+        assume(span_margin(span, mesh) > 0)
+    state, _ = equilibrium.solve(start, mesh)
+    assert np.allclose(state.tension, state.tension[::-1, ::-1], rtol=1e-10)
+    assert np.allclose(state.displacement[:, 1], state.displacement[::-1, 1], atol=1e-12)
+    assert np.allclose(state.displacement[:, 0], -state.displacement[::-1, 0], atol=1e-12)
+    found = Dynamics(state, span.unstretched_length, span.mass).lowest(6)
+    assert "mixed" not in found.symmetry

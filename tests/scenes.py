@@ -1,0 +1,88 @@
+"""Scenes that the tests of the study layer share, and their twins for the references."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from command import CARLINA
+from references import bars, continuous_cable
+
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate
+
+AREA, DENSITY, MODULUS, CHORD, LENGTH, GONDOLA = 2.69e-6, 1440.0, 70.3e9, 185.8, 184.4883, 50.0  # Table 1
+G = 9.81
+
+
+def scene(*sets, base=CARLINA):
+    """A scene of configs/ with changes."""
+    return load_scene(base, sets)[1]
+
+
+def cells(scene, *names):
+    """Values of columns, by the names given."""
+    columns = [find(name) for name in names]
+    row = evaluate(scene, columns)
+    assert row.cells["status"] == "ok", row.cells["status"]
+    return {name: row.cells[column.header] for name, column in zip(names, columns, strict=True)}
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A scene in the terms of the references: span a and rise b, loads as (s, (fx, 0, fz))."""
+
+    a: float
+    b: float
+    length: float
+    area: float = AREA
+    loads: tuple = ()
+
+    @property
+    def stiffness(self):
+        """EA. [N]"""
+        return MODULUS * self.area
+
+    @property
+    def mass(self):
+        """Per length. [kg/m]"""
+        return DENSITY * self.area
+
+    @property
+    def chord(self):
+        """[m]"""
+        return float(np.hypot(self.a, self.b))
+
+    def scene(self, *sets):
+        """The same as a scene."""
+        loads = ", ".join(f"{{at: {s!r}, force: [{f[0]!r}, 0, {f[2]!r}]}}" for s, f in self.loads)
+        return scene(
+            f"cable.ends=[[0, 0, 0], [{self.a!r}, 0, {self.b!r}]]",
+            f"cable.unstretched_length={self.length!r}",
+            f"cable.area={self.area!r}",
+            f"cable.loads=[{loads}]",
+            *sets,
+        )
+
+    @property
+    def cable(self):
+        """Arguments of the references of the continuous cable."""
+        return self.a, self.b, self.length, self.stiffness, self.mass, G
+
+    def frequencies(self, count, plane="in"):
+        """Of the continuous cable with fixed ends. [Hz]"""
+        return continuous_cable.frequencies(*self.cable, count, plane, loads=self.loads)
+
+    def dynamic_stiffness(self, frequency):
+        """k_xx of end 2 of the continuous cable. [N/m]"""
+        omega = 2 * np.pi * frequency
+        return continuous_cable.dynamic_end_stiffness(*self.cable, omega, loads=self.loads)[0, 0]
+
+    def chain(self, elements=40):
+        """The same as bars. [Chain]"""
+        nodes = [(round(s / self.length * elements), f) for s, f in self.loads]
+        return bars.solve_spatial((self.a, 0, self.b), self.length, self.stiffness, self.mass * G, elements, nodes)
+
+
+PAPER = Twin(CHORD, 0.0, LENGTH)
+INCLINED = Twin(175.68, 60.49, LENGTH)
+SAGGING = Twin(CHORD, 0.0, 186.0, 24.2e-6)  # 1:45, Table 6

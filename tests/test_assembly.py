@@ -1,0 +1,178 @@
+"""`cable/assembly.py`: the tangent as a derivative, rigid motions, patch test, mass, partition."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cables import chord_span, graded_error, paper_span
+from mpmath import mp
+from references import bars
+
+from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System, partition
+from cablestudy.cable.element import MASSES, Mesh, basis, mesh_segments
+
+CABLES = {
+    "taut": paper_span(),
+    "sagging, 19 degrees": paper_span(186.0, degrees=19),
+    "slack, loads in space": chord_span(100, -30, -0.3, 1e5, loads=[(0.3, (10, 40, -300)), (0.7, (0, -80, 90))]),
+}
+each_cable = pytest.mark.parametrize("span", CABLES.values(), ids=CABLES)
+each_order = pytest.mark.parametrize("order", [1, 2, 3, 8])
+
+
+def state_of(span, elements=6, order=1, mass="lumped"):
+    start = catenary.solve(span)
+    return equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))[0]
+
+
+def forces_at(span, state, displacement):
+    """Internal nodal forces with the tension of Hooke's law at the displaced nodes; complex displacements allowed."""
+    mesh, element = state.mesh, basis(state.mesh.order)
+    index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
+    slope = np.einsum("qi,eia->eqa", element.derivative, displacement[index]) / mesh.sizes[:, None, None]
+    slope = slope + np.array([1 + span.chord_strain, 0, 0])
+    stretch = np.sqrt((slope**2).sum(axis=-1))
+    pull = ((stretch - 1) / state.compliance * element.weights / stretch)[..., None] * slope
+    nodal = np.zeros(displacement.shape, dtype=displacement.dtype)
+    np.add.at(nodal, index, np.einsum("qi,eqa->eia", element.derivative, pull))
+    return nodal
+
+
+@each_cable
+@each_order
+def test_the_tangent_is_the_derivative_of_the_internal_force(span, order):
+    """Complex step: Im f(u + i h e)/h, exact to rounding, for every degree of freedom."""
+    state = state_of(span, 5, order)
+    K = System(state, SPATIAL).full_stiffness().toarray()
+    step = 1e-30
+    for column in range(K.shape[1]):
+        displaced = state.displacement.astype(complex)
+        displaced[column // 3, column % 3] += 1j * step
+        derivative = forces_at(span, state, displaced).imag.ravel() / step
+        assert np.abs(derivative - K[:, column]).max() < 1e-8 * np.abs(K[:, column]).max()
+
+
+@each_cable
+@each_order
+def test_internal_forces_balance_weight_and_loads(span, order):
+    state = state_of(span, 6, order)
+    inner = equilibrium.internal_forces(System(state, SPATIAL))
+    outer = equilibrium.external_forces(span, state.mesh, state.force)
+    assert np.abs(inner - outer)[1:-1].max() < 1e-13
+    # Hooke's law at the nodes gives the same forces, as far as an absolute place determines a strain
+    assert np.abs(inner - forces_at(span, state, state.displacement)).max() < 1e-13 / state.compliance
+
+
+@each_cable
+@each_order
+def test_rigid_motions(span, order):
+    """Translations strain nothing; a rotation only turns the end forces: K u = -f x axis, by the balance of moments."""
+    state = state_of(span, 6, order)
+    system = System(state, SPATIAL)
+    K = system.full_stiffness()
+    scale = abs(K).max()
+    for axis in np.eye(3):
+        assert np.abs(K @ np.tile(axis, state.mesh.nodes)).max() < 1e-13 * scale
+    place = state.displacement + np.outer(state.mesh.node_positions, [1 + span.chord_strain, 0, 0])
+    forces = equilibrium.internal_forces(system)
+    for axis in np.eye(3):
+        turned = K @ np.cross(axis, place).ravel()
+        assert np.abs(turned.reshape(-1, 3) - np.cross(axis, forces)).max() < 1e-12 * scale
+
+
+@each_cable
+@each_order
+def test_stiffness_is_symmetric_and_positive_with_only_translations_free(span, order):
+    state = state_of(span, 6, order)
+    for axes in (IN_PLANE, OUT_OF_PLANE, SPATIAL):
+        K = System(state, axes).full_stiffness()
+        assert abs(K - K.T).max() < 1e-14 * abs(K).max()
+        values = np.linalg.eigvalsh(K.toarray())
+        assert values[0] > -1e-13 * values[-1]
+        assert (values < 1e-12 * values[-1]).sum() == len(axes)
+
+
+@each_order
+def test_patch(order):
+    """Elements of any lengths in a straight weightless cable: uniform strain, end stiffness EA/L and T/l exactly."""
+    span = chord_span(10, 25, 1e-3, 1e6, gravity=0.0)
+    mesh = Mesh(np.array([0, 0.07, 0.1, 0.55, 0.9, 1.0]), order)
+    state, record = equilibrium.solve(catenary.solve(span), mesh)
+    assert len(record.steps) == 1
+    assert state.tension * state.force == pytest.approx(np.full((5, order), 1e3), rel=1e-13)
+    assert np.abs(state.displacement).max() < 1e-16
+    K = System(state, SPATIAL).end_stiffness * state.force / span.unstretched_length
+    assert graded_error(K, np.diag([1e6 / span.unstretched_length, 100.0, 100.0])) < 1e-13
+
+
+@each_cable
+@each_order
+@pytest.mark.parametrize("mass", MASSES)
+def test_mass(span, order, mass):
+    state = state_of(span, 6, order, mass)
+    for axes in (OUT_OF_PLANE, IN_PLANE, SPATIAL):
+        M = System(state, axes).full_mass()
+        for axis in range(len(axes)):
+            motion = np.tile(np.eye(len(axes))[axis], state.mesh.nodes)
+            assert motion @ (M @ motion) == pytest.approx(1, rel=1e-13)
+        diagonal = M.nnz == M.shape[0]
+        assert diagonal == (mass == "lumped")
+        assert np.linalg.eigvalsh(M.toarray()).min() > 0
+
+
+@pytest.mark.parametrize("axes", [IN_PLANE, OUT_OF_PLANE, SPATIAL])
+@each_order
+def test_partition_and_condensation(axes, order):
+    """K11 - K12 K22^-1 K21 by dense algebra equals the end stiffness from energies."""
+    state = state_of(CABLES["sagging, 19 degrees"], 6, order)
+    system = System(state, axes)
+    k11, k12, k22 = (part.toarray() for part in partition(system.full_stiffness(), len(axes)))
+    d = len(axes)
+    assert (k11.shape, k12.shape, k22.shape) == ((2 * d, 2 * d), (2 * d, system.dof), (system.dof, system.dof))
+    condensed = k11 - k12 @ np.linalg.solve(k22, k12.T)
+    assert graded_error(system.end_stiffness, condensed[d:, d:]) < 1e-7
+    assert np.abs(condensed[:d] + condensed[d:]).max() < 1e-7 * np.abs(condensed).max()
+    m11, m12, m22 = partition(system.full_mass(), d)
+    assert abs(m22 - system.mass).max() == 0
+    assert m12.nnz == 0  # lumped
+    assert m11.shape == (2 * d, 2 * d)
+
+
+@each_cable
+@pytest.mark.parametrize("elements", [3, 40])
+def test_bars_are_the_papers_bars(span, elements):
+    """K of order 1 against the textbook matrix n n^T EA/L0 + F/|r| (I - n n^T), from this state's own directions."""
+    state = state_of(span, elements)
+    K = System(state, SPATIAL).full_stiffness().toarray()
+    expected = np.zeros_like(K)
+    for i in range(elements):
+        n, size = state.direction[i, 0], state.mesh.sizes[i]
+        k = np.outer(n, n) / state.compliance / size
+        k += state.tension[i, 0] / (size * state.stretch[i, 0]) * (np.eye(3) - np.outer(n, n))
+        block = slice(3 * i, 3 * i + 6)
+        expected[block, block] += np.kron([[1, -1], [-1, 1]], k)
+    assert np.abs(K - expected).max() < 1e-13 * np.abs(K).max()
+
+
+def test_condensed_stiffness_of_40_bars_with_loads_at_nodes():
+    """Spatial: against the summed bar flexibilities of the 50-digit chain."""
+    elements, length = 40, 100 / 0.7
+    loads = [(12, (10.0, 40.0, -300.0)), (28, (0.0, -80.0, 90.0))]
+    span = chord_span(100, 30, -0.3, 1e5, loads=[(node / elements, force) for node, force in loads])
+    state = state_of(span, elements)
+    a, b = 100 * np.cos(np.radians(30)), 100 * np.sin(np.radians(30))
+    chain = bars.solve_spatial((a, 0, b), mp.mpf(length), 1e5, 9.81, elements, loads)
+    assert (state.tension[:, 0] * state.force) == pytest.approx(chain.tensions, rel=1e-10)
+    K = System(state, SPATIAL).end_stiffness * state.force / length
+    assert graded_error(span.frame.T @ K @ span.frame, chain.end_stiffness) < 1e-9
+
+
+def test_no_interior():
+    """One bar: EA/L along, T/l across, and nothing to solve."""
+    span = chord_span(10, 0, 0.01, 1e4)
+    system = System(state_of(span, 1), IN_PLANE)
+    assert system.dof == 0
+    K = system.end_stiffness * system.state.force / span.unstretched_length
+    assert graded_error(K, np.diag([1e4 / span.unstretched_length, 100 / 10])) < 1e-14
+    assert replace(system.state, force=1.0).mesh.nodes == 2

@@ -1,0 +1,311 @@
+"""Everything that a user can write wrong, through the command line: exit code 2, one line each, nothing written."""
+
+import re
+from pathlib import Path
+
+import pytest
+from command import CARLINA, CONFIGS, process, run
+
+SCENE = """\
+gravity: 9.81
+cable:
+  ends: [[0, 0, 0], [185.8 m, 0, 0]]
+  elastic_modulus: 70.3 GPa
+  density: 1440 kg/m^3
+  area: 2.69 mm^2
+  unstretched_length: 184.4883 m
+gondola: {mass: 50 kg}
+model: {elements: 40}
+"""
+STUDY = """\
+base: scene.yaml
+vary:
+  - {cable.density: [1440 kg/m^3, 7800 kg/m^3]}
+columns: [sag, preload]
+reference: printed.csv
+"""
+PRINTED = "sag_m,preload_N\n0.12,1345\n0.65,1343\n"
+PLACE = re.compile(r"[^:]+:\d+:\d+: ")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test: a scene, a study upon it, its printed values."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("scene.yaml", SCENE), ("study.yaml", STUDY), ("printed.csv", PRINTED)):
+        Path(name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def refused(folder, *arguments, stdin=None):
+    """Lines of standard error of a command that must be refused without a trace."""
+    before = sorted(folder.rglob("*"))
+    outcome = run(*arguments, stdin=stdin, code=2)
+    assert outcome.out == ""
+    assert "Traceback" not in outcome.err
+    assert sorted(folder.rglob("*")) == before
+    assert outcome.lines
+    return outcome.lines
+
+
+def changed(old, new, text=SCENE):
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+# what is wrong, in the file, and the line that says so
+SCENES = {
+    "unknown key": (("gravity: 9.81", "colour: red"), "1:1: colour: unknown key (allowed: gravity, "),
+    "misspelt key": (("gravity", "gravty"), "1:1: gravty: unknown key (did you mean gravity?)"),
+    "missing key": (("  area: 2.69 mm^2\n", ""), "3:3: cable: missing key: one of area, diameter"),
+    "two keys of a group": (("  area:", "  diameter: 2 mm\n  area:"), "6:3: cable.diameter: given together with area"),
+    "unknown unit": (
+        ("mm^2", "mn^2"),
+        '6:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2',
+    ),
+    "wrong dimension": (("mm^2", "mm"), "6:9: cable.area: expected an area in m^2"),
+    "negative length": (("184.4883", "-184.4883"), "7:23: cable.unstretched_length: must be positive"),
+    "zero area": (("2.69 mm^2", "0"), "6:9: cable.area: must be positive, got 0"),
+    "zero with a unit": (("2.69 mm^2", "0 mm^2"), "6:9: cable.area: must be positive"),
+    "not a number": (("2.69 mm^2", ".nan"), "6:9: cable.area: expected an area"),
+    "infinite": (("1440 kg/m^3", ".inf"), "5:12: cable.density: expected a density"),
+    "minus infinite gravity": (("9.81", "-.inf"), "1:10: gravity: expected an acceleration"),
+    "text for a number": (("70.3 GPa", "stiff"), "4:20: cable.elastic_modulus: expected a stress"),
+    "a truth for a number": (("9.81", "true"), "1:10: gravity: expected an acceleration"),
+    "nothing for a number": (("area: 2.69 mm^2", "area:"), "3:3: cable: missing key: one of area, diameter"),
+    "ends that coincide": (("185.8 m", "0"), "3:9: cable.ends: the two ends coincide"),
+    "length in mm": (("184.4883 m", "184.4883 mm"), "7:23: cable.unstretched_length: 0.1844883 m is "),
+    "length in km": (("184.4883 m", "184.4883 km"), "7:23: cable.unstretched_length: 184488.3 m is "),
+    "a list for a mapping": (("{mass: 50 kg}", "[50 kg]"), "8:10: gondola: expected a mapping"),
+    "a mapping for a list": (("[[0, 0, 0], [185.8 m, 0, 0]]", "{a: 1}"), "3:9: cable.ends: expected a list"),
+    "tabs": (("  density", "\tdensity"), "5:1: a tab: YAML indents with spaces"),
+    "duplicate keys": (("gravity: 9.81", "model: {}"), "9:1: key 'model' is given twice (first on line 1)"),
+    "an unclosed bracket": (("185.8 m, 0, 0]]", "185.8 m, 0, 0]"), "3:9: "),
+    "missing base file": (("gravity: 9.81", "base: absent.yaml"), "1:7: base: absent.yaml: no such file"),
+    "a directory as base": (("gravity: 9.81", "base: ."), "1:7: base: .: a directory, not a file"),
+    "base files in a circle": (("gravity: 9.81", "base: bad.yaml"), "1:7: base: base files in a circle"),
+}
+
+
+@pytest.mark.parametrize("command", ["static", "modes"])
+@pytest.mark.parametrize("what", SCENES)
+def test_a_bad_scene_is_refused_in_one_line_at_its_place(folder, what, command):
+    change, line = SCENES[what]
+    Path("bad.yaml").write_text(changed(*change), encoding="utf-8")
+    found = refused(folder, command, "bad.yaml")
+    assert len(found) == 1
+    assert found[0].startswith(f"bad.yaml:{line}")
+
+
+def test_a_length_of_the_wrong_unit_gives_a_hint(folder):
+    for unit in ("mm", "km"):
+        Path("bad.yaml").write_text(changed("184.4883 m", f"184.4883 {unit}"), encoding="utf-8")
+        assert refused(folder, "static", "bad.yaml")[0].endswith("did you mean 184.4883 m?)")
+
+
+def test_a_bad_scene_is_refused_by_sweep_and_validate_too(folder):
+    Path("scene.yaml").write_text(changed("2.69 mm^2", "0"), encoding="utf-8")
+    line = "scene.yaml:6:9: cable.area: must be positive, got 0"
+    assert refused(folder, "sweep", "study.yaml") == [line]
+    outcome = run("validate", "scene.yaml", "study.yaml", code=2)
+    assert outcome.lines == [line, line]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "bad.yaml: empty file"),
+        (b"# nothing\n", "bad.yaml: empty file"),
+        (b"- 1\n", "bad.yaml:1:1: expected a mapping (key: value), got a list"),
+        (b"hello\n", "bad.yaml:1:1: expected a mapping (key: value), got 'hello'"),
+        (b"\xff\xfe\x00", "bad.yaml:1:1: byte 0xff is not UTF-8 text (is this a YAML file?)"),
+        (b"a: 1\n---\nb: 2\n", "bad.yaml:2:1: a second document ('---'): one file holds one document"),
+    ],
+)
+@pytest.mark.parametrize("command", ["static", "sweep"])
+def test_what_is_no_scene_or_study_at_all(folder, command, content, message):
+    Path("bad.yaml").write_bytes(content)
+    assert refused(folder, command, "bad.yaml") == [message]
+    assert refused(folder, command, "-", stdin=content) == [message.replace("bad.yaml", "<stdin>")]
+
+
+@pytest.mark.parametrize("command", ["static", "modes", "sweep"])
+def test_files_that_are_not_there(folder, command):
+    assert refused(folder, command, "absent.yaml") == ["absent.yaml: no such file"]
+    assert refused(folder, command, ".") == [".: a directory, not a file"]
+
+
+def test_an_alias_bomb_is_refused_quickly(folder):
+    lines = ["a: &a [x,x,x,x,x,x,x,x,x,x]"]
+    lines += [f"{k}: &{k} [{','.join(['*' + j] * 10)}]" for j, k in zip("abcdefgh", "bcdefghi", strict=True)]
+    Path("bad.yaml").write_text("\n".join(lines), encoding="utf-8")
+    found = refused(folder, "static", "bad.yaml")
+    assert len(found) == 1
+    assert "aliases repeat more than" in found[0]
+
+
+def test_files_at_the_wrong_command(folder):
+    assert refused(folder, "static", "study.yaml") == [
+        "study.yaml:2:1: this is a study (it has the key vary): use 'cablestudy sweep'"
+    ]
+    assert refused(folder, "modes", "study.yaml")[0].endswith("use 'cablestudy sweep'")
+    assert refused(folder, "sweep", "scene.yaml") == [
+        "scene.yaml:1:1: this is a scene (it has the key gravity): use 'cablestudy static'"
+    ] or refused(folder, "sweep", "scene.yaml")[0].endswith("use 'cablestudy static'")
+
+
+def test_several_mistakes_are_reported_at_once_in_the_order_of_the_file(folder):
+    text = changed("gravity", "gravty")
+    text = changed("70.3 GPa", "70.3 GN", text)
+    text = changed("2.69 mm^2", "-1", text)
+    text = changed("50 kg", "0", text)
+    Path("bad.yaml").write_text(text, encoding="utf-8")
+    found = refused(folder, "static", "bad.yaml", "--set", "model.elements=0")
+    assert found[0].startswith("--set model.elements: expected a whole number")
+    assert all(PLACE.match(line) for line in found[1:])
+    assert [line.split(":")[1] for line in found[1:]] == ["1", "4", "6", "8"]
+
+
+# what is wrong in the study, the study, and the line that says so
+STUDIES = {
+    "unknown column": (("preload]", "prelod]"), ["study.yaml:4:16: columns.1: unknown column 'prelod' (did you"]),
+    "no mode 0": (
+        ("preload]", "axial_frequency_0]"),
+        ["study.yaml:4:16: columns.1: unknown column 'axial_frequency_0' "],
+    ),
+    "a column twice": (("preload]", "sag_m]"), ["study.yaml:4:16: columns.1: sag is listed twice"]),
+    "no strength": (
+        ("preload]", "utilisation]"),
+        ["study.yaml:4:16: columns.1: utilisation needs the key cable.strength"],
+    ),
+    "no loads": (("preload]", "deflection]"), ["study.yaml:4:16: columns.1: deflection needs the key cable.loads"]),
+    "unknown key": (("vary:", "very:"), ["study.yaml:2:1: very: unknown key (did you mean vary?)"]),
+    "a bad value": (("7800 kg/m^3", "7800 kg"), ["study.yaml:3:35: cable.density: expected a density"]),
+    "an unknown varied key": (
+        ("cable.density", "cable.densty"),
+        ["study.yaml:3:21: cable.densty: unknown key", "study.yaml:3:34"],
+    ),
+    "no base": (("base: scene.yaml\n", ""), ["study.yaml:1:1: missing key: base"]),
+    "missing base": (("scene.yaml", "absent.yaml"), ["study.yaml:1:7: base: absent.yaml: no such file"]),
+    "its own base": (("scene.yaml", "study.yaml"), ["study.yaml:1:7: base: base files in a circle"]),
+    "missing reference": (("printed.csv", "absent.csv"), ["study.yaml:5:12: reference: absent.csv: no such file"]),
+    "a directory as reference": (("printed.csv", "."), ["study.yaml:5:12: reference: .: no such file"]),
+    "a bad plot": (("reference: printed.csv", "plot: {x: sag, y: mass}"), ["study.yaml:5:7: plot: mass is not among"]),
+}
+
+
+@pytest.mark.parametrize("what", STUDIES)
+def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkeypatch):
+    monkeypatch.setattr("cablestudy.study.sweep.evaluate", None)
+    change, lines = STUDIES[what]
+    Path("study.yaml").write_text(changed(*change, STUDY), encoding="utf-8")
+    found = refused(folder, "sweep", "study.yaml")
+    assert len(found) == len(lines)
+    assert all(one.startswith(line) for one, line in zip(found, lines, strict=True))
+
+
+def test_a_column_of_the_gondola_needs_a_gondola(folder):
+    Path("scene.yaml").write_text(changed("gondola: {mass: 50 kg}\n", ""), encoding="utf-8")
+    Path("study.yaml").write_text(changed("preload]", "gondola_frequency]", STUDY), encoding="utf-8")
+    message = "study.yaml:4:16: columns.1: gondola_frequency needs the key gondola.mass, which the scene does not have"
+    assert refused(folder, "sweep", "study.yaml") == [message]
+
+
+@pytest.mark.parametrize(
+    ("table", "messages"),
+    [
+        ("sag_m,preload_N\n0.12,1345\n", ["1 rows, and the study has 2 cases"]),
+        ("sag_m,preload_N\n1,2\n3,4\n5,6\n", ["3 rows, and the study has 2 cases"]),
+        ("sag_m,mass_kg\n1,2\n3,4\n", ["column 'mass_kg' is not among the study's columns"]),
+        (
+            "sag_m,preload_N\n1,much\n,nan\n",
+            ["row 1, preload_N: not a number: 'much'", "row 2, preload_N: not a number: 'nan'"],
+        ),
+        (
+            "sag_m,preload_N\n1,2,3\n4\n",
+            ["row 1 has 3 cells, and the table 2 columns", "row 2 has 1 cells, and the table 2 columns"],
+        ),
+        ("sag_m,sag_m\n1,2\n3,4\n", ["column 'sag_m' is there twice"]),
+        ("", ["not a table of comma-separated values (it is empty)"]),
+    ],
+)
+def test_a_reference_table_that_does_not_fit(folder, table, messages):
+    Path("printed.csv").write_text(table, encoding="utf-8")
+    found = refused(folder, "sweep", "study.yaml")
+    assert len(found) == len(messages)
+    assert all("printed.csv" in line and line.endswith(message) for line, message in zip(found, messages, strict=True))
+
+
+def test_places_that_cannot_be_written_to(folder):
+    Path("file").write_text("x", encoding="utf-8")
+    for out in ("file", "file/below"):
+        assert refused(folder, "sweep", "study.yaml", "--out", out) == [f"--out {out}: file is a file, not a folder"]
+    assert refused(folder, "sweep", "study.yaml", "--check") == [
+        "results/study.csv: no such file to compare with (run the sweep without --check first)"
+    ]
+    for picture, reason in (
+        ("x.txt", "unknown kind of picture (allowed: .png, .svg, .pdf)"),
+        ("no/x.png", "cannot be written"),
+    ):
+        for command in ("static", "modes"):
+            assert refused(folder, command, "scene.yaml", "--plot", picture) == [f"--plot {picture}: {reason}"]
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("gravty=1", "--set gravty: unknown key (did you mean gravity?)"),
+        ("gravity", "--set gravity: expected key=value, for example cable.area=3 mm^2"),
+        ("gravity=", "--set gravity: no value: expected key=value"),
+        ("=1", "--set : a key is written as names joined by dots, for example cable.area"),
+        ("gravity.x=1", "--set gravity.x: gravity is 9.81, which has no key x"),
+        ("cable=5", "--set cable: expected a mapping with the keys ends, "),
+        ("cable.ends.7=1", "--set cable.ends.7: cable.ends has 2 item(s)"),
+        ("cable.area=[1", "--set cable.area: list: expected ',' or ']'"),
+        ("model.order=65", "--set model.order: expected a whole number from 1 to 64, got 65"),
+        (
+            "cable.loads=[{at: 185 m, force: [0, 0, 1]}]",
+            "--set cable.loads: cable.loads.0.at: 185 m is not on the cable",
+        ),
+    ],
+)
+def test_a_bad_set_option(folder, option, message):
+    found = refused(folder, "static", "scene.yaml", "--set", option)
+    assert len(found) == 1
+    assert found[0].startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("cable.area=1e-300", "times the area of the cross-section is 7.03e-290 N: out of range (1e-12 to 1e+24 N)"),
+        ("cable.density=1e-300", "times the area of the cross-section is 2.69e-306 kg/m: out of range"),
+        ("gravity=1e308", "must be at most 1e+09, got 1e+308"),
+        ("cable.preload=1e300 N", "times the elastic modulus times the area: out of range"),
+        ("cable.ends.1.0=1e300", "the two ends are 1e+300 m apart: out of range (1e-09 to 1e+12 m)"),
+        ("cable.loads=[{at: 1 m, force: [0, 0, 1e300]}]", "out of range (at most 1e+30 N)"),
+    ],
+)
+def test_numbers_that_no_cable_has_are_refused_and_do_not_overflow(folder, option, message):
+    for command in ("static", "modes"):
+        found = refused(folder, command, "scene.yaml", "--set", option)
+        assert message in found[0]
+
+
+def test_a_fixed_value_that_the_study_varies_is_refused(folder):
+    found = refused(folder, "sweep", "study.yaml", "--set", "cable.density=1")
+    assert found == ["--set cable.density: has no effect: the study varies this key, or one that replaces it"]
+
+
+def test_nothing_of_it_shows_a_traceback_in_a_process_of_its_own(folder):
+    Path("bad.yaml").write_text(changed("2.69 mm^2", ".nan"), encoding="utf-8")
+    outcome = process("static", "bad.yaml")
+    assert (outcome.code, outcome.out, len(outcome.lines)) == (2, "", 1)
+    assert PLACE.match(outcome.err)
+
+
+def test_the_files_of_this_project_are_right():
+    files = sorted(str(path) for path in CONFIGS.glob("*.yaml"))
+    outcome = run("validate", *files, "--format", "csv")
+    assert CARLINA in files
+    assert outcome.out.count(",ok\n") == len(files)

@@ -1,0 +1,100 @@
+"""A case computes what is asked for, once."""
+
+import math
+
+import numpy as np
+import pytest
+from command import SLACK
+from scenes import CHORD, LENGTH, SAGGING, scene
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.study import case as module
+from cablestudy.study.case import Case, span_of
+
+
+def test_the_span_of_a_scene():
+    span = span_of(scene())
+    assert (span.chord, float(span.cosine), float(span.sine)) == (CHORD, 1.0, 0.0)
+    assert span.unstretched_length == pytest.approx(LENGTH, rel=1e-15)
+    upright = span_of(scene("cable.chord=10", "cable.inclination=-90 deg", "cable.preload=1 kN"))
+    assert (float(upright.cosine), float(upright.sine)) == (0.0, -1.0)
+    turned = span_of(scene("cable.ends=[[1, 2, 3], [1, 102, 3]]", "cable.preload=1 kN"))
+    assert turned.azimuth == pytest.approx([0, 1])
+    assert turned.chord == 100
+
+
+@pytest.mark.parametrize(("wanted", "column"), [("cable.preload=500 N", "mean_tension"), ("cable.sag=2 m", "sag")])
+@pytest.mark.parametrize("model", ["model=null", "model.elements=40"])
+def test_a_wanted_tension_or_sag_is_had(wanted, column, model):
+    number = float(wanted.partition("=")[2].split()[0])
+    found = getattr(Case(scene(wanted, model)).statics, column)
+    # solved for the continuous cable; 40 bars are 1e-4 beside it
+    assert found == pytest.approx(number, rel=1e-10 if model == "model=null" else 2e-4)
+
+
+def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
+    with pytest.raises(NoSolutionError, match="ends before its last load, at 185 m"):
+        span_of(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]"))
+
+
+def test_results_are_computed_once(monkeypatch):
+    counts = {}
+
+    def counted(name):
+        function = getattr(module, name)
+
+        def call(*arguments, **options):
+            counts[name] = counts.get(name, 0) + 1
+            return function(*arguments, **options)
+
+        return call
+
+    for name in ("solve", "Dynamics"):
+        monkeypatch.setattr(module, name, counted(name))
+    case = Case(scene())
+    for _ in range(3):
+        _ = case.statics.sag, case.end_stiffness, case.frequency(1, "in-plane"), case.frequency(2, "axial")
+        _ = case.gondola_frequency, case.gondola_frequency_static
+    assert counts == {"solve": 1, "Dynamics": 1}
+
+
+def test_a_mode_that_the_model_does_not_have():
+    case = Case(scene("model.elements=3"))
+    with pytest.raises(NoSolutionError, match="the model has 2 out-of-plane modes, not 3"):
+        case.frequency(3, "out-of-plane")
+
+
+def test_end_stiffness_turns_with_the_cable():
+    along = Case(scene()).end_stiffness
+    turned = Case(scene(f"cable.ends=[[0, 0, 0], [0, {CHORD}, 0]]")).end_stiffness
+    assert turned == pytest.approx(along[np.ix_([1, 0, 2], [1, 0, 2])], rel=1e-12)
+    diagonal = Case(
+        scene(f"cable.ends=[[0, 0, 0], [{CHORD / math.sqrt(2)!r}, {CHORD / math.sqrt(2)!r}, 0]]")
+    ).end_stiffness
+    assert diagonal[0, 0] == pytest.approx((along[0, 0] + along[1, 1]) / 2, rel=1e-9)
+    assert diagonal[0, 1] == pytest.approx((along[0, 0] - along[1, 1]) / 2, rel=1e-9)
+
+
+def test_a_hundred_thousand_bars_are_static_in_a_moment():
+    fine, exact = Case(scene("model.elements=100000", base=SLACK)), Case(scene(base=SLACK))
+    assert fine.statics.mean_tension == pytest.approx(exact.statics.mean_tension, rel=1e-9)
+    assert fine.statics.sag == pytest.approx(exact.statics.sag, rel=1e-9)
+
+
+def test_a_folded_cable_shows_no_tension_at_its_fold():
+    hung = Case(scene("cable.chord=100", "cable.inclination=90 deg", "cable.unstretched_length=110", "model=null"))
+    weight = hung.span.weight
+    assert (hung.statics.min_tension, hung.statics.horizontal_tension) == (0.0, 0.0)
+    # 105 m of it hang from the upper end, and 5 m from the lower one, but for the stretch
+    assert hung.statics.max_tension == pytest.approx(weight * 105 / 110, rel=1e-4)
+    with pytest.raises(NoSolutionError, match="folded"):
+        _ = hung.dynamics
+
+
+def test_the_inertia_of_the_end_holds_that_of_every_mode():
+    case = Case(SAGGING.scene("model.elements=1", "model.order=24"))
+    modes = case.modes(10**6)
+    participation, omega = case.participation(modes), 2 * np.pi * modes.frequency
+    shares = [(participation**2 / omega ** (4 + 2 * j)).sum() for j in range(3)]
+    end_mass = case.span.mass * case.span.unstretched_length / (24 * 25)  # Lobatto weight of an end node
+    assert case.end_inertia == pytest.approx([shares[0] + end_mass, *shares[1:]], rel=1e-8)

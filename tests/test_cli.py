@@ -1,0 +1,295 @@
+"""The command line: exit codes, what goes to which stream, formats, pipes, signals, and what is imported when."""
+
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import click
+import pytest
+from command import CARLINA, CONFIGS, SLACK, process, rows_of, run, study_file, table_of
+
+from cablestudy.cli import main
+
+PRELOAD = str(CONFIGS / "preload.yaml")
+BROKEN = ("--set", "cable.preload=100 kN")  # aramid breaks at 8 kN
+HEAVY = ("numpy", "scipy", "pandas", "pydantic", "pint", "matplotlib", "yaml", "tabulate")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["--help"], 0),
+        (["--version"], 0),
+        (["static", CARLINA], 0),
+        (["static", CARLINA, *BROKEN], 3),
+        (["modes", CARLINA, *BROKEN], 3),
+        (["static", CARLINA, "--set", "cable.preload=1 N"], 3),  # less than its weight asks for
+        (["static", CARLINA, "--set", "cable.densty=1"], 2),
+        (["static", CARLINA, "--set"], 2),
+        (["static", CARLINA, "--sett", "gravity=1"], 2),
+        (["static"], 2),
+        (["modes", CARLINA, "-n", "0"], 2),
+        (["modes", CARLINA, "-n", "3", "--upto", "3 Hz"], 2),
+        (["modes", CARLINA, "--upto", "3 m"], 2),
+        (["modes", CARLINA, "--upto", "-3"], 2),
+        (["modes", CARLINA, "--upto", "nan"], 2),
+        (["modes", SLACK, "-n", "100000"], 3),
+        (["modes", CARLINA, "--set", "model.elements=1"], 0),  # a single bar has no mode
+        (["static", CARLINA, "--set", "model.elements=1"], 0),
+        (["sweep", PRELOAD, "--no-write"], 0),
+        (["sweep", PRELOAD, "--no-write", "--jobs", "0"], 2),
+        (["sweep", PRELOAD, "--no-write", "--rtol", "nan"], 2),
+        (["sweep", PRELOAD, "--no-write", "--rtol", "-1"], 2),
+        (["sweep", PRELOAD, "--check"], 2),  # nothing stored here
+        (["validate", CARLINA, PRELOAD], 0),
+        (["validate", CARLINA, "absent.yaml"], 2),
+        (["schema", "scene"], 0),
+        (["schema", "table"], 2),
+        (["columns"], 0),
+        (["ssm", CARLINA], 2),  # a later issue: no stub is registered
+    ],
+)
+def test_exit_codes(arguments, code):
+    outcome = run(*arguments, code=code)
+    assert "Traceback" not in outcome.err
+    if code == 2 and arguments[0] != "validate":
+        assert outcome.out == ""
+        assert outcome.err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["static", CARLINA], ["static", CARLINA, "--shape"], ["modes", CARLINA], ["sweep", PRELOAD, "--no-write"],
+     ["validate", CARLINA, PRELOAD], ["columns"]],
+    ids=" ".join,
+)  # fmt: skip
+def test_formats_say_the_same(arguments):
+    texts = {style: run(*arguments, "--format", style).out for style in ("md", "csv", "json", "jsonl")}
+    tables = {style: rows_of(texts[style], style) for style in ("csv", "json", "jsonl")}
+    assert tables["json"] == tables["jsonl"]
+    columns = json.loads(texts["json"])["columns"]
+    for one, other in zip(tables["csv"], tables["json"], strict=True):
+        assert list(one) == list(other) == list(columns)
+        assert one == {name: cell if cell != "" else None for name, cell in other.items()}
+    lines = texts["md"].splitlines()
+    assert all(line.startswith("|") and line.endswith("|") for line in lines)
+    assert all(set(line) <= set("|:-") for line in lines[1:2])
+    if arguments[0] != "static" or "--shape" in arguments:
+        assert len(lines) == 2 + len(tables["csv"])
+
+
+def test_numbers_in_csv_are_the_shortest_that_read_back_the_same():
+    text = run("sweep", PRELOAD, "--no-write", "--format", "csv").out
+    exact = table_of("sweep", PRELOAD, "--no-write")
+    for row, numbers in zip(csv.DictReader(io.StringIO(text)), exact, strict=True):
+        for name, cell in row.items():
+            if name != "status":
+                assert float(cell) == numbers[name]
+                assert cell == repr(float(cell))
+
+
+def test_a_given_length_comes_out_as_it_went_in():
+    assert table_of("static", CARLINA)[0]["unstretched_length_m"] == 184.4883
+
+
+def test_json_carries_units_and_a_single_scene_is_one_row():
+    table = json.loads(run("static", CARLINA, "--format", "json").out)
+    assert table["columns"]["end_stiffness_N_per_m"] == "N/m"
+    assert table["columns"]["density_kg_per_m3"] == "kg/m^3"
+    assert table["columns"]["status"] == ""
+    assert len(table["rows"]) == 1
+    assert table["rows"][0]["status"] == "ok"
+
+
+def test_markdown_has_four_digits_and_units():
+    text = run("static", CARLINA).out
+    assert "| preload                  |      1345 | N      |" in text
+    assert text.startswith("| quantity")
+
+
+def test_dash_is_standard_input_and_set_changes_keys(folder):
+    text = (CONFIGS / "carlina.yaml").read_text(encoding="utf-8")
+    assert run("static", "-", stdin=text).out == run("static", CARLINA).out
+    # the stress of 1 kN on a circle of 2 mm: F/(pi d^2/4) = 318.3 MPa
+    row = table_of(
+        "static", CARLINA, "--set", "cable.diameter=2mm", "--set", "cable.preload=1 kN", "--set", "gravity=0"
+    )
+    assert row[0]["stress_MPa"] == pytest.approx(1000 / 3.141592653589793, rel=1e-12)
+    study = f"base: {CARLINA}\nvary: [{{gondola.mass: [1, 2]}}]\ncolumns: [gondola_frequency_static]\n"
+    run("sweep", "-", stdin=study)
+    assert {path.name for path in (folder / "results").iterdir()} == {"stdin.csv", "stdin.md"}
+    assert run("static", "-", stdin="", code=2).err == "<stdin>: empty file\n"
+
+
+def test_paths_are_relative_to_the_file_that_names_them(folder):
+    (folder / "önline").mkdir()
+    (folder / "önline" / "cäble.yaml").write_text(f"base: {CARLINA}\n", encoding="utf-8")
+    study_file(folder / "önline", "vary: [{gravity: [1, 2]}]\ncolumns: [sag]\n", base="cäble.yaml")
+    rows = table_of("sweep", "önline/study.yaml", "--no-write")
+    assert [row["gravity"] for row in rows] == [1, 2]
+    assert rows[1]["sag_m"] == pytest.approx(2 * rows[0]["sag_m"], rel=1e-4)  # taut: in proportion to the weight
+
+
+def test_notes_go_to_standard_error_and_quiet_silences_them(folder):
+    plain = run("static", CARLINA)
+    assert plain.err == ""
+    explained = run("static", CARLINA, "--explain")
+    assert (explained.out, "40 elements of order 1" in explained.err) == (plain.out, True)
+    assert "no elements" in run("static", SLACK, "--explain").err
+    assert "estimated error" in run("modes", SLACK, "--explain").err
+    assert run("static", CARLINA, "--explain", "--quiet").err == ""
+    noisy, quiet = run("modes", CARLINA, "-n", "500"), run("modes", CARLINA, "-n", "500", "--quiet")
+    assert noisy.err == "the model has 117 modes, not 500\n"
+    assert (quiet.out, quiet.err) == (noisy.out, "")
+    assert run("sweep", PRELOAD, "--quiet").err == ""
+    assert run("sweep", PRELOAD, "--check").err == "results/preload.csv: agrees\n"
+    assert run("sweep", PRELOAD, "--check", "--quiet").err == ""
+
+
+def test_errors_are_shown_even_when_quiet():
+    assert run("static", CARLINA, "--quiet", *BROKEN, code=3).lines[0].startswith(f"{CARLINA}: broken cable: ")
+    assert run("modes", CARLINA, "--quiet", *BROKEN, code=3).lines[0].startswith(f"{CARLINA}: broken cable: ")
+    assert run("static", CARLINA, "--quiet", "--set", "gravty=1", code=2).err.startswith("--set gravty: unknown key")
+
+
+@pytest.mark.parametrize("count", [1, 2, 116, 117, 118, 1000])
+def test_modes_one_two_all_and_more_than_there_are(count):
+    rows = table_of("modes", CARLINA, "-n", count)
+    assert [row["number"] for row in rows] == list(range(1, min(count, 117) + 1))  # 39 free nodes in space
+    frequencies = [row["frequency_Hz"] for row in rows]
+    assert frequencies == sorted(frequencies)
+    assert frequencies[0] == pytest.approx(1.59, abs=0.005)  # Table 2
+
+
+def test_modes_up_to_a_frequency_with_a_unit():
+    everything = [row["frequency_Hz"] for row in table_of("modes", CARLINA, "-n", 117)]
+    for written, limit in (("8", 8), ("8 Hz", 8), ("0.02 kHz", 20), ("1 Hz", 1), (everything[3], everything[3])):
+        found = [row["frequency_Hz"] for row in table_of("modes", CARLINA, "--upto", written)]
+        assert found == pytest.approx([f for f in everything if f <= limit], rel=1e-12)
+    assert run("modes", SLACK, "--upto", "0.1 Hz", "--format", "csv").out.count("\n") == 1
+
+
+def _commands(group):
+    return sorted(group.commands.items())
+
+
+@pytest.mark.parametrize(("name", "command"), _commands(main))
+def test_help_names_every_option_and_says_what_it_does(name, command):
+    text = run(name, "--help").out
+    for parameter in command.params:
+        if isinstance(parameter, click.Option):
+            assert parameter.help, parameter.name
+            assert all(option in text for option in parameter.opts)
+    assert command.help
+    assert f"  {name} " in run("--help").out
+
+
+def test_every_command_that_reads_has_the_common_options():
+    for name in ("static", "modes", "sweep", "validate"):
+        options = {option for parameter in main.commands[name].params for option in parameter.opts}
+        assert {"--set", "--format", "--quiet"} <= options
+        if name != "validate":
+            assert {"--explain", "--plot"} <= options
+
+
+def _imported(*arguments):
+    script = f"""
+import sys
+from cablestudy.cli import main
+try:
+    main({list(map(str, arguments))!r})
+except SystemExit as stop:
+    assert not stop.code, stop.code
+names = {{name.partition('.')[0] for name in sys.modules}}
+print(*sorted(names & set({HEAVY!r})), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
+    return set(done.stderr.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("sweep", "--help"), ("--version",)])
+def test_help_imports_nothing_but_click(arguments):
+    assert _imported(*arguments) == set()
+
+
+def test_a_command_imports_only_what_it_needs(folder):
+    scene = folder / "plain.yaml"
+    scene.write_text("cable: {ends: [[0, 0, 0], [10, 0, 0]], elastic_modulus: 1e9, density: 1000, area: 1e-6,\n"
+                     "        unstretched_length: 9.9}\n", encoding="utf-8")  # fmt: skip
+    assert _imported("static", scene, "--format", "csv") & {"pint", "pandas", "matplotlib", "tabulate"} == set()
+    assert "tabulate" in _imported("static", scene)
+    assert "pint" in _imported("static", scene, "--set", "cable.area=1 mm^2")
+    assert "pandas" not in _imported("columns")
+    assert _imported("columns", "--format", "csv") & {"pint", "pandas", "matplotlib"} == set()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("static", SLACK, "--shape", "--set", "model.elements=5000"), ("columns",), ("schema", "scene")],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
+    command = [sys.executable, "-m", "cablestudy.cli", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
+        child.stdout.readline()
+        child.stdout.close()
+        error = child.stderr.read()
+        assert child.wait(timeout=60) == 0
+    assert error == b""
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
+def test_a_full_disk_is_one_line_and_no_traceback():
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "cablestudy.cli", "columns"]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert done.stderr.startswith("standard output: ")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closing a stream in the shell is POSIX")
+@pytest.mark.parametrize("redirection", [">&-", "<&-"])
+def test_a_closed_stream_is_one_line_and_no_traceback(redirection):
+    command = f"{sys.executable} -m cablestudy.cli static - {redirection}"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60,
+                          check=False)  # fmt: skip
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "closed" in done.stderr or "empty file" in done.stderr
+
+
+def test_a_terminal_without_some_letters_is_no_reason_to_fail(folder):
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    outcome = process("sweep", PRELOAD, "--no-write", env=environment)
+    assert outcome.code == 0, outcome.err
+    (folder / "cäble.yaml").write_text(f"base: {CARLINA}\n", encoding="utf-8")
+    assert process("validate", "cäble.yaml", env=environment).code == 0
+    assert "gravty" in process("static", "cäble.yaml", "--set", "gravty=1", env=environment).err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals to a process group are POSIX")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_control_c_leaves_no_file_and_no_traceback(folder, jobs):
+    cases = "vary: [{cable.preload: {from: 100, to: 2000, count: 3000}}]\ncolumns: [sag, gondola_frequency]\n"
+    study = study_file(folder, cases)
+    command = [sys.executable, "-m", "cablestudy.cli", "sweep", study, "--out", "out", "--jobs", str(jobs)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True
+    ) as child:
+        time.sleep(1.5)  # well into the cases, which take much longer
+        os.killpg(child.pid, signal.SIGINT)
+        out, error = child.communicate(timeout=5)
+    assert child.returncode not in (0, 2, 3)
+    assert (out, (folder / "out").exists()) == ("", False)
+    assert "Traceback" not in error

@@ -1,0 +1,273 @@
+"""Each column against a formula or a reference of its own, and the error that a row states against the true one."""
+
+import math
+
+import numpy as np
+import pytest
+from command import CARLINA, rows_of, run, study_file, table_of
+from references import bars, catenary_mp, taut_string
+from scenes import AREA, CHORD, DENSITY, GONDOLA, INCLINED, LENGTH, MODULUS, PAPER, SAGGING, G, Twin, cells, scene
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+from cablestudy.study.columns import COLUMNS, FAMILIES, find
+from cablestudy.study.row import evaluate
+
+# INTERFACE.md, section Columns, without the wind columns of the next issue
+NAMES = [
+    "preload_N", "horizontal_tension_N", "max_tension_N", "min_tension_N", "unstretched_length_m",
+    "stretched_length_m", "chord_m", "sag_m", "sag_ratio", "mass_kg", "diameter_mm", "area_mm2",
+    "elastic_modulus_GPa", "density_kg_per_m3", "strain", "stress_MPa", "utilisation", "lambda_squared",
+    "end_stiffness_N_per_m", "end_stiffness_zz_N_per_m", "end_stiffness_yy_N_per_m", "cable_frequency_Hz",
+    "inplane_frequency_3_Hz", "outofplane_frequency_2_Hz", "symmetric_frequency_2_Hz", "axial_frequency_1_Hz",
+    "gondola_frequency_Hz", "gondola_frequency_static_Hz", "status", "iterations", "dof", "solve_time_ms",
+    "error_estimate",
+]  # fmt: skip
+STATICS = [column.name for column in COLUMNS if column.needs in ("scene", "statics") and column.key != "cable.loads"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_column_of_the_interface_exists_with_and_without_its_unit(name):
+    column = find(name)
+    assert column.header == name
+    assert find(column.name).header == name
+    assert column.meaning
+
+
+def test_the_table_of_columns_lists_them_all():
+    rows = table_of("columns")
+    assert [row["column"] for row in rows] == [column.header for column in COLUMNS + FAMILIES]
+    assert len({row["column"] for row in rows}) == len(rows)
+    assert all(row["meaning"] and row["needs"] for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("prelaod", "did you mean preload?"),
+        ("axial_frequency_0", "K is a whole number from 1 to 1000"),
+        ("axial_frequency_K", "K is a whole number from 1 to 1000"),
+        ("axial_frequency_1001_Hz", "K is a whole number from 1 to 1000"),
+        ("axial_freqency_2", "did you mean axial_frequency_K?"),
+        ("xyz", "'cablestudy columns' lists them"),
+    ],
+)
+def test_an_unknown_column_gives_a_hint(name, hint):
+    with pytest.raises(ValueError, match=name) as caught:
+        find(name)
+    assert hint in str(caught.value)
+
+
+@pytest.fixture(scope="module", params=[PAPER, INCLINED, SAGGING], ids=["taut", "inclined", "sagging"])
+def twin(request):
+    """A cable of 40 bars."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def chain(twin):
+    """Its equilibrium at 80 digits."""
+    return twin.chain()
+
+
+def test_statics_of_bars(twin, chain):
+    found = cells(twin.scene(), *STATICS)
+    tensions, vectors = chain.tensions, chain.vectors
+    lengths = np.linalg.norm(vectors, axis=1)
+    mean, most = tensions.mean(), tensions.max()
+    weight = twin.mass * G
+    # each bar's level part is the same; the chord is cut at half the span by the bar that crosses it
+    x, z = chain.nodes[:, 0], chain.nodes[:, 2]
+    sag = twin.b / 2 - np.interp(twin.a / 2, x, z)
+    expected = {
+        "preload": mean,
+        "horizontal_tension": (tensions * vectors[:, 0] / lengths).mean(),
+        "max_tension": most,
+        "min_tension": tensions.min(),
+        "unstretched_length": twin.length,
+        "stretched_length": lengths.sum(),
+        "chord": twin.chord,
+        "sag": sag,
+        "sag_ratio": sag / twin.chord,
+        "mass": twin.mass * twin.length,
+        "diameter": 1e3 * 2 * math.sqrt(twin.area / math.pi),
+        "area": 1e6 * twin.area,
+        "elastic_modulus": 70.3,
+        "density": 1440,
+        "strain": mean / twin.stiffness,
+        "stress": most / twin.area / 1e6,
+        "utilisation": most / twin.area / 3000e6,
+        "lambda_squared": taut_string.irvine_parameter(
+            weight, twin.chord, twin.stiffness, mean, math.atan2(twin.b, twin.a)
+        ),
+    }
+    for name, value in expected.items():
+        # the polygon is cut where the smooth cable has its middle: for an inclined one a little beside
+        tolerance = 1e-5 if name in ("sag", "sag_ratio") and twin.b else 1e-9
+        assert found[name] == pytest.approx(value, rel=tolerance), name
+    assert set(expected) | {"iterations"} == set(STATICS)
+    assert 1 <= found["iterations"] <= 15
+
+
+def test_stiffness_and_modes_of_bars(twin, chain):
+    stiffness = bars.dynamic_end_stiffness(chain, twin.length, twin.stiffness, twin.mass)
+    modes = bars.modes(chain, twin.length, twin.stiffness, twin.mass)
+    # the chain is plane: a mode moves out of its plane, or in it
+    shapes = modes.vectors.reshape(-1, 3, len(modes.frequencies))
+    out = np.abs(shapes[:, 1]).max(axis=0) > 1e-6 * np.abs(shapes).max(axis=(0, 1))
+    found = cells(
+        twin.scene(), "end_stiffness", "end_stiffness_yy", "end_stiffness_zz", "cable_frequency",
+        "outofplane_frequency_5", "gondola_frequency_static", "inplane_frequency_1", "axial_frequency_1", "dof",
+    )  # fmt: skip
+    assert found["end_stiffness"] == pytest.approx(stiffness[0, 0], rel=1e-8)
+    assert found["end_stiffness_yy"] == pytest.approx(stiffness[1, 1], rel=1e-8)
+    assert found["end_stiffness_zz"] == pytest.approx(stiffness[2, 2], rel=1e-8)
+    assert found["cable_frequency"] == found["inplane_frequency_1"]
+    assert found["cable_frequency"] == pytest.approx(modes.frequencies[~out][0], rel=1e-9)
+    assert found["outofplane_frequency_5"] == pytest.approx(modes.frequencies[out][4], rel=1e-9)
+    assert found["axial_frequency_1"] == pytest.approx(modes.frequencies[modes.axial > 0.8][0], rel=1e-9)
+    assert found["gondola_frequency_static"] == pytest.approx(
+        math.sqrt(stiffness[0, 0] / GONDOLA) / 2 / math.pi, rel=1e-8
+    )
+    assert found["dof"] == 3 * 39
+
+
+def test_the_taut_cable_follows_the_textbook():
+    found = cells(scene(), "sag", "preload", "symmetric_frequency_1", "outofplane_frequency_1", "axial_frequency_1")
+    weight = DENSITY * AREA * G
+    # parabola with weight per deformed length: corrections of order (sag/chord)^2 = 4e-7
+    assert found["sag"] == pytest.approx(weight * (LENGTH / CHORD) * CHORD**2 / (8 * found["preload"]), rel=5e-6)
+    mass = DENSITY * AREA * LENGTH / CHORD
+    string = taut_string.string_frequencies(1, CHORD, found["preload"], mass)[0]
+    # 40 bars with lumped mass: sin(x)/x of x = pi/80 below the string, 2.6e-4
+    assert found["outofplane_frequency_1"] == pytest.approx(string * math.sin(math.pi / 80) / (math.pi / 80), rel=1e-6)
+    axial = taut_string.axial_frequencies(1, LENGTH, MODULUS * AREA, DENSITY * AREA)[0]
+    assert found["axial_frequency_1"] == pytest.approx(axial * math.sin(math.pi / 80) / (math.pi / 80), rel=1e-4)
+
+
+def test_closed_form_statics_are_those_of_50_digits():
+    for twin in (PAPER, INCLINED, SAGGING):
+        found = cells(
+            twin.scene("model=null"), "preload", "sag", "stretched_length", "end_stiffness", "horizontal_tension"
+        )
+        H, V0 = catenary_mp.solve(twin.a, twin.b, twin.length, twin.stiffness, twin.mass * G)
+        weight = twin.mass * G
+        assert found["horizontal_tension"] == pytest.approx(float(H), rel=1e-12)
+        assert found["preload"] == pytest.approx(float(catenary_mp.mean_tension(H, V0, twin.length, weight)), rel=1e-12)
+        assert found["sag"] == pytest.approx(
+            float(catenary_mp.sag(H, V0, twin.length, twin.stiffness, weight)), rel=1e-11
+        )
+        stiffness = catenary_mp.end_stiffness(H, V0, twin.length, twin.stiffness, weight)
+        assert found["end_stiffness"] == pytest.approx(float(stiffness[0, 0]), rel=1e-11)
+
+
+def test_a_static_study_solves_no_eigenproblem(tmp_path, monkeypatch):
+    def forbidden(*_, **__):
+        raise AssertionError("a mode was asked for")
+
+    for name in ("lowest", "all", "up_to"):
+        monkeypatch.setattr(f"cablestudy.cable.modes.Dynamics.{name}", forbidden)
+    for name in ("scipy.linalg.eigh", "scipy.sparse.linalg.eigsh"):
+        monkeypatch.setattr(name, forbidden)
+    names = ", ".join(
+        c.name for c in COLUMNS if c.needs in ("scene", "statics", "stiffness") and c.key != "cable.loads"
+    )
+    study = study_file(tmp_path, f"vary: [{{cable.preload: [1 kN, 2 kN]}}]\ncolumns: [{names}]\n")
+    rows = rows_of(run("sweep", study, "--no-write", "--format", "csv").out, "csv")
+    assert [row["status"] for row in rows] == ["ok", "ok"]
+    with pytest.raises(AssertionError, match="a mode was asked for"):
+        evaluate(scene(), [find("cable_frequency")])
+
+
+def test_closed_form_statics_build_no_elements(monkeypatch):
+    monkeypatch.setattr("cablestudy.study.case.Dynamics", None)
+    monkeypatch.setattr("cablestudy.study.case.equilibrium", None)
+    found = cells(scene("model=null"), "sag", "end_stiffness", "gondola_frequency_static", "dof", "error_estimate")
+    assert found["dof"] == 0
+    assert found["error_estimate"] <= 1e-12
+
+
+# taut to slack, flat to steep, with and without loads
+ZOO = {
+    "paper": PAPER,
+    "inclined": INCLINED,
+    "downhill": Twin(175.68, -60.49, LENGTH),
+    "sagging": SAGGING,
+    "sagging uphill": Twin(175.68, 60.49, 186.2, 24.2e-6),
+    "steep": Twin(30.0, 183.0, 186.0, 24.2e-6),
+    "almost vertical": Twin(1.0, 185.0, 184.0),
+    "ultra-taut": Twin(CHORD, 0.0, 180.5),
+    "barely taut": Twin(CHORD, 0.0, 185.75),
+    "slack": Twin(CHORD, 0.0, 190.0, 24.2e-6),
+    "very slack": Twin(CHORD, 20.0, 240.0, 24.2e-6),
+    "load": Twin(CHORD, 0.0, LENGTH, loads=((138.366225, (0.0, 0.0, -1.0)),)),
+    "heavy load": Twin(CHORD, 0.0, LENGTH, loads=((LENGTH / 4, (0.0, 0.0, -200.0)),)),
+    "two loads": Twin(CHORD, 30.0, 188.3, 24.2e-6, loads=((37.66, (0.0, 0.0, -50.0)), (141.225, (20.0, 0.0, -100.0)))),
+    "lifted": Twin(CHORD, 0.0, 186.0, 24.2e-6, loads=((93.0, (0.0, 0.0, 20.0)),)),
+}
+ESTIMATED = ("inplane_frequency_1", "inplane_frequency_2", "inplane_frequency_3", "outofplane_frequency_3",
+             "gondola_frequency")  # fmt: skip
+
+
+def true_error(twin, found):
+    """Largest relative error of the estimated columns against the continuous cable."""
+    inside, out = twin.frequencies(3), twin.frequencies(3, "out")
+    errors = [abs(found[f"inplane_frequency_{k}"] / inside[k - 1] - 1) for k in (1, 2, 3)]
+    errors.append(abs(found["outofplane_frequency_3"] / out[2] - 1))
+    return max(errors), gondola_error(twin, found["gondola_frequency"])
+
+
+def gondola_error(twin, frequency):
+    """Relative error of a coupled frequency: distance to the nearest root of k_xx(w) = M w^2."""
+
+    def balance(value):
+        return twin.dynamic_stiffness(value) - GONDOLA * (2 * math.pi * value) ** 2
+
+    for width in (1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2):
+        low, high = frequency * (1 - width), frequency * (1 + width)
+        if balance(low) * balance(high) < 0:
+            return abs(frequency / brentq(balance, low, high, xtol=1e-13 * frequency) - 1)
+    return math.inf
+
+
+@pytest.mark.parametrize("name", ZOO)
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-7])
+def test_the_stated_accuracy_is_kept(name, accuracy):
+    twin = ZOO[name]
+    found = cells(twin.scene(f"model.accuracy={accuracy}"), *ESTIMATED, "error_estimate")
+    cable, gondola = true_error(twin, found)
+    assert cable <= accuracy
+    assert gondola <= accuracy
+    assert found["error_estimate"] <= accuracy
+
+
+@pytest.mark.parametrize("name", ["paper", "inclined", "sagging", "steep", "slack", "very slack"])
+def test_the_error_of_a_fixed_model_is_known(name):
+    twin = ZOO[name]
+    found = cells(twin.scene(), *ESTIMATED[:4], "error_estimate")
+    cable, _ = true_error(twin, {**found, "gondola_frequency": 1.0})
+    assert 0.5 <= found["error_estimate"] / cable <= 2
+
+
+def coupled(twin, elements=40):
+    """Coupled frequency by dense eigen-solution of the bars with the gondola's mass on end 2, free along x."""
+    chain = twin.chain(elements)
+    K, M = bars.matrices(chain, twin.length, twin.stiffness, twin.mass)
+    x = 3 * elements
+    M[x] += GONDOLA
+    free = np.r_[3 : x + 1]
+    values, shapes = eigh(K[np.ix_(free, free)], np.diag(M[free]))
+    return math.sqrt(values[np.argmax(shapes[-1] ** 2)]) / (2 * math.pi)
+
+
+@pytest.mark.parametrize("name", ["paper", "inclined", "sagging", "steep", "very slack"])
+def test_the_coupled_frequency_is_that_of_the_whole_eigenproblem(name):
+    twin = ZOO[name]
+    assert cells(twin.scene(), "gondola_frequency")["gondola_frequency"] == pytest.approx(coupled(twin), rel=1e-9)
+
+
+def test_a_study_of_one_scene_agrees_with_static():
+    study = f"base: {CARLINA}\ncolumns: [sag, preload, end_stiffness]\n"
+    row = rows_of(run("sweep", "-", "--no-write", "--format", "json", stdin=study).out, "json")[0]
+    alone = table_of("static", CARLINA)[0]
+    assert all(row[name] == alone[name] for name in row)

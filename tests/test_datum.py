@@ -1,0 +1,119 @@
+"""`cable/datum.py`: the unstretched length from a preload or a sag, there and back, and refusals."""
+
+import numpy as np
+import pytest
+from cables import Exact, chord_span, paper_span
+from references import catenary_mp
+
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.datum import chord_strain_for_sag, chord_strain_for_tension
+from cablestudy.errors import NoSolutionError
+
+
+def random_cables(count, seed, loads):
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        near = 90 - 10 ** rng.uniform(-9, 0)
+        degrees = rng.choice([0, rng.uniform(-90, 90), 90, -near])
+        strain = rng.choice([10 ** rng.uniform(-12, -0.5), -(10 ** rng.uniform(-12, -1)), 1 / rng.uniform(1, 100) - 1])
+        chord, stiffness = 10 ** rng.uniform(-3, 6), 10 ** rng.uniform(2, 10)
+        weight = stiffness * 10 ** rng.uniform(-12, 0)
+        forces = [(rng.uniform(0, 0.5), rng.normal(size=3) * weight * 10 ** rng.uniform(-2, 1))] if loads else ()
+        yield chord_span(chord, degrees, strain, stiffness, weight / chord, 1.0, forces)
+
+
+@pytest.mark.parametrize("loads", [False, True], ids=["plain", "point load"])
+def test_the_tension_comes_back(loads):
+    """Whatever cable the tension was taken from: one with this tension is found, and none shorter has it."""
+    for span in random_cables(25, 11 + loads, loads):
+        tension = float(solve(span).mean_tension)
+        strain = chord_strain_for_tension(span, tension)
+        assert solve(span.with_chord_strain(strain)).mean_tension == pytest.approx(tension, rel=2e-12)
+        if not loads:
+            # near the least tension the length is as uncertain as the square root of the tension's last digit
+            assert strain >= span.chord_strain - max(1e-6 * abs(span.chord_strain), 1e-7)
+
+
+def test_the_sag_comes_back():
+    for span in random_cables(25, 13, False):
+        sag = float(solve(span).sag)
+        if sag <= 0:  # nothing hangs below a taut vertical chord
+            continue
+        strain = chord_strain_for_sag(span, sag)
+        # a sag is a difference of heights, known to rounding of the length
+        rounding = 4e-16 * span.unstretched_length
+        assert solve(span.with_chord_strain(strain)).sag == pytest.approx(sag, rel=1e-11, abs=rounding)
+
+
+@pytest.mark.parametrize("degrees", [0, 19, -75])
+@pytest.mark.parametrize("tension", [40.0, 361.0, 1344.75, 24200.0])
+def test_tension_against_the_reference(degrees, tension):
+    """The 50-digit cable of this length has the wanted mean tension."""
+    span = paper_span(degrees=degrees)
+    found = span.with_chord_strain(chord_strain_for_tension(span, tension))
+    assert Exact(found).mean_tension() == pytest.approx(tension, rel=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [0, 19, -75])
+@pytest.mark.parametrize("sag", [1e-3, 0.12, 4.088, 60.0, 500.0])
+def test_sag_against_the_reference(degrees, sag):
+    span = paper_span(degrees=degrees)
+    found = span.with_chord_strain(chord_strain_for_sag(span, sag))
+    assert Exact(found).sag() == pytest.approx(sag, rel=1e-11)
+
+
+def test_a_weightless_cable():
+    """T = EA strain; and no sag whatever its length."""
+    span = chord_span(10, 30, 0.0, 1e6, gravity=0.0)
+    assert chord_strain_for_tension(span, 5.0) == pytest.approx(5e-6, rel=1e-13)
+    with pytest.raises(NoSolutionError, match="sag"):
+        chord_strain_for_sag(span, 0.1)
+
+
+def test_the_shorter_of_two_cables():
+    """A steep cable has its tension twice: just taut (T = EA strain), and hanging far below its ends."""
+    span = chord_span(1, 89.9999, 0.0, 1e6, mass=10.0)
+    tension = float(solve(span.with_chord_strain(-0.5)).mean_tension)
+    assert chord_strain_for_tension(span, tension) == pytest.approx(tension / 1e6, rel=1e-3)
+
+
+@pytest.mark.parametrize("degrees", [0, 40, 90])
+def test_a_tension_below_the_least(degrees):
+    """The least tension over all lengths, found here by trying many, and a little less than it."""
+    span = paper_span(degrees=degrees)
+    strain = np.concatenate([np.linspace(-0.8, 0, 4000), np.linspace(0, 1e-4, 1000)])
+    least = solve(span.with_chord_strain(strain)).mean_tension.min()
+    with pytest.raises(NoSolutionError, match="below the least"):
+        chord_strain_for_tension(span, 0.999 * least)
+    found = chord_strain_for_tension(span, 1.001 * least)
+    assert solve(span.with_chord_strain(found)).mean_tension == pytest.approx(1.001 * least, rel=1e-12)
+
+
+def test_no_cable_ends_before_its_load():
+    """A tension that a taut cable would have, were it not for a load 300 m along: a longer one, or a refusal."""
+    span = paper_span(length=400.0, loads=[(0.75, (0.0, 0.0, -10.0))])
+    found = span.with_chord_strain(chord_strain_for_tension(span, 20.0))
+    assert found.unstretched_length > 300
+    assert solve(found).mean_tension == pytest.approx(20, rel=1e-12)
+    with pytest.raises(NoSolutionError, match=r"last load, at 300 m"):
+        chord_strain_for_tension(span, 1e6)
+
+
+def test_the_papers_length():
+    """DESIGN section 9: 696 N and 40 N of the 7800 and 1440 kg/m^3 cables give the sags 1.271 m and 4.09 m."""
+    area = 2.69e-6
+    for density, preload, sag in [(7800, 696, 1.271), (1440, 40, 4.09)]:
+        span = chord_span(185.8, 0, 0, 70.3e9 * area, density * area)
+        found = span.with_chord_strain(chord_strain_for_tension(span, preload))
+        assert solve(found).sag == pytest.approx(sag, rel=0.5 / preload + 0.005 / sag)  # printed digits
+        again = span.with_chord_strain(chord_strain_for_sag(span, float(solve(found).sag)))
+        assert again.chord_strain == pytest.approx(found.chord_strain, rel=1e-11)
+
+
+def test_a_preload_of_a_strain_of_1e_12():
+    span = chord_span(100, 0, 0, 1e12, mass=1e-12)
+    strain = chord_strain_for_tension(span, 1.0)
+    H, V0 = catenary_mp.solve(100, 0, Exact(span.with_chord_strain(strain)).L, 1e12, 1e-12 * 9.81)
+    assert strain == pytest.approx(1e-12, rel=1e-9)
+    assert float(H) == pytest.approx(1.0, rel=1e-9)
+    assert float(V0) == pytest.approx(-1e-10 * 9.81 / 2, rel=1e-9)

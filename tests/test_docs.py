@@ -1,0 +1,56 @@
+"""Every example of README, ARCHITECTURE and docs/ prints what the page says it prints."""
+
+import importlib.util
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+spec = importlib.util.spec_from_file_location("refresh", ROOT / "docs" / "refresh.py")
+refresh = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(refresh)
+NUMBER = re.compile(r"((?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?)")
+
+
+@pytest.fixture(scope="module")
+def folder():
+    with refresh.workplace() as path:
+        yield path
+
+
+@pytest.mark.parametrize("page", refresh.PAGES, ids=lambda page: page.name)
+def test_examples_print_what_the_page_shows(page, folder):
+    now, stored = NUMBER.split(refresh.refreshed(page, folder)), NUMBER.split(page.read_text())
+    assert now[::2] == stored[::2], "stale: 'make docs' regenerates it"
+    # the last digits of a number may differ on another processor
+    numbers = [[float(text) for text in page[1::2]] for page in (now, stored)]
+    assert numbers[0] == pytest.approx(numbers[1], rel=2e-3, abs=1e-12), "stale: 'make docs' regenerates it"
+
+
+def test_the_pages_have_examples():
+    commands = [line for page in refresh.PAGES for line in page.read_text().splitlines() if line.startswith("$ cable")]
+    assert len(commands) >= 15
+    used = " ".join(commands)
+    for command in ("static", "modes", "sweep", "validate", "schema", "columns"):
+        assert f"cablestudy {command}" in used
+
+
+@pytest.mark.parametrize("page", refresh.PAGES, ids=lambda page: page.name)
+def test_links_within_the_project_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
+        assert (page.parent / target).exists(), target
+
+
+def test_yaml_examples_of_the_file_reference_are_valid(folder, tmp_path):
+    blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / "files.md").read_text(), re.DOTALL)
+    assert blocks
+    for number, block in enumerate(blocks):
+        file = Path(folder) / "configs" / f"example-{number}.yaml"
+        file.write_text(block)
+        done = subprocess.run(
+            [Path(refresh.sys.executable).parent / "cablestudy", "validate", file], capture_output=True, text=True,
+            check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr

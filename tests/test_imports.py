@@ -1,0 +1,67 @@
+"""Imports point one way, and each library is imported where the house rules allow it; read from the source."""
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+import cablestudy
+
+ROOT = Path(cablestudy.__file__).parent
+# what each layer may import from cablestudy: cli > study > control | wind | scene > cable > errors
+ALLOWED = {
+    "errors": set(),
+    "cable": {"cable", "errors"},
+    "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
+    "control": {"control", "cable", "errors"},
+    "wind": {"wind", "cable", "errors"},
+    "study": {"study", "control", "wind", "scene", "cable", "errors"},
+    "cli": {"cli", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
+    "__main__": {"cli"},
+    "__init__": set(),
+}
+LIBRARIES = {"cable": {"numpy", "scipy"}, "errors": set()}
+MODULES = sorted(ROOT.rglob("*.py"))
+
+
+def layer_of(path):
+    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+def imports(path):
+    """Every imported name with dots, inside functions too; relative imports made absolute."""
+    package = ("cablestudy", *path.relative_to(ROOT).parts[:-1])
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+            module = ".".join(part for part in (base, node.module) if part)
+            if module == "cablestudy":
+                yield from (f"cablestudy.{alias.name}" for alias in node.names)
+            else:
+                yield module
+
+
+@pytest.mark.parametrize("path", MODULES, ids=[str(path.relative_to(ROOT)) for path in MODULES])
+def test_imports_point_one_way(path):
+    layer = layer_of(path)
+    assert layer in ALLOWED, f"{layer} has no place in the order of layers"
+    for name in imports(path):
+        parts = name.split(".")
+        if parts[0] == "cablestudy":
+            assert len(parts) > 1, f"{path.name} imports the whole package"
+            assert parts[1] in ALLOWED[layer], f"{layer} must not import {name}"
+            continue
+        if parts[0] == "matplotlib":
+            assert path.relative_to(ROOT).parts[:2] in {("study", "plots"), ("study", "plots.py")}
+        if parts[0] == "click":
+            assert layer == "cli"
+        if layer in LIBRARIES and parts[0] not in sys.stdlib_module_names:
+            assert parts[0] in LIBRARIES[layer], f"{layer} must not import {name}"
+
+
+def test_there_is_something_to_check():
+    assert {"errors", "cable", "scene", "study"} <= {layer_of(path) for path in MODULES}
+    assert "numpy" in set(imports(ROOT / "cable" / "assembly.py"))

@@ -1,0 +1,319 @@
+"""`cable/modes.py`: the paper's Table 2, the dense textbook chain, kinds of coinciding modes, counts, both solvers."""
+
+import math
+
+import numpy as np
+import pytest
+from cables import EA, MASS, G, chord_span, graded_error, paper_span
+from references import bars, taut_string
+from scipy.optimize import brentq
+
+from cablestudy.cable import catenary, equilibrium, modes
+from cablestudy.cable.element import mesh_segments
+from cablestudy.cable.modes import Dynamics
+from cablestudy.errors import ConvergenceError
+
+
+def dynamics(span, elements=40, order=1, mass="lumped"):
+    start = catenary.solve(span)
+    state, _ = equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))
+    return Dynamics(state, span.unstretched_length, span.mass, span.planar)
+
+
+# ---- the paper ------------------------------------------------------------------------------------------------------
+
+# Table 2 of the paper (40 bars, printed digits): mode, kind, symmetry, frequency [Hz], participation [N/(m sqrt(kg))]
+TABLE_2 = """
+ 1 out-of-plane symmetric      1.59     0
+ 2 in-plane     symmetric      1.59     5.63
+ 3 in-plane     antisymmetric  3.18     0.4
+ 4 out-of-plane antisymmetric  3.18     0
+ 5 out-of-plane symmetric      4.76     0
+ 6 in-plane     symmetric      4.76     1.52
+ 7 in-plane     antisymmetric  6.34     0.83
+ 8 out-of-plane antisymmetric  6.34     0
+ 9 out-of-plane symmetric      7.90     0
+10 in-plane     symmetric      7.90     0.49
+13 in-plane     symmetric     11.0      0.09
+17 in-plane     symmetric     14.0      0.51
+25 axial        symmetric     18.9   5380
+62 axial        antisymmetric 37.8  10700
+81 axial        symmetric     56.7  16000
+82 axial        antisymmetric 75.4  21200
+83 axial        symmetric     94.1  26200
+"""
+
+
+def last_digit(text):
+    """One unit of the last printed digit; a trailing zero of a whole number is not printed precision."""
+    if "." in text:
+        return 10.0 ** -len(text.split(".")[1])
+    return 10.0 ** (len(text) - len(text.rstrip("0"))) if text != "0" else 0.01
+
+
+def test_table_2():
+    found = dynamics(paper_span()).lowest(90)
+    for row in TABLE_2.strip().splitlines():
+        mode, kind, symmetry, frequency, participation = row.split()
+        k = int(mode) - 1
+        assert found.frequency[k] == pytest.approx(float(frequency), abs=1.01 * last_digit(frequency)), row
+        along = abs(found.participation[k, 0])
+        if {3, 4} & {int(mode)} or kind == "axial" or along > 0.01:
+            # modes of equal printed frequency may stand in either order: find the one of this kind among the neighbours
+            near = [i for i in range(k - 1, k + 2) if 0 <= i < 90 and found.kind[i] == kind]
+            k = min(near, key=lambda i: abs(i - k))
+        assert (found.kind[k], found.symmetry[k]) == (kind, symmetry), row
+        assert abs(found.participation[k, 0]) == pytest.approx(
+            float(participation), abs=1.01 * last_digit(participation)
+        ), row
+
+
+# ---- the dense textbook chain ---------------------------------------------------------------------------------------
+
+CHAINS = {  # a, b, L, loads at nodes of 40
+    "taut": (185.8, 0.0, 184.4883, ()),
+    "sagging": (185.8, 0.0, 186.0, ()),
+    "inclined": (175.68, 60.49, 184.4883, ()),
+    "slack": (100.0, 20.0, 150.0, ()),
+    "loads in the plane": (100.0, -20.0, 110.0, ((10, (5.0, 0.0, -40.0)), (25, (0.0, 0.0, 20.0)))),
+    "loads out of it": (100.0, -20.0, 103.0, ((10, (5.0, 30.0, -40.0)), (25, (0.0, -60.0, 20.0)))),
+}
+
+
+@pytest.mark.parametrize(("a", "b", "length", "loads"), CHAINS.values(), ids=CHAINS)
+def test_40_bars_equal_the_dense_chain(a, b, length, loads):
+    """Frequencies, participation (subspaces where they coincide) and condensed stiffness."""
+    chord = math.hypot(a, b)
+    degrees = math.degrees(math.atan2(b, a))
+    span = chord_span(
+        chord, degrees, (chord - length) / length, EA, MASS, loads=[(node / 40, force) for node, force in loads]
+    )
+    model = dynamics(span)
+    assert model.planar == (not any(force[1] for _, force in loads))
+    found = model.all()
+    chain = bars.solve_spatial((a, 0, b), length, EA, MASS * G, 40, loads)
+    expected = bars.modes(chain, length, EA, MASS)
+    assert found.complete
+    assert len(found) == 117
+    assert found.frequency == pytest.approx(expected.frequencies, rel=1e-9)
+    end = found.participation @ span.frame
+    scale = np.abs(expected.participation).max()
+    # modes come from the compliance: the highest lose the digits of (omega_max/omega_1)^2, over their distance
+    digits = 1e-6 + 2e-15 * (found.frequency[-1] / found.frequency[0]) ** 2 / 1e-3
+    edges = np.flatnonzero(np.diff(expected.frequencies) > 1e-3 * expected.frequencies[1:]) + 1
+    for group in np.split(np.arange(117), edges):
+        ours, theirs = (np.sqrt((values[group] ** 2).sum(axis=0)) for values in (end, expected.participation))
+        assert ours == pytest.approx(theirs, rel=digits, abs=1e-10 * scale)
+    K = span.frame.T @ model.end_stiffness @ span.frame
+    assert graded_error(K, chain.end_stiffness) < 1e-9
+    assert graded_error(K, bars.dynamic_end_stiffness(chain, length, EA, MASS)) < 1e-6
+
+
+@pytest.mark.parametrize("span", [paper_span(), paper_span(186.0, degrees=19)], ids=["taut", "sagging"])
+def test_participation_adds_up_to_the_stiffness(span):
+    """K11 - K = sum of p p^T/omega^2 over all modes; K11 is the stiffness of end 2 with the interior held."""
+    model = dynamics(span, 3, 4)
+    found = model.all()
+    omega = 2 * np.pi * found.frequency
+    released = np.einsum("ka,kb->ab", found.participation / omega[:, None] ** 2, found.participation)
+    held = np.zeros((3, 3))
+    for system in model.systems:
+        K = system.full_stiffness().toarray() * model.state.force / span.unstretched_length
+        held[np.ix_(system.axes, system.axes)] = K[-len(system.axes) :, -len(system.axes) :]
+    assert graded_error(released + model.end_stiffness, held) < 1e-7
+
+
+def test_shapes_are_mass_normalised_and_orthogonal():
+    span = chord_span(100, 20, -0.05, 1e5, loads=[(0.3, (0, 50, -100))])
+    model = dynamics(span, 12, 3, "consistent")
+    found = model.all()
+    M = model.systems[0].mass.toarray() * span.mass * span.unstretched_length
+    shapes = found.shapes[1:-1].reshape(-1, len(found))
+    assert shapes.T @ M @ shapes == pytest.approx(np.eye(len(found)), abs=1e-6)
+    assert np.abs(np.diag(shapes.T @ M @ shapes) - 1).max() < 1e-12
+    assert not found.shapes[[0, -1]].any()
+
+
+# ---- kinds ----------------------------------------------------------------------------------------------------------
+
+
+def names(found, count=None):
+    return [(found.kind[k], found.symmetry[k]) for k in range(count or len(found))]
+
+
+@pytest.mark.parametrize("degrees", [0, 19, -70, 90])
+@pytest.mark.parametrize("order", [1, 16])
+def test_a_straight_cable_where_every_transverse_mode_comes_twice(degrees, order):
+    """Weightless: y and n coincide exactly; kinds and symmetry alternate as for a string."""
+    span = chord_span(100, degrees, 1e-3, 1e6, gravity=0.0)
+    found = dynamics(span, 40 if order == 1 else 2, order).lowest(12)
+    assert sorted(names(found, 2)) == [("in-plane", "symmetric"), ("out-of-plane", "symmetric")]
+    for k in range(6):
+        pair = names(found)[2 * k : 2 * k + 2]
+        symmetry = "symmetric" if k % 2 == 0 else "antisymmetric"
+        assert pair == [("out-of-plane", symmetry), ("in-plane", symmetry)]
+        assert found.frequency[2 * k] == pytest.approx(found.frequency[2 * k + 1], rel=1e-12)
+    if order == 16:
+        expected = taut_string.string_frequencies(6, 100, 1e3, 1 / (1 + 1e-3))
+        # m per deformed length is m/(1 + strain)
+        assert found.frequency[::2] == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_spatial_cable_keeps_its_kinds_when_they_coincide():
+    """A load without weight out of the plane makes the model spatial, but hardly couples anything."""
+    span = chord_span(100, 0, 1e-3, 1e6, gravity=0.0, loads=[(0.5, (0.0, 1e-12, 0.0))])
+    model = dynamics(span, 40)
+    assert not model.planar
+    assert names(model.lowest(4)) == [
+        ("out-of-plane", "symmetric"), ("in-plane", "symmetric"),
+        ("out-of-plane", "antisymmetric"), ("in-plane", "antisymmetric"),
+    ]  # fmt: skip
+
+
+def test_irvines_crossover():
+    """lambda^2 = 4 pi^2: the first symmetric and antisymmetric in-plane modes coincide; found here by bisection."""
+
+    def pair(strain):
+        found = dynamics(paper_span().with_chord_strain(strain), 40).lowest(12)
+        one, other = (found.select("in-plane", symmetry)[0] for symmetry in ("symmetric", "antisymmetric"))
+        return found, one, other
+
+    def gap(strain):
+        found, one, other = pair(strain)
+        return found.frequency[one] / found.frequency[other] - 1
+
+    crossing = brentq(gap, -1e-3, 1e-3, xtol=1e-19, rtol=1e-15)
+    tension = float(catenary.solve(paper_span().with_chord_strain(crossing)).mean_tension)
+    squared = taut_string.irvine_parameter(MASS * G, 185.8, EA, tension)
+    assert squared == pytest.approx(4 * np.pi**2, rel=0.03)  # Irvine: a flat cable, many more than 40 bars
+    for strain in (crossing, np.nextafter(crossing, 1), crossing * (1 + 1e-12), crossing * (1 - 1e-11)):
+        found, one, other = pair(strain)
+        assert abs(found.frequency[one] / found.frequency[other] - 1) < 1e-9
+        assert names(found, 4) == [
+            ("out-of-plane", "symmetric"), ("in-plane", "symmetric"),
+            ("in-plane", "antisymmetric"), ("out-of-plane", "antisymmetric"),
+        ]  # fmt: skip
+
+
+def test_an_axial_mode_that_coincides_with_a_transverse_one():
+    """Straight, weightless: strain = 1/k^2 makes the first axial mode coincide with the k-th transverse pair.
+
+    Axial waves: c_a^2 = EA/m over L0. Transverse: c_t^2 = EA strain/(m (1 + strain)) over L0. Both equal on any mesh of
+    order 1 only in the limit; so the strain is found by bisection on the model itself.
+    """
+    count = 30
+
+    def frequencies(strain):
+        found = dynamics(chord_span(100, 0, strain, 1e6, gravity=0.0), 24).lowest(count)
+        axial = found.select("axial")[0]
+        return found, axial
+
+    def gap(strain):
+        found, axial = frequencies(strain)
+        return found.frequency[axial] / found.frequency[found.select("out-of-plane")[3]] - 1
+
+    crossing = brentq(gap, 0.05, 0.09, xtol=1e-16, rtol=1e-15)
+    for strain in (crossing, np.nextafter(crossing, 1), crossing * (1 - 1e-12)):
+        found, axial = frequencies(strain)
+        same = np.flatnonzero(np.abs(found.frequency / found.frequency[axial] - 1) < 1e-9)
+        assert [found.kind[k] for k in same] == ["out-of-plane", "in-plane", "axial"]
+        assert [found.symmetry[k] for k in same] == ["antisymmetric", "antisymmetric", "symmetric"]
+
+
+@pytest.mark.parametrize("degrees", [0, 19, 60])
+def test_inclined_and_sagging_cables_have_kinds(degrees):
+    """Out-of-plane modes decouple and alternate; every mode has a name; a level cable has no mixed one."""
+    for length in (184.4883, 185.9, 186.0, 200.0):
+        found = dynamics(paper_span(length, degrees=degrees), 4, 16).lowest(20)
+        out = found.select("out-of-plane")
+        expected = ["symmetric" if k % 2 == 0 else "antisymmetric" for k in range(len(out))]
+        if degrees == 0:
+            assert "mixed" not in found.symmetry
+            assert [found.symmetry[k] for k in out] == expected
+        if length == 184.4883:  # taut: no inclination matters
+            assert [found.symmetry[k] for k in out] == expected
+            inside = found.select("in-plane")
+            assert [found.symmetry[k] for k in inside] == expected[: len(inside)]
+
+
+def test_a_steep_sagging_cable_has_mixed_modes():
+    """Neither a mirror image of itself nor its opposite: gravity along the chord makes the lower part slacker."""
+    found = dynamics(paper_span(188.0, degrees=70), 4, 16).lowest(12)
+    assert "mixed" in found.symmetry
+
+
+# ---- how many -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("elements", [3, 40, 400])
+@pytest.mark.parametrize("count", [0, 1, 2, 10])
+def test_the_lowest_few_are_those_of_many(elements, count):
+    model = dynamics(paper_span(186.0), elements)
+    found, more = model.lowest(count), model.lowest(min(24, model.dof))
+    kept = min(count, model.dof)
+    assert len(found) == kept
+    assert found.frequency == pytest.approx(more.frequency[:kept], rel=1e-10)
+    assert names(found) == names(more, kept) if kept else not names(found)
+    assert found.complete == (count >= model.dof)
+
+
+def test_more_than_there_are():
+    model = dynamics(paper_span(), 5)
+    found = model.lowest(1000)
+    assert found.complete
+    assert len(found) == model.dof == 12
+    assert found.frequency == pytest.approx(model.all().frequency)
+    none = dynamics(paper_span(), 1)
+    assert none.dof == 0
+    assert len(none.lowest(5)) == 0
+    assert none.all().complete
+
+
+def test_up_to_a_frequency():
+    model = dynamics(paper_span(), 100)
+    every = model.all()
+    for limit in (0.1, 5.0, 40.0, 1e9):
+        found = model.up_to(limit)
+        below = int((every.frequency <= limit).sum())
+        assert len(found) >= below
+        assert found.frequency[:below] == pytest.approx(every.frequency[:below], rel=1e-9)
+        assert found.complete or found.frequency[-1] > limit
+
+
+def test_too_many_modes_of_a_large_model():
+    model = dynamics(paper_span(), 4000)
+    with pytest.raises(ConvergenceError, match="at most a quarter"):
+        model.all()
+
+
+# ---- the two solvers ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+@pytest.mark.parametrize("span", [paper_span(), paper_span(186.0, degrees=19)], ids=["taut", "sagging"])
+def test_lanczos_equals_dense(span, mass, monkeypatch):
+    model = dynamics(span, 250, 1, mass)
+    large = model.lowest(15)
+    monkeypatch.setattr(modes, "DENSE_LIMIT", 10_000)
+    small = model.lowest(15)
+    assert large.frequency == pytest.approx(small.frequency, rel=1e-10)
+    assert names(large) == names(small)
+    assert np.abs(large.participation) == pytest.approx(np.abs(small.participation), rel=1e-5, abs=1e-6)
+
+
+@pytest.mark.parametrize("elements", [20, 300])
+def test_two_runs_are_identical(elements):
+    runs = [dynamics(paper_span(186.0), elements).lowest(12) for _ in range(2)]
+    assert (runs[0].frequency == runs[1].frequency).all()
+    assert (runs[0].shapes == runs[1].shapes).all()
+    assert (runs[0].participation == runs[1].participation).all()
+    assert names(runs[0]) == names(runs[1])
+
+
+def test_first_and_select():
+    found = dynamics(paper_span()).lowest(20)
+    assert len(found.first(5)) == 5
+    assert found.first(5).shapes.shape == (41, 3, 5)
+    assert found.first(50) is found
+    everything = sorted(found.select("in-plane") + found.select("out-of-plane") + found.select("axial"))
+    assert everything == list(range(20))

@@ -1,0 +1,308 @@
+"""Pictures: what is drawn is what was computed, and files are whole, valid and always the same."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cablestudy.cli import main
+from cablestudy.errors import SceneError
+from cablestudy.scene.scene import load_scene
+from cablestudy.scene.study import read_study
+from cablestudy.study import plots, report, row
+from cablestudy.study.case import Case
+from cablestudy.study.deflection import nodal_deflections
+from cablestudy.study.sweep import run
+
+CONFIGS = Path(__file__).parents[1] / "configs"
+MAGIC = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
+VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 100]]"
+TRIPLE = "cable.unstretched_length=557.4 m"  # three chords of the paper's cable
+
+
+def case_of(name, *sets):
+    return Case(load_scene(str(CONFIGS / f"{name}.yaml"), sets)[1])
+
+
+def lines(axes):
+    return {line.get_label(): line for line in axes.lines}
+
+
+def draw(figure):
+    """Everything that only goes wrong when it is drawn."""
+    figure.draw_without_rendering()
+    return figure
+
+
+def words(figure):
+    return " ".join(text.get_text() for text in figure.findobj(match=lambda artist: hasattr(artist, "get_text")))
+
+
+@pytest.fixture(scope="module")
+def carlina():
+    return case_of("carlina")
+
+
+@pytest.fixture(scope="module")
+def preload():
+    study = read_study(str(CONFIGS / "preload.yaml"))
+    return study, run(study)[0]
+
+
+# ---------------------------------------------------------------------------------------------------- static form
+
+
+def test_static_form_draws_the_shape_the_chord_and_the_sag(carlina):
+    figure = draw(plots.static_form(carlina))
+    (axes,) = figure.axes
+    places, _ = report.shape(carlina, report.shape_positions(carlina))
+    np.testing.assert_allclose(lines(axes)["cable"].get_xdata(), places[:, 0], atol=1e-9)
+    np.testing.assert_allclose(lines(axes)["cable"].get_ydata(), places[:, 2], atol=1e-9)
+    np.testing.assert_allclose(lines(axes)["chord"].get_xydata(), [[0, 0], [185.8, 0]], atol=1e-12)
+    assert lines(axes)["cable"].get_ydata().min() == pytest.approx(-carlina.statics.sag, rel=1e-12)
+    arrow = next(text for text in axes.texts if not text.get_text() and text.arrow_patch)
+    assert arrow.xyann == pytest.approx((92.9, 0.0), abs=1e-12)
+    assert arrow.xy == pytest.approx((92.9, -carlina.statics.sag))
+    assert axes.get_xlabel().endswith("[m]")
+    assert axes.get_ylabel().endswith("[m]")
+    for fact in ("185.8 m", "1345 N", "sag 0.1211 m", "enlarged 200 times"):
+        assert fact in words(figure)
+
+
+def test_the_stated_enlargement_is_the_drawn_one(carlina):
+    (axes,) = draw(plots.static_form(carlina)).axes
+    box = axes.get_window_extent()
+    per_metre = box.width / np.ptp(axes.get_xlim()), box.height / np.ptp(axes.get_ylim())
+    assert per_metre[1] / per_metre[0] == pytest.approx(200, rel=1e-9)
+
+
+def test_an_inclined_cable_is_true_to_scale_and_its_sag_drawn_apart():
+    case = case_of("carlina-inclined")
+    whole, apart = draw(plots.static_form(case)).axes
+    places, _ = report.shape(case, report.shape_positions(case))
+    np.testing.assert_allclose(lines(whole)["cable"].get_ydata(), places[:, 2], atol=1e-9)
+    assert whole.get_aspect() == 1
+    x, z = places[:, 0], places[:, 2]
+    np.testing.assert_allclose(lines(apart)["cable"].get_ydata(), z - x * 60.49 / 175.68, atol=1e-9)
+    assert np.interp(175.68 / 2, x, -lines(apart)["cable"].get_ydata()) == pytest.approx(case.statics.sag, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "sets"),
+    [
+        ("carlina", [VERTICAL, "cable.unstretched_length=99.9 m"]),
+        ("slack", [VERTICAL, "cable.unstretched_length=300 m"]),
+        ("carlina", ["cable.ends=[[0, 0, 0], [0, 0, -100]]", "cable.unstretched_length=99.9 m"]),
+        ("point-load", [VERTICAL, "cable.unstretched_length=99 m", "cable.loads=[{at: 40 m, force: [3, 0, 0]}]"]),
+        ("slack", ["cable.ends=[[0, 0, 0], [1, 0, 100]]", "cable.unstretched_length=110 m"]),
+        ("slack", [TRIPLE]),
+        ("slack", [TRIPLE, "cable.loads=[{at: 99 m, force: [2, 5, 0]}, {at: 300 m, force: [0, 0, 9]}]"]),
+        ("carlina", ["gravity=0"]),
+    ],
+    ids=["vertical", "folded", "downwards", "vertical-loaded", "steep", "deep", "deep-loaded", "floating"],
+)  # fmt: skip
+def test_extreme_cables_are_drawn(name, sets):
+    figure = draw(plots.static_form(case_of(name, *sets)))
+    cable = lines(figure.axes[0])["cable"]
+    assert np.isfinite(cable.get_xydata()).all()
+
+
+# ----------------------------------------------------------------------------------------------------- deflection
+
+
+def test_point_load_shows_both_deflections_and_their_difference():
+    case = case_of("point-load")
+    _, deflection, difference = draw(plots.static_form(case)).axes
+    _, full, linear = nodal_deflections(case)
+    drawn = lines(deflection)
+    np.testing.assert_allclose(drawn["full, non-linear"].get_ydata(), 1e3 * full[:, 1], rtol=1e-9)
+    np.testing.assert_allclose(drawn["linear, about the unloaded form"].get_ydata(), 1e3 * linear[:, 1], rtol=1e-9)
+    np.testing.assert_allclose(lines(difference)["vertical"].get_ydata(), 1e6 * (linear - full)[:, 1], atol=1e-6)
+    assert "[mm]" in deflection.get_ylabel()
+    assert "[µm]" in difference.get_ylabel()
+    # a string under a load F at a: F a (l - a)/(l T); DESIGN 4, the cable is taut to 0.1 %
+    assert drawn["full, non-linear"].get_ydata().min() == pytest.approx(
+        -1e3 * 139.35 * 46.45 / 185.8 / 1344.75, rel=5e-3
+    )
+    assert np.argmin(drawn["full, non-linear"].get_ydata()) == 30  # three quarters of 40 bars
+
+
+def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():
+    case = case_of("carlina", "cable.loads=[{at: 60 m, force: [0, 2, -1]}]")
+    labels = [axes.get_ylabel() for axes in draw(plots.static_form(case)).axes]
+    assert any("sideways [mm]" in label for label in labels)
+    assert any("upwards [mm]" in label for label in labels)
+
+
+# ---------------------------------------------------------------------------------------------------- mode shapes
+
+
+def test_mode_shapes_are_the_modes_on_the_static_form(carlina):
+    case, found, _ = row.modes(carlina, 12)
+    figure = draw(plots.mode_shapes(case, found))
+    assert len(figure.axes) == 12
+    state = case.discrete[0]
+    static = state.displacement[:, 1] * case.span.unstretched_length
+    for k, axes in enumerate(figure.axes):
+        shape = found.shapes[..., k]
+        drawn = lines(axes)["mode"].get_ydata()
+        if found.kind[k] == "in-plane":
+            np.testing.assert_allclose(
+                drawn - static, 0.1 * shape[:, 1] / np.linalg.norm(shape[:, :2], axis=1).max(), atol=1e-9
+            )
+        else:
+            np.testing.assert_allclose(drawn, 0.1 * shape[:, 2] / np.abs(shape[:, 2]).max(), atol=1e-9)
+        assert axes.get_title("right") == f"{found.kind[k]}, {found.symmetry[k]}"
+        assert axes.get_title("left").split()[0] == str(k + 1)
+        assert axes.get_title("left").endswith("Hz")
+    assert "0.1 m" in words(figure)
+    assert "[m]" in figure.get_supylabel()
+
+
+def test_more_modes_than_panels_are_said():
+    case, found, _ = row.modes(case_of("carlina"), 20)
+    figure = draw(plots.mode_shapes(case, found))
+    assert len(figure.axes) == 12
+    assert "First 12 of 20 modes" in figure.get_suptitle()
+
+
+@pytest.mark.parametrize(
+    ("name", "sets", "count"),
+    [
+        ("slack", [], 5),
+        ("slack", [TRIPLE], 3),
+        ("carlina", ["model.elements=3"], 6),
+        ("carlina", [VERTICAL, "cable.unstretched_length=99.9 m"], 2),
+        ("carlina", ["cable.loads=[{at: 60 m, force: [0, 2, -1]}]"], 1),
+    ],
+    ids=["slack", "three-chords", "with-axial", "vertical", "spatial"],
+)
+def test_any_modes_are_drawn(name, sets, count):
+    case, found, _ = row.modes(case_of(name, *sets), count)
+    figure = draw(plots.mode_shapes(case, found))
+    drawn = [lines(axes)["mode"] for axes in figure.axes if axes.lines]
+    assert len(drawn) == count
+    assert all(np.isfinite(line.get_xydata()).all() for line in drawn)
+
+
+def test_no_modes_make_no_traceback(carlina):
+    _, found, _ = row.modes(carlina, upto=0.01)
+    assert "no mode" in draw(plots.mode_shapes(carlina, found)).get_suptitle()
+
+
+def test_a_large_sag_gets_a_larger_peak():
+    case, found, _ = row.modes(case_of("slack"), 1)
+    assert "peak of 1 m" in plots.mode_shapes(case, found).get_suptitle()
+
+
+# ---------------------------------------------------------------------------------------------------------- study
+
+
+def test_study_shows_computed_and_printed_values(preload):
+    study, table = preload
+    figure = draw(plots.study_plot(study, table))
+    headers = ["end_stiffness_N_per_m", "cable_frequency_Hz", "gondola_frequency_static_Hz"]
+    assert len(figure.axes) == len(headers)
+    for axes, header in zip(figure.axes, headers, strict=True):
+        unit = "N_per_m" if header.endswith("N_per_m") else "Hz"
+        name = header.removesuffix(f"_{unit}")
+        computed, printed = lines(axes)["computed"], lines(axes)["printed"]
+        assert list(computed.get_xdata()) == [row["preload_N"] for row in table.rows]
+        assert list(computed.get_ydata()) == [row[header] for row in table.rows]
+        assert list(printed.get_xdata()) == [row["preload_printed_N"] for row in table.rows]
+        assert list(printed.get_ydata()) == [row[f"{name}_printed_{unit}"] for row in table.rows]
+        assert printed.get_markerfacecolor() == "none"
+        assert axes.get_xscale() == "log"
+    assert "[N/m]" in figure.axes[0].get_ylabel()
+    assert figure.axes[-1].get_xlabel() == "preload [N]"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["computed", "printed"]
+
+
+def test_a_study_without_plot_shows_what_varies(tmp_path):
+    path = tmp_path / "mass.yaml"
+    path.write_text(
+        f"base: {CONFIGS / 'carlina.yaml'}\nvary: [{{gondola.mass: [10 kg, 20 kg]}}]\n"
+        "columns: [gondola_frequency_static, end_stiffness, density]\n"
+    )
+    study = read_study(str(path))
+    figure = draw(plots.study_plot(study, run(study)[0]))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["gondola frequency\nstatic [Hz]", "end stiffness [N/m]"]
+    assert figure.axes[-1].get_xlabel() == "mass [kg]"
+    assert list(figure.axes[0].lines[0].get_xdata()) == [10.0, 20.0]
+
+
+def test_materials_are_categories_and_a_broken_cable_is_left_out(tmp_path):
+    path = tmp_path / "material.yaml"
+    path.write_text(
+        f"base: {CONFIGS / 'slack.yaml'}\nset: {{cable.preload: 1344.75 N, cable.area: 2.69 mm^2}}\n"
+        "vary: [{cable.material: [polypropylene, steel, aramid]}]\n"
+        "columns: [sag, end_stiffness]\n"
+    )
+    study = read_study(str(path))
+    table, _ = run(study)
+    assert [row["status"] == "ok" for row in table.rows] == [False, True, True]
+    figure = draw(plots.study_plot(study, table))
+    assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == ["polypropylene", "steel", "aramid"]
+    assert list(figure.axes[0].lines[0].get_xdata()) == [1, 2]
+    assert list(figure.axes[0].lines[0].get_ydata()) == [row["sag_m"] for row in table.rows[1:]]
+
+
+# ---------------------------------------------------------------------------------------------------------- files
+
+
+@pytest.mark.parametrize("kind", list(MAGIC))
+def test_files_are_what_they_are_called_and_the_same_every_time(carlina, tmp_path, kind):
+    written = []
+    for name in ("first", "second"):
+        path = tmp_path / (name + kind)
+        plots.save(plots.static_form(carlina), str(path))
+        written.append(path.read_bytes())
+    assert written[0].startswith(MAGIC[kind])
+    assert written[0] == written[1]
+    assert b"Date" not in written[0]
+
+
+def test_a_picture_that_fails_leaves_the_old_one(carlina, tmp_path, monkeypatch):
+    path = tmp_path / "old.png"
+    path.write_bytes(b"old")
+    figure = plots.static_form(carlina)
+
+    def fail(*_, **__):
+        raise RuntimeError("half drawn")
+
+    monkeypatch.setattr(figure, "savefig", fail)
+    with pytest.raises(RuntimeError, match="half drawn"):
+        plots.save(figure, str(path))
+    assert path.read_bytes() == b"old"
+    with pytest.raises(SceneError, match="cannot be written"):
+        plots.save(plots.static_form(carlina), str(tmp_path / "missing" / "new.png"))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["old.png"]
+
+
+def test_the_user_s_own_style_does_not_matter(carlina, tmp_path):
+    plain, odd = tmp_path / "plain.png", tmp_path / "odd.png"
+    plots.save(plots.static_form(carlina), str(plain))
+    with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "savefig.dpi": 30, "axes.grid": False}):
+        plots.save(plots.static_form(carlina), str(odd))
+    assert plain.read_bytes() == odd.read_bytes()
+
+
+def test_command_line_draws_beside_the_table(tmp_path):
+    path = tmp_path / "form.SVG"
+    result = CliRunner().invoke(main, ["static", str(CONFIGS / "carlina.yaml"), "--plot", str(path)])
+    assert result.exit_code == 0, result.output
+    assert path.read_bytes().startswith(MAGIC[".svg"])
+    assert "sag" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("command", "file"), [("static", "carlina.yaml"), ("modes", "carlina.yaml"), ("sweep", "preload.yaml")]
+)
+def test_an_unknown_kind_of_picture_is_refused_before_anything_is_computed(command, file, tmp_path):
+    result = CliRunner().invoke(main, [command, str(CONFIGS / file), "--plot", str(tmp_path / "form.gif")])
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert ".png, .svg, .pdf" in result.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,76 @@
+"""One row: what is modelled, how far the order is raised, and what is told about it."""
+
+import numpy as np
+import pytest
+from command import SLACK
+from scenes import SAGGING, cells, scene
+
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate, modes
+
+
+def row_of(scene, *names):
+    return evaluate(scene, [find(name) for name in names])
+
+
+def test_a_tighter_accuracy_costs_more_unknowns_and_errs_less():
+    exact = SAGGING.frequencies(12)[11]
+    found = [cells(scene(f"model.accuracy={a}", base=SLACK), "inplane_frequency_12", "dof", "error_estimate")
+             for a in (1e-2, 1e-4, 1e-6, 1e-9)]  # fmt: skip
+    assert [one["dof"] for one in found] == sorted(one["dof"] for one in found)
+    for one, accuracy in zip(found, (1e-2, 1e-4, 1e-6, 1e-9), strict=True):
+        assert abs(one["inplane_frequency_12"] / exact - 1) <= accuracy
+        assert one["error_estimate"] <= accuracy
+
+
+def test_high_modes_are_reached_by_raising_the_order():
+    # a taut string to 1e-4: mode 60 is 60 times the first
+    found = cells(scene("model.accuracy=1e-4", "gravity=0"), "outofplane_frequency_1", "outofplane_frequency_60")
+    assert found["outofplane_frequency_60"] == pytest.approx(60 * found["outofplane_frequency_1"], rel=1e-4)
+    too_many = row_of(scene("model.elements=40"), "outofplane_frequency_60")
+    assert too_many.cells["status"] == "the model has 39 out-of-plane modes, not 60"
+
+
+def test_what_cannot_be_had_says_so():
+    row = row_of(scene("model.accuracy=1e-16"), "inplane_frequency_3")
+    assert row.failed
+    assert row.cells["status"].startswith("accuracy 1e-16 cannot be had")
+    assert row.cells["inplane_frequency_3_Hz"] is None
+
+
+def test_modes_of_a_fixed_model_and_of_an_accuracy():
+    _, found, notes = modes(Case(scene()), 500)
+    assert len(found) == 117
+    assert "40 elements of order 1" in notes[0]
+    _, found, notes = modes(Case(scene(base=SLACK)), 40)
+    inside = [found.frequency[i] for i in range(40) if found.kind[i] != "out-of-plane"]
+    assert inside == pytest.approx(SAGGING.frequencies(len(inside)), rel=1e-4)
+    with pytest.raises(ConvergenceError, match="5000 modes are too many"):
+        modes(Case(scene(base=SLACK)), 5000)
+    with pytest.raises(NoSolutionError, match="broken cable"):
+        modes(Case(scene("cable.preload=100 kN")), 3)
+
+
+def test_modes_up_to_a_frequency_miss_none():
+    _, found, _ = modes(Case(scene(base=SLACK)), upto=20.0)
+    inside, out = SAGGING.frequencies(80), SAGGING.frequencies(80, "out")
+    assert len(found) == (inside <= 20).sum() + (out <= 20).sum()
+    assert np.all(found.frequency <= 20)
+
+
+def test_notes_say_what_was_left_out():
+    assert "left out: mass and modes" in " ".join(row_of(scene(base=SLACK), "sag").notes)
+    assert "elements" in row_of(scene(), "sag").notes[0]
+    assert "asked for 0.0001" in " ".join(row_of(scene(base=SLACK), "cable_frequency").notes)
+
+
+def test_an_empty_row_is_possible():
+    row = row_of(scene(), "status")
+    assert row.cells == {"status": "ok"}
+
+
+def test_columns_of_the_scene_need_no_equilibrium():
+    row = row_of(scene("cable.preload=1 N"), "chord", "area")  # this preload has no answer, but nobody asks
+    assert (row.cells["status"], row.cells["chord_m"]) == ("ok", 185.8)

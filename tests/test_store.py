@@ -1,0 +1,74 @@
+"""Where a study's tables lie."""
+
+import os
+from pathlib import Path
+
+import pytest
+from command import CARLINA, study_file
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.study import read_study
+from cablestudy.study.store import Place
+from cablestudy.study.sweep import run
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("study", "stem"),
+    [("configs/preload.yaml", "preload"), ("a.b.yml", "a.b"), ("<stdin>", "stdin"), ("/x/ünï.yaml", "ünï")],
+)
+def test_files_are_named_after_the_study(study, stem):
+    place = Place("out", study)
+    assert (place.csv, place.md) == (os.path.join("out", f"{stem}.csv"), os.path.join("out", f"{stem}.md"))
+
+
+def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
+    study = read_study(study_file(folder, 'title: "Two | three"\ncolumns: [sag]\n'))
+    place = Place("deep/out", study.name)
+    place.check_writable()
+    assert not (folder / "deep").exists()
+    table, _ = run(study)
+    place.write(study, table)
+    assert sorted(path.name for path in (folder / "deep" / "out").iterdir()) == ["study.csv", "study.md"]
+    assert Path(place.csv).read_text(encoding="utf-8") == table.csv()
+    assert Path(place.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.markdown()}"
+    assert place.compare(table, 0.0) == []
+    place.check_stored()
+
+
+def test_a_study_without_title_is_headed_by_its_name(folder):
+    study = read_study(study_file(folder, "columns: [sag]\n"))
+    Place(".", study.name).write(study, run(study)[0])
+    assert Path("study.md").read_text(encoding="utf-8").startswith("# study\n\n| ")
+    assert CARLINA in Path("study.yaml").read_text(encoding="utf-8")
+
+
+def test_a_file_in_the_way(folder):
+    (folder / "out").write_text("x", encoding="utf-8")
+    for name in ("out", "out/deeper"):
+        with pytest.raises(SceneError, match=f"--out {name}: out is a file, not a folder"):
+            Place(name, "a.yaml").check_writable()
+    (folder / "there").mkdir()
+    (folder / "there" / "study.csv").mkdir()  # a folder where the file should go
+    study = read_study(study_file(folder, "columns: [sag]\n"))
+    with pytest.raises(SceneError, match="cannot be written"):
+        Place("there", study.name).write(study, run(study)[0])
+    assert [path.name for path in (folder / "there").iterdir()] == ["study.csv"]
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="nothing is closed to root")
+def test_a_folder_that_is_closed(folder):
+    (folder / "closed").mkdir(mode=0o500)
+    with pytest.raises(SceneError, match="cannot be written to"):
+        Place("closed", "a.yaml").check_writable()
+
+
+def test_nothing_stored(folder):
+    with pytest.raises(SceneError, match="no such file to compare with"):
+        Place("out", "a.yaml").check_stored()

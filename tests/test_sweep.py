@@ -1,0 +1,231 @@
+"""Studies from file to table: rows that fail, printed values, several processes, the check against stored tables."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from command import CARLINA, CONFIGS, SLACK, process, rows_of, run, study_file, table_of
+
+from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.scene.study import read_study
+from cablestudy.study import sweep
+
+PRELOAD = str(CONFIGS / "preload.yaml")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def swept(folder, text, *arguments, base=CARLINA, code=0):
+    return table_of("sweep", study_file(folder, text, base), "--no-write", *arguments, code=code)
+
+
+def test_a_row_that_fails_leaves_the_others_standing(folder):
+    text = "vary: [{cable.preload: [1345 N, 1 N, 100 kN, 2000 N]}]\ncolumns: [preload, sag, chord, cable_frequency]\n"
+    rows = swept(folder, text, code=3)
+    assert [row["status"] == "ok" for row in rows] == [True, False, False, True]
+    assert "below the least that this cable can have" in rows[1]["status"]
+    assert rows[2]["status"].startswith("broken cable: stress 3.717e+04 MPa is above the strength of 3000 MPa")
+    for row in rows[1:3]:
+        assert {name: cell for name, cell in row.items() if name != "status"} == dict.fromkeys(
+            ("preload_N", "sag_m", "chord_m", "cable_frequency_Hz")
+        )
+    assert rows[0]["preload_N"] == pytest.approx(1345, rel=1e-6)  # 40 bars
+    outcome = run("sweep", "study.yaml", code=3)
+    assert [line.partition(":")[0] for line in outcome.lines] == ["row 2", "row 3", "written"]
+    stored = rows_of(Path("results/study.csv").read_text(encoding="utf-8"), "csv")
+    assert [row["sag_m"] is None for row in stored] == [False, True, True, False]
+    assert run("sweep", "study.yaml", "--quiet", code=3).err == ""
+    run("sweep", "study.yaml", "--check")  # as stored: the check holds
+
+
+def test_a_study_whose_every_case_fails(folder):
+    rows = swept(folder, "vary: [{cable.preload: [1 N, 2 N]}]\ncolumns: [sag, status, dof, error_estimate]\n", code=3)
+    assert all(set(row.values()) - {row["status"]} == {None, row["cable.preload"]} or "sag_m" in row for row in rows)
+    assert [row["sag_m"] for row in rows] == [None, None]
+    assert list(rows[0])[-1] == "status"
+    assert list(rows[0]).count("status") == 1
+
+
+@pytest.mark.parametrize(
+    ("sets", "status"),
+    [
+        ("{cable.chord: 185.8, cable.inclination: 90 deg, cable.unstretched_length: 200}", "folded"),
+        ("{cable.unstretched_length: 186, model: {elements: 1}}", "for so sharp a bend"),
+        ("{gravity: 0, cable.unstretched_length: 186}", "without weight has no definite form"),
+        ("{cable.preload: 5 kN, cable.loads: [{at: 185 m, force: [0, 0, -1]}]}", "ends before its last load"),
+        ("{cable.sag: 1e5 m}", "no unstretched length gives a sag"),
+    ],
+)
+def test_a_case_without_an_answer_says_why(folder, sets, status):
+    rows = swept(folder, f"set: {sets}\ncolumns: [sag, cable_frequency]\n", code=3)
+    assert status in rows[0]["status"]
+    assert rows[0]["cable_frequency_Hz"] is None
+
+
+@pytest.mark.parametrize(
+    "sets",
+    [
+        "{cable.chord: 185.8, cable.inclination: 90 deg}",  # vertical, taut
+        "{cable.chord: 185.8, cable.inclination: -90 deg}",
+        "{model: {elements: 1, order: 64}, cable.unstretched_length: 186}",
+        "{model: {elements: 2}, cable.unstretched_length: 186}",
+        "{gravity: 0}",
+        "{cable.loads: [{at: 1e-6 m, force: [0, 0, -1]}]}",
+        "{cable.loads: [{at: 92 m, force: [0, 5 N, -1]}, {at: 92 m, force: [0, -5 N, 0]}]}",
+        "{cable.density: 1e-9, cable.unstretched_length: 180}",
+    ],
+)
+def test_odd_cables_that_have_an_answer(folder, sets):
+    text = f"set: {sets}\ncolumns: [preload, min_tension, end_stiffness, cable_frequency]\n"
+    row = swept(folder, text)[0]
+    assert row["min_tension_N"] > 0
+    assert row["end_stiffness_N_per_m"] > 0
+    assert row["cable_frequency_Hz"] > 0
+
+
+def test_grid_and_zip_and_what_varies_is_shown(folder):
+    text = (
+        "vary:\n"
+        "  - {cable.diameter: [1 mm, 2 mm]}\n"
+        "  - {gondola.mass: {from: 10 kg, to: 1000 kg, count: 3, spacing: log},\n"
+        "     winch.location: [ground, gondola, ground]}\n"
+        "columns: [diameter, gondola_frequency_static]\n"
+    )
+    rows = swept(folder, text)
+    assert [(row["diameter_mm"], row["gondola.mass"]) for row in rows] == [
+        (d, m) for d in (1.0, 2.0) for m in ("10 kg", "100 kg", "1000 kg")
+    ]
+    assert "cable.diameter" not in rows[0]  # its column shows it
+    assert rows[0]["winch.location"] == "ground"
+    # sqrt(1/m): ten times heavier, sqrt(10) slower
+    assert rows[0]["gondola_frequency_static_Hz"] / rows[1]["gondola_frequency_static_Hz"] == pytest.approx(10**0.5)
+
+
+def test_values_that_are_no_numbers_are_shown_as_they_were_written(folder):
+    text = "vary: [{cable.loads: [null, [{at: 1 m, force: [0, 0, 1]}]]}]\ncolumns: [sag]\n"
+    shown = [row["cable.loads"] for row in swept(folder, text)]
+    assert [json.loads(value) for value in shown] == [None, [{"at": "1 m", "force": [0, 0, 1]}]]
+
+
+def test_a_case_that_lacks_what_a_column_needs(folder):
+    text = "vary: [{gondola: [{mass: 5 kg}, null]}]\ncolumns: [sag, gondola_frequency]\n"
+    rows = swept(folder, text, code=3)
+    assert rows[0]["status"] == "ok"
+    assert rows[1]["status"] == "gondola_frequency needs the key gondola.mass, which this case does not have"
+
+
+def test_two_processes_give_the_same_bytes(folder):
+    for jobs in ("1", "2"):
+        assert process("sweep", PRELOAD, "--jobs", jobs, "--out", jobs).code == 0
+    for name in ("preload.csv", "preload.md"):
+        assert Path("1", name).read_bytes() == Path("2", name).read_bytes()
+
+
+def test_a_process_that_dies_is_no_traceback(folder, monkeypatch):
+    monkeypatch.setattr(sweep, "_cells", _die)
+    with pytest.raises(NoSolutionError, match="ended by itself"):
+        sweep.run(read_study(PRELOAD), jobs=2)
+
+
+def _die(*_, **__):
+    os._exit(9)
+
+
+def test_the_check_passes_on_what_was_written_and_shows_what_was_changed(folder):
+    run("sweep", PRELOAD)
+    before = Path("results/preload.csv").read_bytes()
+    assert run("sweep", PRELOAD, "--check").out == ""
+    lines = before.decode().splitlines()
+    cells = lines[3].split(",")
+    place = lines[0].split(",").index("end_stiffness_N_per_m")
+    computed, cells[place] = cells[place], repr(float(cells[place]) * 1.25)
+    Path("results/preload.csv").write_text(
+        "\n".join([*lines[:3], ",".join(cells), *lines[4:]]) + "\n", encoding="utf-8"
+    )
+    outcome = run("sweep", PRELOAD, "--check", code=1)
+    assert outcome.out == ""
+    assert outcome.lines == [
+        f"results/preload.csv: row 3, end_stiffness_N_per_m: stored {cells[place]}, computed {computed}, ratio 0.8"
+    ]
+    assert run("sweep", PRELOAD, "--check", "--quiet", code=1).err == outcome.err
+    run("sweep", PRELOAD, "--check", "--rtol", "0.25")
+    run("sweep", PRELOAD, "--check", "--rtol", "0.19", code=1)
+    assert sorted(path.name for path in Path("results").iterdir()) == ["preload.csv", "preload.md"]
+
+
+def test_a_stored_table_of_another_shape_fails_the_check(folder):
+    run("sweep", PRELOAD)
+    text = Path("results/preload.csv").read_text(encoding="utf-8")
+    Path("results/preload.csv").write_text(text.replace("sag_m", "sagg_m", 1), encoding="utf-8")
+    assert run("sweep", PRELOAD, "--check", code=1).lines == [
+        "results/preload.csv: column sagg_m: stored, not computed",
+        "results/preload.csv: column sag_m: computed, not stored",
+    ]
+    Path("results/preload.csv").write_text("\n".join(text.splitlines()[:-1]) + "\n", encoding="utf-8")
+    assert run("sweep", PRELOAD, "--check", code=1).lines == ["results/preload.csv: 5 rows stored, 6 computed"]
+    Path("results/preload.csv").write_text("", encoding="utf-8")
+    assert "not a table" in run("sweep", PRELOAD, "--check", code=2).err
+
+
+def test_no_write_writes_nothing_and_out_says_where(folder):
+    run("sweep", PRELOAD, "--no-write")
+    assert list(folder.iterdir()) == []
+    outcome = run("sweep", PRELOAD, "--out", "a/b")
+    assert outcome.err == "written: a/b/preload.csv, a/b/preload.md\n"
+    table = Path("a/b/preload.md").read_text(encoding="utf-8")
+    assert table == f"# Table 6: influence of preload\n\n{outcome.out}"
+
+
+def test_printed_values_stand_beside_the_computed_ones(folder):
+    Path("printed.csv").write_text("sag_m,preload_N\n0.12,\n,1343\n", encoding="utf-8")
+    text = "vary: [{gravity: [9.81, 20]}]\ncolumns: [sag_m, preload]\nreference: printed.csv\n"
+    rows = swept(folder, text)
+    assert [row["sag_printed_m"] for row in rows] == [0.12, None]
+    assert rows[0]["sag_difference_m"] == rows[0]["sag_m"] - 0.12
+    assert rows[1]["sag_difference_m"] is None
+    assert rows[1]["preload_difference_N"] == rows[1]["preload_N"] - 1343
+    shown = run("sweep", "study.yaml", "--no-write").out
+    assert "0.12 (+0.0011)" in shown
+
+
+def test_a_failed_row_keeps_its_printed_value(folder):
+    Path("printed.csv").write_text("sag_m\n0.12\n0.5\n", encoding="utf-8")
+    text = "vary: [{cable.preload: [1 N, 1345 N]}]\ncolumns: [sag]\nreference: printed.csv\n"
+    rows = swept(folder, text, code=3)
+    assert (rows[0]["sag_m"], rows[0]["sag_printed_m"], rows[0]["sag_difference_m"]) == (None, 0.12, None)
+
+
+def test_explain_names_the_row(folder):
+    study_file(folder, "vary: [{model: [{elements: 4}, {accuracy: 1e-3}]}]\ncolumns: [cable_frequency]\n")
+    notes = run("sweep", "study.yaml", "--no-write", "--explain").lines
+    assert any(note.startswith("row 1: model: 4 elements of order 1") for note in notes)
+    assert any(note.startswith("row 2: motion: 1 element(s) of order") for note in notes)
+
+
+def test_the_plot_of_a_study_must_name_its_columns(folder):
+    study = read_study(study_file(folder, "columns: [sag]\nplot: {x: sag, y: nonsense}\n"))
+    with pytest.raises(SceneError, match="unknown column 'nonsense'"):
+        sweep.prepare(study)
+
+
+def test_run_time_columns(folder):
+    rows = swept(folder, "columns: [solve_time, dof, iterations, status, sag, error_estimate]\n", base=SLACK)
+    assert rows[0]["solve_time_ms"] > 0
+    assert (rows[0]["dof"], rows[0]["status"]) == (0, "ok")
+    assert list(rows[0]) == ["solve_time_ms", "dof", "iterations", "sag_m", "error_estimate", "status"]
+    run("sweep", "study.yaml", "--out", ".")
+    run("sweep", "study.yaml", "--out", ".", "--check", "--rtol", "0")  # the time itself is not compared
+
+
+def test_many_cases_are_no_burden(folder):
+    text = "vary: [{cable.preload: {from: 1 kN, to: 2 kN, count: 100}}]\nset: {model: null}\ncolumns: [sag]\n"
+    rows = swept(folder, text)
+    assert len(rows) == 100
+    sags = [row["sag_m"] for row in rows]
+    assert sags == sorted(sags, reverse=True)

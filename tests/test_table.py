@@ -1,0 +1,193 @@
+"""Tables as text and back, files written whole, and comparison with a stored table."""
+
+import csv
+import io
+import json
+import math
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cablestudy.errors import SceneError
+from cablestudy.study.table import Field, Table, compare, exact, number, read_csv, short, signed, write_whole
+
+FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
+ROWS = [
+    {"name": "a, b", "sag_m": 0.1 + 0.2, "status": "ok"},
+    {"name": 'quo"te', "sag_m": None, "status": "broken | ünder\nits weight"},
+    {"name": 3, "sag_m": 1e-300},
+]
+TABLE = Table(FIELDS, ROWS)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_number_reads_back_as_itself(value):
+    assert float(exact(value)) == value
+    row = next(iter(csv.DictReader(io.StringIO(Table(FIELDS, [{"sag_m": value}]).csv()))))
+    assert math.copysign(1, float(row["sag_m"])) == math.copysign(1, value)
+    assert json.loads(Table(FIELDS, [{"sag_m": value}]).jsonl())["sag_m"] == value
+
+
+def test_csv_json_and_jsonl_hold_the_same():
+    rows = list(csv.DictReader(io.StringIO(TABLE.csv(), newline="")))
+    assert [row["name"] for row in rows] == ["a, b", 'quo"te', "3"]
+    assert [row["sag_m"] for row in rows] == ["0.30000000000000004", "", "1e-300"]
+    assert rows[1]["status"] == "broken | ünder\nits weight"
+    table = json.loads(TABLE.json())
+    assert table["columns"] == {"name": "", "sag_m": "m", "status": ""}
+    assert table["rows"] == [json.loads(line) for line in TABLE.jsonl().splitlines()]
+    assert table["rows"][2] == {"name": 3, "sag_m": 1e-300, "status": None}
+
+
+def test_a_number_that_is_none_is_not_written_to_json():
+    with pytest.raises(ValueError, match="JSON"):
+        Table(FIELDS, [{"sag_m": math.nan}]).json()
+
+
+def test_markdown_keeps_its_columns_whatever_is_in_the_cells():
+    lines = Table(FIELDS, [ROWS[0], {**ROWS[1], "status": "a | b"}]).markdown().splitlines()
+    assert lines[0].startswith("| name")
+    assert "sag [m]" in lines[0]
+    assert "a \\| b" in lines[3]
+    assert len(lines) == 4
+    assert Table(FIELDS, []).markdown().count("\n") == 2
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, ""),
+        (0.0, "0"),
+        (1344.7541, "1345"),
+        (24193.1, "24190"),
+        (12345678.9, "12350000"),
+        (1.25e12, "1.25e+12"),
+        (0.00012345, "0.0001234"),
+        (1e-7, "1e-07"),
+        (-0.5, "-0.5"),
+        (40, "40"),
+        ("ok", "ok"),
+    ],
+)
+def test_four_digits_for_people(value, text):
+    assert short(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.0, "0"), (82.1, "+82"), (-7.93, "-7.9"), (12345.0, "+12000"), (2e-5, "+2e-05")]
+)
+def test_a_difference_has_its_sign(value, text):
+    assert signed(value) == text
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "a.csv"
+    write_whole(str(path), "old\n")
+    monkeypatch.setattr(os, "replace", _fail)
+    with pytest.raises(SceneError, match="cannot be written"):
+        write_whole(str(path), "new, but longer\n")
+    assert path.read_text(encoding="utf-8") == "old\n"
+    assert [child.name for child in tmp_path.iterdir()] == ["a.csv"]
+
+
+def _fail(*_):
+    raise OSError(28, "No space left on device")
+
+
+def test_a_file_can_be_read_by_others(tmp_path):
+    path = tmp_path / "a.csv"
+    before = os.umask(0o022)
+    try:
+        write_whole(str(path), "x\n")
+    finally:
+        os.umask(before)
+    if os.name == "posix":
+        assert path.stat().st_mode & 0o777 == 0o644
+    with pytest.raises(SceneError, match=r"no/a\.csv: cannot be written"):
+        write_whole("no/a.csv", "x")
+
+
+def test_a_stored_table_is_read_back(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("# printed, table 6\n\ufeffname,sag_m\n\n# more\n x,\n", encoding="utf-8")
+    names, rows = read_csv(str(path))
+    assert [name.strip("\ufeff") for name in names] == ["name", "sag_m"]
+    assert [list(row.values()) for row in rows] == [[" x", ""]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b"", "it is empty"),
+        (b"# only\n", "it is empty"),
+        (b"a,b\n1\n", "row 1 has 1 cells, and the table 2 columns"),
+        (b"a,b\n1,2\n1,2,3\n", "row 2 has 3 cells, and the table 2 columns"),
+        (b"a,a\n1,2\n", "column 'a' is there twice"),
+        (b'a\n"open\n', "not a table of comma-separated values"),
+        (b"\xff\xfe", "not a table of comma-separated values"),
+    ],
+)
+def test_what_is_not_a_table_is_refused(tmp_path, text, message):
+    (tmp_path / "a.csv").write_bytes(text)
+    with pytest.raises(SceneError) as caught:
+        read_csv(str(tmp_path / "a.csv"))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_table_is_refused():
+    with pytest.raises(SceneError, match="cannot be read"):
+        read_csv("absent.csv")
+
+
+@pytest.mark.parametrize(("text", "value"), [("1e3", 1000.0), ("", None), ("ok", None), ("-0.5", -0.5)])
+def test_numbers_in_cells(text, value):
+    assert number(text) == value
+
+
+def differences(tmp_path, stored, rtol=1e-6):
+    path = Path(tmp_path) / "stored.csv"
+    path.write_text(stored, encoding="utf-8")
+    rows = [{"sag_m": 1.0, "status": "ok"}, {"sag_m": None, "status": "broken"}]
+    return [str(found) for found in compare(Table(FIELDS[1:], rows), str(path), rtol)]
+
+
+@pytest.mark.parametrize(
+    ("stored", "found"),
+    [
+        ("sag_m,status\n1.0,ok\n,broken\n", []),
+        ("sag_m,status\n1.0000001,ok\n,broken\n", []),
+        ("sag_m,status\n1.25,ok\n,broken\n", ["row 1, sag_m: stored 1.25, computed 1.0, ratio 0.8"]),
+        ("sag_m,status\n0,ok\n,broken\n", ["row 1, sag_m: stored 0, computed 1.0"]),
+        ("sag_m,status\nnan,ok\n,broken\n", ["row 1, sag_m: stored nan, computed 1.0, ratio nan"]),
+        (
+            "sag_m,status\n,ok\n2,broken\n",
+            ["row 1, sag_m: stored empty, computed 1.0", "row 2, sag_m: stored 2, computed empty"],
+        ),
+        ("sag_m,status\n1.0,fine\n,broken\n", ["row 1, status: stored fine, computed ok"]),
+        ("sag_m,status\n1.0,ok\n", ["1 rows stored, 2 computed"]),
+        (
+            "status,mass_kg\nok,1\nbroken,1\n",
+            ["column mass_kg: stored, not computed", "column sag_m: computed, not stored"],
+        ),
+        ("status,sag_m\nok,1.0\nbroken,\n", []),  # the order of columns is no difference
+    ],
+)
+def test_differences_from_a_stored_table(tmp_path, stored, found):
+    assert differences(tmp_path, stored) == found
+
+
+def test_the_tolerance_is_relative_to_the_larger(tmp_path):
+    stored = "sag_m,status\n1.1,ok\n,broken\n"
+    assert differences(tmp_path, stored, 0.1) == []
+    assert len(differences(tmp_path, stored, 0.09)) == 1
+    assert differences(tmp_path, "sag_m,status\n1.0,ok\n,broken\n", 0.0) == []
+
+
+def test_the_time_that_a_row_took_is_not_compared(tmp_path):
+    (tmp_path / "stored.csv").write_text("solve_time_ms\n1.0\n", encoding="utf-8")
+    table = Table((Field("solve_time_ms", "solve time", "ms"),), [{"solve_time_ms": 2.0}])
+    assert compare(table, str(tmp_path / "stored.csv"), 0.0) == []

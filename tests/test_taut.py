@@ -1,0 +1,116 @@
+"""`cable/taut.py`: against textbook formulas written independently, and the printed Tables 3 and 4 of the paper."""
+
+import math
+
+import numpy as np
+import pytest
+from cables import EA, MASS, PAPER_CHORD, G, chord_span, paper_span
+from references import continuous_cable, taut_string
+from scipy.integrate import quad
+
+from cablestudy.cable import catenary, taut
+
+
+def test_string():
+    assert taut.string_frequencies(7, 185.8, 1345.0, MASS) == pytest.approx(
+        taut_string.string_frequencies(7, 185.8, 1345.0, MASS), rel=1e-15
+    )
+    many = taut.string_frequencies(3, np.array([1.0, 2.0]), 4.0, np.array([1.0, 0.25]))
+    assert many == pytest.approx(np.array([[1, 2, 3], [1, 2, 3]]), rel=1e-15)
+
+
+@pytest.mark.parametrize("squared", [0.0, 1e-12, 1e-3, 1.0, 4 * math.pi**2, 100.0, 1e4, 1e8])
+def test_symmetric_roots(squared):
+    """Every root, none twice, next to the poles of the tangent too."""
+    assert taut.symmetric_roots(12, squared) == pytest.approx(taut_string.irvine_symmetric(12, squared), rel=1e-14)
+
+
+def test_symmetric_roots_of_many_cables_at_once():
+    squared = np.array([0.0, 0.5, 39.0, 1e5])
+    together = taut.symmetric_roots(5, squared)
+    assert together.shape == (4, 5)
+    for row, value in zip(together, squared, strict=True):
+        assert row == pytest.approx(taut.symmetric_roots(5, value), rel=1e-15)
+
+
+def test_the_crossover():
+    """At lambda^2 = 4 pi^2 the first symmetric mode has the antisymmetric frequency 2 pi (Irvine 1981, section 3.2)."""
+    assert taut.symmetric_roots(1, 4 * np.pi**2)[0] == pytest.approx(2 * np.pi, rel=1e-14)
+
+
+@pytest.mark.parametrize("degrees", [0, 19, 60, -75])
+@pytest.mark.parametrize("tension", [40.0, 361.0, 1345.0])
+def test_lambda_squared(degrees, tension):
+    span = paper_span(degrees=degrees)
+    expected = taut_string.irvine_parameter(MASS * G, PAPER_CHORD, EA, tension, math.radians(degrees))
+    assert taut.lambda_squared(span, tension) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("degrees", [0, 30, -60])
+def test_parabola(degrees):
+    """A load w per chord length, constant horizontal force: bending moment w a l/8 over H; integrated here."""
+    span, tension = paper_span(degrees=degrees), 1345.0
+    half = PAPER_CHORD / 2
+    moment = quad(lambda x: span.weight_per_length * (half - x), 0, half)[0]
+    assert taut.parabola_sag(span, tension) == pytest.approx(moment / tension, rel=1e-12)
+
+
+@pytest.mark.parametrize("tension", [200.0, 1345.0, 20_000.0])
+def test_symmetric_frequencies(tension):
+    span = paper_span()
+    expected = taut_string.irvine_frequencies(6, PAPER_CHORD, tension, MASS, EA)
+    assert taut.symmetric_frequencies(6, span, tension, stretched=False) == pytest.approx(expected, rel=1e-13)
+    ratio = span.unstretched_length / span.chord
+    expected = taut_string.irvine_frequencies(6, PAPER_CHORD, tension, MASS * ratio, EA / ratio)
+    assert taut.symmetric_frequencies(6, span, tension) == pytest.approx(expected, rel=1e-12)
+
+
+def test_with_stretch_the_closed_form_is_the_exact_cable():
+    """DESIGN section 8: 1.59146 and 4.7736 Hz; Irvine assumes a flat cable, hence the 1e-5."""
+    span = paper_span()
+    tension = float(catenary.solve(span).mean_tension)
+    found = taut.symmetric_frequencies(2, span, tension)
+    exact = continuous_cable.frequencies(PAPER_CHORD, 0, span.unstretched_length, EA, MASS, G, 8)
+    assert exact[0] == pytest.approx(1.59146, abs=0.6e-5)
+    assert exact[2] == pytest.approx(4.7736, abs=0.6e-4)
+    assert found == pytest.approx(exact[[0, 2]], rel=1e-5)
+    strings = taut.string_frequencies(4, PAPER_CHORD, tension, taut.per_deformed_length(span)[0])
+    assert strings[[1, 3]] == pytest.approx(exact[[1, 3]], rel=1e-5)
+
+
+def test_table_3():
+    """Axial modes by the speed of sound over the chord: 18.8, 37.6, 56.4, 75.2, 94.0 Hz as printed."""
+    found = taut.axial_frequencies(5, paper_span(), stretched=False)
+    assert found == pytest.approx([18.8, 37.6, 56.4, 75.2, 94.0], abs=0.1)
+    assert found == pytest.approx(taut_string.axial_frequencies(5, PAPER_CHORD, EA, MASS), rel=1e-14)
+    assert 2 * PAPER_CHORD * found[0] == pytest.approx(6987, abs=1)  # speed of sound, DESIGN section 8
+
+
+def test_axial_modes_are_those_of_the_continuous_cable():
+    """A straight weightless cable: waves run through the unstretched length at sqrt(EA/m)."""
+    span = chord_span(100, 0, 0.1, 1e6, gravity=0.0)
+    exact = continuous_cable.frequencies(100, 0, span.unstretched_length, 1e6, 1.0, 0.0, 12)
+    found = taut.axial_frequencies(3, span)
+    for frequency in found:
+        assert np.abs(exact / frequency - 1).min() < 1e-10
+
+
+def test_table_4():
+    """Irvine's column, printed 1.5860 4.7572 7.9286; DESIGN section 9: 1.5858 at 1344.75 N, the paper's at 1345.0 N."""
+    printed = np.array([1.5860, 4.7572, 7.9286])
+    found = taut.symmetric_frequencies(3, paper_span(), 1345.0, stretched=False)
+    assert found == pytest.approx(printed, abs=1.01e-4)
+    assert taut.symmetric_frequencies(1, paper_span(), 1344.75, stretched=False)[0] == pytest.approx(1.5858, abs=1e-4)
+
+
+def test_many_cables_at_once():
+    strains = np.array([0.001, 0.007, 0.02])
+    span = paper_span().with_chord_strain(strains)
+    tension = EA * strains
+    together = taut.symmetric_frequencies(4, span, tension)
+    axial = taut.axial_frequencies(4, span)
+    assert together.shape == axial.shape == (3, 4)
+    for i, strain in enumerate(strains):
+        alone = paper_span().with_chord_strain(strain)
+        assert together[i] == pytest.approx(taut.symmetric_frequencies(4, alone, tension[i]), rel=1e-13)
+        assert axial[i] == pytest.approx(taut.axial_frequencies(4, alone), rel=1e-14)
