@@ -12,6 +12,7 @@ from cablestudy.errors import CablestudyError, SceneError
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 PICTURES = (".png", ".svg", ".pdf")
+ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 
 SCENE = click.argument("scene", metavar="SCENE")
 SET = click.option(
@@ -184,6 +185,35 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 
 
 @main.command()
+@SCENE
+@SET
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def windrms(scene, sets, style, plot, explain, quiet):
+    """RMS of the gondola in the wind, with and without the winch loop; loop margins."""
+    check_picture(plot)
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.study.wind_report import wind_table
+
+    document, model = load_scene(scene, sets)
+    table, row = wind_table(document, model)
+    say(row.notes if explain else (), quiet)
+    if row.failed:
+        click.echo(f"{scene}: {row.cells['status']}", err=True)
+    elif plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.wind_response(row.case), plot)
+    show(table, style)
+    if row.failed:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)
+
+
+@main.command()
 @click.argument("study", metavar="STUDY")
 @SET
 @click.option("--out", default="results", metavar="DIR", help="Where NAME.csv and NAME.md go. Default: results.")
@@ -271,6 +301,61 @@ def columns(style):
     from cablestudy.study import report
 
     show(report.columns_table(), style)
+
+
+@main.command()
+@SCENE
+@SET
+@click.option("--out", metavar="FILE", help="Write the state space: .npz, .mat or .json.")
+@click.option("--modes", "count", type=click.IntRange(min=1), metavar="N", help="Keep so many, from the lowest.")
+@click.option("--upto", metavar="FREQ", help="Keep all up to a frequency instead, e.g. 20 Hz.")
+@click.option("--error", type=float, metavar="E", help="Keep the fewest that leave out this share of the inertia.")
+@click.option("--kinds", metavar="KINDS", help="Keep only these: inplane,axial,outofplane.")
+@click.option("--no-residual", is_flag=True, help="Drop the static part of omitted modes too, as the paper does.")
+@click.option("--with", "attached", type=click.Choice(["gondola", "loop"]), help="On end 2: gondola, or winch loop.")
+@click.option("--wind", is_flag=True, help="Forces on the cable's nodes as inputs too.")
+@click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
+@click.option(
+    "--input", "moved", type=click.Choice(ENDS), default="end_2_x", help="For --response and --error. Default: end_2_x."
+)
+@click.option("--output", "felt", type=click.Choice(ENDS), default="end_2_x", help="The force there. Default: end_2_x.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind, span, moved, felt,
+        style, plot, explain, quiet):  # fmt: skip
+    """The cable as a state space: file, kept modes, frequency response."""
+    check_picture(plot)
+    if plot and not span:
+        raise SceneError("--plot: needs --response, which it draws")
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.study import ssm as study
+    from cablestudy.study import ssm_tables as tables
+
+    study.check_file(out)
+    wish = study.Wish(count, upto, error, kinds, not no_residual, attached, wind, moved, felt)
+    frequency = study.span_of_frequencies(span) if span else None
+    document, model = load_scene(scene, sets)
+    choice = study.choose(document, model, wish)
+    say(choice.notes if explain else (), quiet)
+    say(choice.warnings, quiet)
+    if out or not span:
+        system = choice.system()
+        say([study.size_line(choice, system)], quiet)
+    if out:
+        study.write(system, out)
+        say([f"written: {out}"], quiet)
+    if span:
+        curves = tables.curves(choice, frequency)
+        if plot:
+            from cablestudy.study import plots
+
+            plots.save(plots.bode(frequency, curves), plot)
+        show(tables.response_table(frequency, curves), style)
+    elif not out:
+        show(tables.mode_table(choice), style)
 
 
 if __name__ == "__main__":

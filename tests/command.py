@@ -32,10 +32,10 @@ class Outcome:
 
 
 def run(*arguments, stdin=None, code=0):
-    """A command in this process; its exit code must be the expected one."""
+    """A command in this process; its exit code must be the expected one, None for any."""
     result = CliRunner().invoke(main, [str(argument) for argument in arguments], input=stdin)
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
-    assert result.exit_code == code, result.stderr
+    assert code is None or result.exit_code == code, result.stderr
     return Outcome(result.exit_code, result.stdout, result.stderr)
 
 

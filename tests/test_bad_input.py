@@ -292,6 +292,74 @@ def test_numbers_that_no_cable_has_are_refused_and_do_not_overflow(folder, optio
         assert message in found[0]
 
 
+WINDY = """\
+base: scene.yaml
+gondola: {mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}
+winch: {controller: {gain: 0.325}}
+wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (changed("gondola: {mass: 50 kg}\n", ""), "gondola"),
+        (SCENE, "gondola.area"),
+        (changed("50 kg", "50 kg, drag_coefficient: 1"), "gondola.area"),
+        (changed("50 kg", "50 kg, area: 1 m^2"), "gondola.drag_coefficient"),
+        (changed("50 kg", "50 kg, area: 1 m^2, drag_coefficient: 1"), "wind"),
+    ],
+)
+def test_windrms_names_the_key_that_it_needs(folder, text, key):
+    Path("scene.yaml").write_text(text, encoding="utf-8")
+    found = refused(folder, "windrms", "scene.yaml")
+    assert len(found) == 1
+    assert "scene.yaml" in found[0]
+    assert key in found[0]
+    assert "windrms" in found[0]
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("gondola.mass=0", "--set gondola.mass: must be positive, got 0"),
+        ("gondola.area=0", "--set gondola.area: must be positive"),
+        ("gondola.drag_coefficient=-1", "--set gondola.drag_coefficient: must be positive"),
+        ("cable.damping={model: modal, ratio: -0.01}", "--set cable.damping: "),
+        ("cable.damping={model: hysteretic, loss_factor: -1}", "--set cable.damping: "),
+        ("cable.damping={model: viscous}", "--set cable.damping"),
+        ("wind.speed=0", "--set wind.speed: must be positive, got 0"),
+        ("wind.speed=-6 m/s", "--set wind.speed: must be positive"),
+        ("wind.speed=6 m", "--set wind.speed: expected a speed"),
+        ("wind.length_scale=0", "--set wind.length_scale: must be positive"),
+        ("wind.turbulence_intensity=0", "--set wind.turbulence_intensity: must be positive"),
+        ("wind.air_density=0", "--set wind.air_density: must be positive"),
+        ("wind.spectrum=karman", "--set wind.spectrum: "),
+        ("wind.admittance=all", "--set wind.admittance: "),
+        ("winch.location=roof", "--set winch.location: "),
+        ("winch.controller.gain=-1", "--set winch.controller.gain: "),
+        ("winch.controller.gain=auto", "--set winch.controller.gain: "),
+        ("winch.controller.gain={auto: {gain_margin: 0 dB}}", "--set winch.controller.gain"),
+        ("winch.controller.notch=some", "--set winch.controller.notch: "),
+        ("winch.controller.notch.frequency=0 Hz", "--set winch.controller.notch.frequency: must be positive"),
+        ("winch.controller.notch.rolloff_frequency=0", "--set winch.controller.notch.rolloff_frequency: must be"),
+        ("winch.controller.notch.damping_ratio=-1", "--set winch.controller.notch.damping_ratio: "),
+    ],
+)
+def test_windrms_refuses_what_no_loop_and_no_wind_has(folder, option, message):
+    Path("windy.yaml").write_text(WINDY, encoding="utf-8")
+    found = refused(folder, "windrms", "windy.yaml", "--set", option)
+    assert len(found) == 1
+    assert found[0].startswith(message)
+
+
+def test_a_column_of_the_wind_needs_wind(folder):
+    Path("study.yaml").write_text(changed("preload]", "gondola_rms]", STUDY), encoding="utf-8")
+    found = refused(folder, "sweep", "study.yaml")
+    assert len(found) == 1
+    assert found[0].startswith("study.yaml:4:16: columns.1: gondola_rms needs the key gondola.area")
+
+
 def test_a_fixed_value_that_the_study_varies_is_refused(folder):
     found = refused(folder, "sweep", "study.yaml", "--set", "cable.density=1")
     assert found == ["--set cable.density: has no effect: the study varies this key, or one that replaces it"]

@@ -58,7 +58,9 @@ def folder(tmp_path, monkeypatch):
         (["schema", "scene"], 0),
         (["schema", "table"], 2),
         (["columns"], 0),
-        (["ssm", CARLINA], 2),  # a later issue: no stub is registered
+        (["ssm", CARLINA], 0),
+        (["windrms", CARLINA], 0),
+        (["trade", CARLINA], 2),  # a later issue: no stub is registered
     ],
 )
 def test_exit_codes(arguments, code):

@@ -9,12 +9,14 @@ from cablestudy.cable.catenary import solve, split
 from cablestudy.cable.element import basis, mesh_segments
 from cablestudy.cable.modes import Dynamics
 from cablestudy.cable.span import Span, with_loads
-from cablestudy.control import gondola
+from cablestudy.control import ends, gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study import windrms
 
 FIRST_MODES = 16
 ALL_MODES_DOF = 200  # up to here all modes cost little more than some
 GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
+MAX_MODES = 600  # of a large model, for its dynamics
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 # (elements per segment, order) that the accuracy loop goes through
 LADDER = ((1, 8), (1, 12), (1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))
@@ -211,6 +213,36 @@ class Case:
             moments += shape @ weighted, inner @ moved, moved @ (system.mass @ moved)
         mass = dynamics.mass * dynamics.length
         return moments * mass * (mass * dynamics.length / dynamics.state.force) ** np.arange(3)
+
+    @cached_property
+    def end_model(self):
+        """The cable as its ends feel it, with every mode that the model in use can give."""
+        count = min(self.dynamics.dof, MAX_MODES)
+        return ends.of_cable(self.dynamics, self.modes(count), self.span.frame, self.scene.cable.damping)
+
+    @cached_property
+    def loop(self):
+        """The winch loop: `control.winch.Loop`."""
+        return windrms.loop_of(self)
+
+    @cached_property
+    def response(self):
+        """What the wind does to the gondola: `windrms.Response`."""
+        return windrms.response_of(self, self.loop)
+
+    @cached_property
+    def open_response(self):
+        """The same with the winch at rest: all there is without a controller, and where the loop is unstable."""
+        loop = self.loop
+        stable = not loop.gain or not loop.passages.unstable_poles(loop.gain)
+        return self.response if stable else windrms.response_of(self, loop.at_rest)
+
+    @cached_property
+    def gondola_damping_ratio(self):
+        """Of the coupled mode in which the gondola moves most. [-]"""
+        poles = self.loop.open_poles
+        pole = poles[np.argmin(np.abs(np.abs(poles) - 2 * np.pi * self.gondola_frequency))]
+        return float(-pole.real / np.abs(pole))
 
     @cached_property
     def gondola_frequency_static(self):

@@ -13,8 +13,10 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.errors import NoSolutionError
 
-SUFFIX = {"": "", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
-NEEDS = ("scene", "statics", "stiffness", "modes", "gondola", "run")
+SUFFIX = {"": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
+NEEDS = ("scene", "statics", "stiffness", "modes", "gondola", "loop", "wind", "run")
+WINCH = "gondola.mass, winch.controller"
+BODY = "gondola.mass, gondola.area, gondola.drag_coefficient, wind"
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Column:
     compute : callable
         Case -> float.
     key : str
-        A key of the scene without which it has no value; empty when there is none.
+        Keys of the scene without which it has no value, after commas; empty when there is none.
     """
 
     name: str
@@ -133,6 +135,24 @@ COLUMNS = (
            lambda c: c.gondola_frequency_static, "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode of gondola and cable in which the gondola moves most", "gondola",
            lambda c: c.gondola_frequency, "gondola.mass"),
+    Column("gondola_damping_ratio", "", "of the coupled gondola mode, the winch at rest", "loop",
+           lambda c: c.gondola_damping_ratio, "gondola.mass"),
+    Column("largest_gain", "rad/s", "of the winch, below which the loop is stable; empty when it always is", "loop",
+           lambda c: c.loop.largest_gain, WINCH),
+    Column("gain_margin", "dB", "largest stable gain over the gain; empty when there is no limit", "loop",
+           lambda c: c.loop.gain_margin, WINCH),
+    Column("phase_margin", "deg", "least angle to instability where the loop gain is one", "loop",
+           lambda c: c.loop.phase_margin, WINCH),
+    Column("bandwidth", "Hz", "where the closed loop first falls to 1/sqrt(2)", "loop",
+           lambda c: c.loop.bandwidth, WINCH),
+    Column("gondola_rms", "mm", "of the gondola along x in the wind, with the winch loop", "wind",
+           lambda c: 1e3 * c.response.displacement, f"{BODY}, winch.controller"),
+    Column("gondola_rms_velocity", "mm/s", "of its velocity, with the winch loop", "wind",
+           lambda c: 1e3 * c.response.velocity, f"{BODY}, winch.controller"),
+    Column("gondola_rms_open_loop", "mm", "of the gondola along x in the wind, the winch at rest", "wind",
+           lambda c: 1e3 * c.open_response.open_displacement, BODY),
+    Column("gondola_rms_velocity_open_loop", "mm/s", "of its velocity, the winch at rest", "wind",
+           lambda c: 1e3 * c.open_response.open_velocity, BODY),
     Column("iterations", "", "Newton steps of the statics", "statics", lambda c: c.statics.iterations),
     Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
     Column("solve_time", "ms", "time that the row took", "run", None),
@@ -193,13 +213,14 @@ def find(name):
 
 
 def lacks(scene, column):
-    """Whether a scene has no value for the key that a column needs."""
-    if not column.key:
-        return False
-    value = scene
-    for part in column.key.split("."):
-        value = getattr(value, part, None)
-    return value is None or value == ()
+    """The first key that a column needs and a scene has no value for, or an empty text."""
+    for key in filter(None, column.key.split(", ")):
+        value = scene
+        for part in key.split("."):
+            value = getattr(value, part, None)
+        if value is None or value == ():
+            return key
+    return ""
 
 
 def broken(case):
@@ -236,10 +257,11 @@ def value(column, case):
     NoSolutionError, ConvergenceError
         There is no such number.
     """
-    if lacks(case.scene, column):
-        raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
+    missing = lacks(case.scene, column)
+    if missing:
+        raise NoSolutionError(f"{column.name} needs the key {missing}, which this case does not have")
     number = column.compute(case)
-    if isinstance(number, int):
+    if number is None or isinstance(number, int):
         return number
     number = float(number)
     if not np.isfinite(number):

@@ -11,7 +11,8 @@ from cablestudy.study.columns import broken, value
 
 ROUNDING = 1e-12  # of the closed forms, held by the tests against 50 digits
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
-DISCRETE = ("modes", "gondola")
+MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
+DISCRETE = ("modes", "gondola", "loop", "wind")
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,13 @@ def _values(case, columns, estimate):
     if not motion:
         notes.append("left out: mass and modes, which no column needs")
         return values, 0, ROUNDING, notes
-    finer, moving, error = _ladder(case, lambda other: {c.header: value(c, other) for c in motion})
+    try:
+        finer, moving, error = _ladder(case, lambda other: {c.header: value(c, other) for c in motion})
+    except ConvergenceError as failure:
+        damped = any(column.needs in ("loop", "wind") for column in motion)
+        if damped and case.scene.cable.damping.model == "modal":
+            raise ConvergenceError(f"{failure} ({MODAL})", failure.record) from None
+        raise
     notes.append(_about(finer, error))
     return {column.header: {**values, **moving}[column.header] for column in columns}, finer.dynamics.dof, error, notes
 
@@ -195,6 +202,8 @@ def modes(case, count=None, upto=None):
 
 
 def _relative(value, reference):
+    if value is None or reference is None:
+        return float(value is not reference)
     return abs(value - reference) / abs(reference) if reference else float(value != reference)
 
 

@@ -55,7 +55,7 @@ def columns_of(study):
         if any(column.header == other.header for other in columns):
             mistakes.append(Mistake(where, f"columns.{place}", f"{column.name} is listed twice"))
         elif lacks(scene, column) and _every_case_lacks(study, column):
-            message = f"{column.name} needs the key {column.key}, which the scene does not have"
+            message = f"{column.name} needs the key {lacks(scene, column)}, which the scene does not have"
             mistakes.append(Mistake(where, f"columns.{place}", message))
         columns.append(column)
     if mistakes:

@@ -1,0 +1,224 @@
+"""A cable as its ends feel it: static stiffness, inertia and the modes between, in global axes, with its damping.
+
+Everything dynamic (frequency response, state space, gondola, winch loop) is made from this. With u the ends, q the
+modes about the static shapes that the ends impose, m = -p/W^2 and c(s) the damping of the elastic strain,
+
+    (s^2 + W^2 + c E) q = -(c R + s^2 m) u,        f = (K + c S + s^2 M) u + (c R + s^2 m)^T q
+
+c = i loss factor (hysteretic), c = s time (Kelvin-Voigt); E, R, S are the elastic parts of the modes' stiffness, of
+modes against static shapes, and of the static shapes. The paper's modal damping instead damps the modes with fixed
+ends, each by its ratio.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
+NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
+
+
+@dataclass(frozen=True)
+class Strain:
+    """Damping of the elastic strain.
+
+    Attributes
+    ----------
+    law : {"hysteretic", "kelvin_voigt"}
+    amount : float
+        Loss factor [-], or time [s].
+    modes : ndarray, shape (n, n)
+        E. [1/s^2]
+    coupling : ndarray, shape (n, 6)
+        R. [N/(m sqrt(kg))]
+    ends : ndarray, shape (6, 6)
+        S. [N/m]
+    """
+
+    law: str
+    amount: float
+    modes: np.ndarray
+    coupling: np.ndarray
+    ends: np.ndarray
+
+    def factor(self, s):
+        """c(s)."""
+        return s * self.amount if self.law == "kelvin_voigt" else 1j * self.amount * np.sign(np.imag(s))
+
+
+@dataclass(frozen=True)
+class EndModel:
+    """The cable between its two ends. Ends are ordered end 1 x, y, z, end 2 x, y, z.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (n,)
+        Of the modes with fixed ends. [rad/s]
+    participation : ndarray, shape (n, 6)
+        p = psi^T K21: modal force per end displacement. [N/(m sqrt(kg))]
+    damping_ratio : ndarray, shape (n,)
+        Modal; where the strain is damped, the equivalent one. [-]
+    stiffness : ndarray, shape (6, 6)
+        Static, interior condensed. [N/m]
+    inertia : ndarray, shape (6, 6)
+        Mass of the static shapes. [kg]
+    strain : Strain or None
+        None for modal damping.
+    """
+
+    omega: np.ndarray
+    participation: np.ndarray
+    damping_ratio: np.ndarray
+    stiffness: np.ndarray
+    inertia: np.ndarray
+    strain: Strain | None = None
+
+    @property
+    def feedthrough(self):
+        """D: static stiffness plus what the modes take off it, shape (6, 6). [N/m]"""
+        scaled = self.participation / self.omega[:, None]
+        return self.stiffness + scaled.T @ scaled
+
+    @property
+    def residual_inertia(self):
+        """What the modes leave of `inertia`: the ends' own mass and the omitted modes', shape (6, 6). [kg]"""
+        scaled = self.participation / self.omega[:, None] ** 2
+        return self.inertia - scaled.T @ scaled
+
+    def select(self, chosen):
+        """The same cable with only some modes; its static stiffness stays exact.
+
+        Parameters
+        ----------
+        chosen : array of int or bool
+
+        Returns
+        -------
+        EndModel
+        """
+        strain = self.strain
+        if strain is not None:
+            strain = replace(strain, modes=strain.modes[chosen][:, chosen], coupling=strain.coupling[chosen])
+        return replace(
+            self,
+            omega=self.omega[chosen],
+            participation=self.participation[chosen],
+            damping_ratio=self.damping_ratio[chosen],
+            strain=strain,
+        )
+
+    @cached_property
+    def poles(self):
+        """(values, left, right) of the strain-damped modes, so that no system is solved per frequency.
+
+        q = sum of left (right a)/(s^2 + value), or over (s - value) for Kelvin-Voigt, for a right-hand side a.
+        """
+        n = len(self.omega)
+        if self.strain.law == "hysteretic":
+            # of the inverse: the lowest modes are then the most accurate
+            unit = np.outer(self.omega, self.omega)
+            value, vector = np.linalg.eig(
+                np.linalg.inv(np.eye(n) + 1j * self.strain.amount * self.strain.modes / unit) / unit
+            )
+            return 1 / value, vector, np.linalg.inv(vector)
+        first_order = np.block(
+            [[np.zeros((n, n)), np.eye(n)], [-np.diag(self.omega**2), -self.strain.amount * self.strain.modes]]
+        )
+        value, vector = np.linalg.eig(first_order)
+        return value, vector[:n], np.linalg.inv(vector)[:, n:]
+
+
+def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
+    """Force at the ends per displacement of the ends.
+
+    Parameters
+    ----------
+    model : EndModel
+    s : ndarray, shape (m,)
+        Laplace variable, i omega for the frequency response. [rad/s]
+    rows, columns : slice or list of int
+        Which forces and which displacements, of the six.
+
+    Returns
+    -------
+    ndarray, complex, shape (m, r, c)
+        [N/m]
+    """
+    s = np.asarray(s)[:, None]
+    modal = _of_modes(model, s, rows, columns) if model.strain is None else _of_strain(model, s, rows, columns)
+    own = model.residual_inertia if model.strain is None else model.inertia
+    return model.stiffness[rows][:, columns] + own[rows][:, columns] * s[..., None] ** 2 + modal
+
+
+def _of_modes(model, s, rows, columns):
+    """Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s."""
+    rate = s**2 + 2 * model.damping_ratio * model.omega * s
+    weight = rate / (model.omega**2 * (rate + model.omega**2))
+    left, right = model.participation[:, rows], model.participation[:, columns]
+    products = left[:, :, None] * right[:, None, :]
+    modes, r, c = products.shape
+    return (weight @ products.reshape(modes, r * c)).reshape(len(s), r, c)
+
+
+def _of_strain(model, s, rows, columns):
+    """Damped strain: c S - (c R + s^2 m)^T (s^2 + W^2 + c E)^-1 (c R + s^2 m)."""
+    value, left, right = model.poles
+    hysteretic, below = model.strain.law == "hysteretic", np.imag(s) < 0
+    s = np.where(below, np.conj(s), s) if hysteretic else s  # the poles are those of the upper half-plane
+    carried = -model.participation / model.omega[:, None] ** 2
+    factor = model.strain.factor(s)[..., None]
+    gap = s**2 + value if hysteretic else s - value
+    square = s[..., None] ** 2
+    force = factor * (model.strain.coupling[:, rows].T @ left) + square * (carried[:, rows].T @ left)
+    moved = factor * (right @ model.strain.coupling[:, columns]) + square * (right @ carried[:, columns])
+    total = factor * model.strain.ends[rows][:, columns] - np.einsum("mrk,mk,mkc->mrc", force, 1 / gap, moved)
+    return np.where(below[..., None], total.conj(), total) if hysteretic else total
+
+
+def of_cable(dynamics, modes, frame, damping):
+    """The end model of a cable.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    modes : Modes
+        The modes to keep.
+    frame : ndarray, shape (3, 3)
+        Rows: the chord frame in global coordinates. [-]
+    damping : Damping
+        model, and ratio [-], loss_factor [-] or time [s].
+
+    Returns
+    -------
+    EndModel
+    """
+    omega = 2 * np.pi * modes.frequency
+    n, mass, unit = len(modes), dynamics.mass * dynamics.length, dynamics.state.force / dynamics.length
+    static, inertia, elastic = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((n + 6, n + 6))
+    carried = np.zeros((n, 3))
+    for system in dynamics.systems:
+        axes = list(system.axes)
+        places = axes + [axis + 3 for axis in axes]
+        block = system.end_stiffness * unit
+        static[np.ix_(places, places)] = np.block([[block, -block], [-block, block]])
+        # a movement of end 1 is one of the whole cable less one of end 2
+        second = system.end_shapes
+        both = np.concatenate([np.eye(len(axes)) - second, second], axis=2)
+        flat = both.reshape(-1, 2 * len(axes))
+        inertia[np.ix_(places, places)] = mass * flat.T @ (system.full_mass() @ flat)
+        shapes = modes.shapes[:, axes]
+        ones = system.mass @ np.tile(np.eye(len(axes)), (system.dof // len(axes), 1))
+        carried[:, axes] = mass * shapes[1:-1].reshape(len(ones), n).T @ ones
+        if damping.model != "modal":
+            index = [*range(n), *(n + place for place in places)]
+            elastic[np.ix_(index, index)] += unit * system.strain_energy(np.concatenate([shapes, both], axis=2))[0]
+    participation = np.concatenate([-modes.participation - omega[:, None] ** 2 * carried, modes.participation], axis=1)
+    turn = np.kron(np.eye(2), frame)
+    strain, ratio = None, np.full(n, damping.ratio if damping.model == "modal" else 0.0)
+    if damping.model != "modal":
+        amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
+        share = np.diagonal(elastic)[:n] / omega**2
+        ratio = share * amount / 2 * (1 if damping.model == "hysteretic" else omega)
+        strain = Strain(damping.model, amount, elastic[:n, :n], elastic[:n, n:] @ turn, turn.T @ elastic[n:, n:] @ turn)
+    return EndModel(omega, participation @ turn, ratio, turn.T @ static @ turn, turn.T @ inertia @ turn, strain)

@@ -1,0 +1,44 @@
+"""Bode plot of frequency responses; with a gondola the paper's Fig. 8."""
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from cablestudy.study.plots.style import SERIES, WIDTH, panels, styled
+
+
+@styled
+def bode(frequency, curves):
+    """Magnitude and phase of each curve over the frequency.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (m,)
+        [Hz]
+    curves : list of Curve
+        All of one unit.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
+    magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
+    for colour, curve in zip(SERIES, curves, strict=False):
+        label = curve.label
+        magnitude.loglog(frequency, curve.magnitude, color=colour, lw=1.1, label=label)
+        phase.semilogx(frequency, curve.phase, color=colour, lw=1.1, label=label)
+    unit = curves[0].unit or "-"
+    magnitude.set_ylabel(f"magnitude [{unit}]")
+    phase.set_ylabel("phase [deg]")
+    phase.set_xlabel("frequency [Hz]")
+    low, high = phase.get_ylim()
+    if high - low < 2000:
+        phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
+    magnitude.set_xlim(frequency[0], frequency[-1])
+    if len(curves) > 1:
+        magnitude.legend()
+        figure.suptitle("Gondola position over winch movement", x=0.01, ha="left", fontsize=10)
+    else:
+        figure.suptitle(curves[0].label, x=0.01, ha="left", fontsize=10)
+    figure.align_ylabels()
+    return figure

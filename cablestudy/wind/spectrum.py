@@ -1,0 +1,93 @@
+"""Wind: spectra of its speed, how much of it a body feels at once, the force on the body.
+
+One-sided spectra: their integral over f from 0 to infinity is the variance.
+"""
+
+import numpy as np
+
+# 4 B(1/2, 1/3)^2: with it the von Karman spectrum has exactly the variance that it is given
+VON_KARMAN_EXACT = 70.78012763381717
+SPECTRA = ("von_karman", "von_karman_exact", "davenport", "kaimal")
+ADMITTANCES = ("vickery", "vickery_squared", "none")
+
+
+def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
+    """Spectrum of the longitudinal turbulence.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        > 0. [Hz]
+    speed, rms, length_scale : float
+        Mean speed [m/s], RMS of its fluctuation [m/s], integral scale [m].
+    kind : {"von_karman", "von_karman_exact", "davenport", "kaimal"}
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        [m^2/s^2/Hz]
+
+    Notes
+    -----
+    With x = f L/v and S v/(sigma^2 L):
+    von Karman 4/(1 + 70.7 x^2)^(5/6), the paper's; its integral is 1.00057 sigma^2, exactly sigma^2 with 70.78.
+    Davenport (1961) (2/3) x/(1 + x^2)^(4/3), for which L is 1200 m. Kaimal (IEC 61400-1) 4/(1 + 6 x)^(5/3).
+    """
+    x = frequency * length_scale / speed
+    if kind == "von_karman":
+        shape = 4 / (1 + 70.7 * x**2) ** (5 / 6)
+    elif kind == "von_karman_exact":
+        shape = 4 / (1 + VON_KARMAN_EXACT * x**2) ** (5 / 6)
+    elif kind == "davenport":
+        shape = 2 / 3 * x / (1 + x**2) ** (4 / 3)
+    else:
+        shape = 4 / (1 + 6 * x) ** (5 / 3)
+    return rms**2 * length_scale / speed * shape
+
+
+def admittance(frequency, speed, area, kind="vickery"):
+    """How much of the turbulence acts on a whole body at once.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        [Hz]
+    speed, area : float
+        [m/s], [m^2].
+    kind : {"vickery", "vickery_squared", "none"}
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Factor of the spectrum. [-]
+
+    Notes
+    -----
+    chi = 1/(1 + (f/f_c)^(4/3)), f_c = v/(2 sqrt(A)): the paper's equation (7), to the first power or squared.
+    """
+    if kind == "none":
+        return np.ones_like(frequency)
+    chi = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    return chi if kind == "vickery" else chi**2
+
+
+def force_spectrum(frequency, wind, area, drag_coefficient):
+    """Spectrum of the drag on a body, linear in the fluctuation.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        [Hz]
+    wind : Wind
+        Has speed, turbulence, length_scale, air_density, spectrum, admittance.
+    area, drag_coefficient : float
+        [m^2], [-].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        (rho C_d A v)^2 chi S_v. [N^2/Hz]
+    """
+    turbulence = speed_spectrum(frequency, wind.speed, wind.turbulence, wind.length_scale, wind.spectrum)
+    share = admittance(frequency, wind.speed, area, wind.admittance)
+    return (wind.air_density * drag_coefficient * area * wind.speed) ** 2 * share * turbulence

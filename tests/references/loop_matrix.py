@@ -1,0 +1,83 @@
+"""The winch loop as one dense matrix: modes, gondola, notch and integrator as states, stability by eigenvalues.
+
+From the second-order form of the cable with modal damping, its ends moved by e:
+
+    q'' + 2 zeta W q' + W^2 q = -p e,    f = D e + R e'' + p^T q
+
+with the notch n'' + 2 z2 w2 n' + w2^2 n = x, y' = z = N x = (w2/w1)^2 (n'' + 2 z1 w1 n' + w1^2 n), u = sign gain y. The
+residual inertia R needs u'' = sign gain z', which is a combination of the states; nothing is differentiated.
+"""
+
+import numpy as np
+
+START, END = 0, 3  # x of end 1, x of end 2
+
+
+def matrices(loop, gain):
+    """A of the closed loop, and the column of a force on the gondola. States: q, q', x, x', n, n', y.
+
+    Parameters
+    ----------
+    loop : Loop
+        With modal damping.
+    gain : float
+        [rad/s]
+
+    Returns
+    -------
+    A : ndarray, shape (m, m)
+    B : ndarray, shape (m,)
+        The gondola's place is state `place(A)`, its velocity the next one.
+    """
+    cable, n = loop.cable, len(loop.cable.omega)
+    D, R = cable.feedthrough, cable.residual_inertia
+    ground = loop.location == "ground"
+    winch, sign = (START, -1.0) if ground else (END, 1.0)
+    size = 2 * n + 5
+    unit = np.eye(size)
+    q, rate = unit[:n], unit[n : 2 * n]
+    x, v, filtered, slope, y = unit[2 * n :]
+    if loop.notch is None:
+        z, change = x, v
+        bend = np.zeros(size)
+        filtered, slope = -slope, np.zeros(size)  # two idle states, stable
+        idle = True
+    else:
+        w1, z1 = loop.notch.omega, loop.notch.damping_ratio
+        w2, z2 = loop.notch.rolloff_omega, loop.notch.rolloff_damping_ratio
+        bend = x - 2 * z2 * w2 * slope - w2**2 * filtered
+        factor = (w2 / w1) ** 2
+        z = factor * (bend + 2 * z1 * w1 * slope + w1**2 * filtered)
+        jerk = v - 2 * z2 * w2 * bend - w2**2 * slope
+        change = factor * (jerk + 2 * z1 * w1 * bend + w1**2 * slope)
+        idle = False
+    u, u_acceleration = sign * gain * y, sign * gain * change
+    force = D[END, END] * x + D[END, winch] * u + R[END, winch] * u_acceleration + cable.participation[:, END] @ q
+    mass = loop.mass + R[END, END]
+    A = np.zeros((size, size))
+    A[:n] = rate
+    A[n : 2 * n] = -(cable.omega**2)[:, None] * q - (2 * cable.damping_ratio * cable.omega)[:, None] * rate
+    A[n : 2 * n] -= np.outer(cable.participation[:, END], x) + np.outer(cable.participation[:, winch], u)
+    A[2 * n] = v
+    A[2 * n + 1] = -force / mass
+    A[2 * n + 2], A[2 * n + 3] = (-unit[2 * n + 2], -unit[2 * n + 3]) if idle else (slope, bend)
+    A[2 * n + 4] = z
+    return A, unit[2 * n + 1] / mass
+
+
+def place(A):
+    """Number of the state that is the gondola's place."""
+    return len(A) - 5
+
+
+def unstable(loop, gain):
+    """How many eigenvalues lie to the right."""
+    return int((np.linalg.eigvals(matrices(loop, gain)[0]).real > 0).sum())
+
+
+def bisected(loop, low, high, width):
+    """(stable gain, unstable gain) as close as bisection brings them. [rad/s]"""
+    while high > low * (1 + width):
+        middle = np.sqrt(low * high)
+        low, high = (low, middle) if unstable(loop, middle) else (middle, high)
+    return low, high

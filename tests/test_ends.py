@@ -1,0 +1,318 @@
+"""`control/ends.py`: the continuous cable, DESIGN section 6 on dense bars, symmetry, passivity, damping."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from references import bars, continuous_cable
+from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
+
+from cablestudy.control.ends import dynamic_stiffness
+from cablestudy.study.case import Case
+
+ORDER = 24
+CABLES = {"taut": PAPER, "sagging": SAGGING, "inclined": INCLINED, "downhill": Twin(175.68, -60.49, 184.4883)}
+PARAMETER = {"modal": "ratio", "hysteretic": "loss_factor", "kelvin_voigt": "time"}
+DAMPINGS = [
+    ("modal", 0),
+    ("hysteretic", 0),
+    ("hysteretic", 1e-3),
+    ("hysteretic", 2),
+    ("kelvin_voigt", 0),
+    ("kelvin_voigt", 1e-5),
+    ("kelvin_voigt", 1e-3),
+    ("kelvin_voigt", 2),
+]
+SOME = [("modal", 0.01), ("modal", 2), *DAMPINGS[2:4], *DAMPINGS[5:]]
+
+
+def damped(law, amount):
+    return f"cable.damping={{model: {law}, {PARAMETER[law]}: {amount!r}}}"
+
+
+@cache
+def spectral(name, law, amount):
+    """One element of high order."""
+    return Case(CABLES[name].scene("model.accuracy=1e-8", damped(law, amount))).refined(1, ORDER).end_model
+
+
+@cache
+def of_bars(name, law, amount, elements=40):
+    """The paper's model."""
+    return Case(CABLES[name].scene(f"model.elements={elements}", damped(law, amount))).end_model
+
+
+@cache
+def continuous(name, omega, eta):
+    return continuous_cable.dynamic_stiffness_both_ends(*CABLES[name].cable, omega, n=40, eta=eta)
+
+
+def loss(law, amount, omega):
+    """Loss factor of EA (1 + i eta)."""
+    return {"modal": 0.0, "hysteretic": amount, "kelvin_voigt": amount * omega}[law]
+
+
+def difference(found, expected, name):
+    """Largest, each entry against the static stiffness of its two directions or the largest entry there is."""
+    static = np.diag(continuous(name, 0.0, 0.0))
+    unit = np.sqrt(np.outer(static, static)) * max(1.0, np.abs(expected).max() / static.max())
+    return (np.abs(found - expected) / unit).max()
+
+
+# ---- the continuous cable -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("law", "amount"), DAMPINGS)
+@pytest.mark.parametrize("name", CABLES)
+def test_all_modes_together_are_the_continuous_cable(name, law, amount):
+    """In global axes; the range of order p is p transverse modes, here p = 24."""
+    model = spectral(name, law, amount)
+    first = np.pi / CABLES[name].length * np.sqrt(1344.75 / CABLES["taut"].mass)
+    first = first if name != "sagging" else model.omega[0]
+    for share, tolerance in ((0.0, 1e-10), (0.01, 1e-10), (0.37, 1e-10), (2.6, 1e-9), (6.15, 1e-9), (8.4, 1e-6)):
+        omega = share * first
+        found = dynamic_stiffness(model, np.array([1j * omega]))[0]
+        expected = continuous(name, omega, loss(law, amount, omega) if omega else 0.0)
+        assert difference(found, expected, name) < tolerance, share
+
+
+@pytest.mark.parametrize(("order", "mode"), [(32, 12), (40, 16), (48, 20)])
+@pytest.mark.parametrize("name", ["taut", "sagging"])
+def test_up_to_two_fifths_of_the_order(name, order, mode):
+    """1e-6 at transverse mode 0.4 p of an element of order p; at 0.5 p it is 1e-2 to 1e-4 for p = 32 to 48."""
+    case = Case(CABLES[name].scene("model.accuracy=1e-8", damped("hysteretic", 0.01))).refined(1, order)
+    modes = case.modes(1000)
+    across = 2 * np.pi * modes.frequency[modes.select("out-of-plane")]
+    omega = float(across[mode - 1] + 0.4 * (across[mode] - across[mode - 1]))
+    expected = continuous_cable.dynamic_stiffness_both_ends(*CABLES[name].cable, omega, n=64, eta=0.01)
+    found = dynamic_stiffness(case.end_model, np.array([1j * omega]))[0]
+    assert difference(found, expected, name) < 1e-6
+
+
+def test_some_modes_damped_by_their_ratio():
+    """Modal damping of all modes has no continuous limit; of the ten lowest it has, beside the undamped others."""
+    model = spectral("sagging", "modal", 0)
+    lowest = np.arange(len(model.omega)) < 10
+    omega, ratio = 1.37 * model.omega[0], 0.3
+    within = continuous_cable.modes(*SAGGING.cable, 7), continuous_cable.modes(*SAGGING.cable, 7, "out")
+    value = np.concatenate([2 * np.pi * modes.frequencies for modes in within])
+    ends = np.concatenate([modes.end_forces.reshape(-1, 6) for modes in within])
+    chosen = np.argsort(value)[:10]
+    value, ends = value[chosen], ends[chosen]
+    gain = 1 / (value**2 - omega**2) - 1 / (value**2 - omega**2 + 2j * ratio * value * omega)
+    expected = continuous("sagging", omega, 0.0) + (ends.T * gain) @ ends
+    found = dynamic_stiffness(replace(model, damping_ratio=np.where(lowest, ratio, 0.0)), np.array([1j * omega]))[0]
+    assert difference(found, expected, "sagging") < 1e-8
+
+
+@pytest.mark.parametrize(("law", "amount"), SOME)
+def test_turned_about_the_vertical(law, amount):
+    angle = 0.7
+    x, y = (float(INCLINED.a * part) for part in (np.cos(angle), np.sin(angle)))
+    turned = scene(
+        f"cable.ends=[[1, 2, 3], [{1 + x!r}, {2 + y!r}, {3 + INCLINED.b!r}]]",
+        f"cable.unstretched_length={INCLINED.length!r}",
+        "model.accuracy=1e-8",
+        damped(law, amount),
+    )
+    s = 1j * np.array([0.0, 2.0, 7.0])
+    found = dynamic_stiffness(Case(turned).refined(1, ORDER).end_model, s)
+    c, b = np.cos(angle), np.sin(angle)
+    turn = np.kron(np.eye(2), [[c, -b, 0], [b, c, 0], [0, 0, 1]])
+    expected = turn @ dynamic_stiffness(spectral("inclined", law, amount), s) @ turn.T
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+# ---- the paper's bars and the formula of DESIGN section 6 -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.0, 1e-3, 0.01, 0.5, 2.0])
+@pytest.mark.parametrize("name", ["taut", "sagging", "inclined"])
+def test_modal_damping_is_the_formula_on_dense_bars(name, ratio):
+    twin = CABLES[name]
+    K, M = bars.matrices(twin.chain(), twin.length, twin.stiffness, twin.mass)
+    inner = bars.modes(twin.chain(), twin.length, twin.stiffness, twin.mass)
+    ends = np.r_[0:3, len(M) - 3 : len(M)]
+    omega, psi = 2 * np.pi * inner.frequencies, inner.vectors
+    p = psi.T @ K[3:-3, ends]
+    model = of_bars(name, "modal", ratio)
+    D = K[np.ix_(ends, ends)]
+    assert np.abs(model.feedthrough - D).max() < 1e-7 * np.abs(D).max()
+    for w in (0.3, 5.1, 33.0, 700.0):
+        resonance = omega**2 - w**2 + 2j * ratio * omega * w
+        formula = D - (p.T / resonance) @ p
+        # the mass lumped on the ends is not in the formula
+        expected = formula - w**2 * np.diag(M[ends])
+        found = dynamic_stiffness(model, np.array([1j * w]))[0]
+        assert np.abs(found - expected).max() < 1e-7 * np.abs(expected).max()
+        assert np.abs(found + w**2 * model.residual_inertia - formula).max() < 1e-7 * np.abs(formula).max()
+
+
+@pytest.mark.parametrize("name", ["taut", "sagging", "inclined"])
+def test_residual_inertia_is_the_ends_own_mass(name):
+    model, twin = of_bars(name, "modal", 0.01), CABLES[name]
+    own = twin.mass * twin.length / 40 / 2
+    assert model.residual_inertia == pytest.approx(own * np.eye(6), abs=1e-9 * own)
+    # and with fewer modes that of the omitted ones too: never negative
+    for count in (60, 20, 3, 0):
+        fewer = model.select(np.arange(count)).residual_inertia
+        assert np.linalg.eigvalsh(fewer).min() > own * (1 - 1e-9)
+    # the static shapes of a rigid movement carry the whole mass
+    rigid = np.tile(np.eye(3), (2, 1))
+    assert rigid.T @ model.inertia @ rigid == pytest.approx(twin.mass * twin.length * np.eye(3), abs=1e-9)
+
+
+@pytest.mark.parametrize(("law", "amount"), SOME)
+@pytest.mark.parametrize("name", ["taut", "sagging", "inclined"])
+def test_poles_are_the_systems_solved_one_by_one(name, law, amount):
+    model, s = of_bars(name, law, amount), 1j * np.array([1e-3, 0.5, 5.0, 60.0, 900.0])
+    if model.strain is None:
+        return
+    found = dynamic_stiffness(model, s)
+    carried = -model.participation / model.omega[:, None] ** 2
+    for one, value in zip(found, s, strict=True):
+        c = value * amount if law == "kelvin_voigt" else 1j * amount
+        force = c * model.strain.coupling + value**2 * carried
+        inside = np.diag(value**2 + model.omega**2) + c * model.strain.modes
+        direct = model.stiffness + c * model.strain.ends + value**2 * model.inertia
+        direct = direct - force.T @ np.linalg.solve(inside, force)
+        assert np.abs(one - direct).max() < 1e-9 * np.abs(direct).max()
+
+
+def test_a_critically_damped_pair_of_poles():
+    # two poles meet and have one vector between them; half the digits of their place are lost, none of the sum
+    model = of_bars("taut", "kelvin_voigt", 1e-5)
+    mode = int(np.argmax(np.diagonal(model.strain.modes) / model.omega**2))
+    time, s = float(2 * model.omega[mode] / model.strain.modes[mode, mode]), 1j * np.array([1.0, 5.0, 60.0])
+    here, near = (
+        dynamic_stiffness(replace(model, strain=replace(model.strain, amount=factor * time)), s)
+        for factor in (1.0, 1 + 1e-9)
+    )
+    assert np.abs(here - near).max() < 1e-8 * np.abs(here).max()
+
+
+# ---- what every law must keep ---------------------------------------------------------------------------------------
+
+MODELS = [(name, law, amount) for name in ("taut", "sagging", "inclined") for law, amount in SOME]
+
+
+@pytest.mark.parametrize(("name", "law", "amount"), MODELS)
+def test_symmetric_reciprocal_and_the_same_from_both_ends(name, law, amount):
+    for model in (of_bars(name, law, amount), spectral(name, law, amount)):
+        found = dynamic_stiffness(model, 1j * np.array([0.3, 5.0, 40.0]))
+        size = np.abs(found).max(axis=(1, 2), keepdims=True)
+        assert (np.abs(found - found.transpose(0, 2, 1)) < 1e-9 * size).all()
+        part = dynamic_stiffness(model, 1j * np.array([0.3, 5.0, 40.0]), [3, 0], [2, 5])
+        assert (np.abs(part - found[:, [3, 0]][:, :, [2, 5]]) < 1e-12 * size).all()
+        if name != "inclined":  # a level cable looks the same from its other end, x reversed
+            swap = np.kron([[0, 1], [1, 0]], np.diag([-1.0, 1.0, 1.0]))
+            assert (np.abs(found - swap @ found @ swap) < 1e-7 * size).all()
+
+
+@pytest.mark.parametrize(("name", "law", "amount"), MODELS)
+@pytest.mark.parametrize("chosen", [[], [0], [7], [1, 4, 30], slice(0, 20), slice(60, None), slice(None)], ids=str)
+def test_the_static_limit_is_the_condensed_stiffness_for_any_modes(name, law, amount, chosen):
+    case = Case(CABLES[name].scene("model.elements=40"))
+    condensed = case.end_stiffness
+    both = np.block([[condensed, -condensed], [-condensed, condensed]])
+    model = of_bars(name, law, amount).select(chosen)
+    assert np.abs(dynamic_stiffness(model, np.array([0j]))[0] - both).max() < 1e-12 * np.abs(both).max()
+    chain = CABLES[name].chain()
+    assert np.abs(condensed - chain.end_stiffness).max() < 1e-9 * np.abs(condensed).max()
+    # and nothing jumps on the way there, but for the loss of the hysteretic law
+    near = dynamic_stiffness(model, np.array([1e-6j]))[0]
+    assert np.abs(near.real - both).max() < (3 if law == "hysteretic" else 1e-6) * np.abs(both).max()
+
+
+@pytest.mark.parametrize(("name", "law", "amount"), MODELS)
+def test_passive(name, law, amount):
+    """The ends take energy out of any motion: Im K is positive semidefinite, whatever modes are kept."""
+    for model in (of_bars(name, law, amount), spectral(name, law, amount)):
+        for chosen in (slice(None), [0, 3, 5], slice(10, 40), []):
+            s = 1j * np.geomspace(1e-3, 1e4, 60)
+            found = dynamic_stiffness(model.select(chosen), s)
+            loss_part = (found.imag + found.imag.transpose(0, 2, 1)) / 2
+            smallest = np.linalg.eigvalsh(loss_part)[:, 0]
+            assert (smallest >= -1e-9 * np.abs(found).max(axis=(1, 2))).all()
+
+
+@pytest.mark.parametrize(("name", "law", "amount"), MODELS)
+def test_a_negative_frequency_is_the_conjugate(name, law, amount):
+    model, s = of_bars(name, law, amount), np.array([0.5j, 5.0j, -0.1 + 40.0j, -0.2 + 900j])
+    above, below = dynamic_stiffness(model, s), dynamic_stiffness(model, s.conj())
+    mixed = dynamic_stiffness(model, np.array([s[1].conj(), s[2], 0.0]))
+    size = np.abs(above).max(axis=(1, 2), keepdims=True)
+    assert (np.abs(below - above.conj()) < 1e-9 * size).all()
+    assert (np.abs(mixed[:2] - [below[1], above[2]]) < 1e-12 * size[1:3]).all()
+
+
+def test_no_damping_is_the_same_in_every_law():
+    s = 1j * np.array([0.3, 5.1, 33.0, 700.0])
+    modal, *others = (dynamic_stiffness(of_bars("sagging", law, 0), s) for law in PARAMETER)
+    for other in others:
+        assert (np.abs(other - modal).max(axis=(1, 2)) < 1e-9 * np.abs(modal).max(axis=(1, 2))).all()
+        assert np.abs(other.imag).max() < 1e-9 * np.abs(modal).max()
+
+
+@pytest.mark.parametrize(("law", "amount"), SOME)
+@pytest.mark.parametrize("elements", [1, 2, 3])
+def test_the_smallest_models(law, amount, elements):
+    # one bar has no mode: a spring, half of the mass on either end, and the loss of EA alone
+    model = of_bars("taut", law, amount, elements)
+    assert len(model.omega) == 3 * (elements - 1)
+    found = dynamic_stiffness(model, np.array([2j]))[0]
+    assert found.shape == (6, 6)
+    if elements == 1:
+        own = PAPER.mass * PAPER.length / 2
+        elastic = PAPER.stiffness / PAPER.length * loss(law, amount, 2.0)
+        assert found[3, 3] == pytest.approx(model.stiffness[3, 3] - 4 * own + 1j * elastic, rel=1e-12)
+        assert found[0, 3] == pytest.approx(-model.stiffness[3, 3] - 1j * elastic, rel=1e-12)
+
+
+def test_repeated_frequencies():
+    # without weight the two planes are alike: every transverse mode is double
+    case = Case(scene("gravity=0", "cable.unstretched_length=184.4883", "model.elements=40", damped("hysteretic", 0.1)))
+    model = case.end_model
+    assert (np.abs(np.diff(model.omega[:20])[::2]) < 1e-9 * model.omega[0]).all()
+    found = dynamic_stiffness(model, 1j * np.array([2.0, 5.0]))
+    assert found[:, 4, 4] == pytest.approx(found[:, 5, 5], rel=1e-10)
+    assert np.abs(found[:, 3, 4:]).max() < 1e-9 * np.abs(found).max()
+
+
+# ---- the gondola ----------------------------------------------------------------------------------------------------
+
+
+def gondola_damping(model):
+    """Damping ratio of the gondola's own mode: Newton on (M + k_xx/s^2) s^2 = 0 from the static frequency."""
+    k = model.stiffness[3, 3]
+
+    def balance(s):
+        return GONDOLA * s**2 + dynamic_stiffness(model, np.array([s]), [3], [3])[0, 0, 0]
+
+    s = 1j * np.sqrt(k / (GONDOLA + model.inertia[3, 3]))
+    for _ in range(50):
+        small = 1e-6 * abs(s)
+        slope = (balance(s + small) - balance(s - small)) / (2 * small)
+        step = balance(s) / slope
+        s -= step
+        if abs(step) < 1e-13 * abs(s):
+            break
+    assert abs(balance(s)) < 1e-9 * k
+    return -s.real / abs(s)
+
+
+def test_the_damping_trap():
+    """DESIGN section 6: one ratio for all modes gives the gondola more with every bar; the other laws converge."""
+    counts = (10, 40, 160)
+    modal = [gondola_damping(of_bars("taut", "modal", 0.01, n)) for n in counts]
+    assert modal == pytest.approx([0.0016, 0.0027, 0.0037], abs=6e-5)
+    growth = np.diff(modal)  # as the logarithm: the same for each factor of four
+    assert growth[0] == pytest.approx(growth[1], rel=0.1)
+    hysteretic = [gondola_damping(of_bars("taut", "hysteretic", 0.02, n)) for n in counts]
+    assert hysteretic == pytest.approx([0.01] * 3, rel=2e-2)  # eta/2
+    assert hysteretic[1] == pytest.approx(hysteretic[2], rel=1e-3)
+    voigt = [gondola_damping(of_bars("taut", "kelvin_voigt", 1e-3, n)) for n in counts]
+    assert voigt[1] == pytest.approx(voigt[2], rel=1e-3)
+    static = np.sqrt(of_bars("taut", "modal", 0.01).stiffness[3, 3] / GONDOLA)
+    assert voigt[2] == pytest.approx(static * 1e-3 / 2, rel=2e-2)  # omega time/2

@@ -1,0 +1,296 @@
+"""The command `ssm`: files that other programs read, tables, and mistakes of one line."""
+
+import json
+
+import numpy as np
+import pytest
+from command import CARLINA, SLACK, rows_of, run, table_of
+from scipy.io import loadmat
+
+from cablestudy.cli import ENDS
+from cablestudy.control import export, statespace
+from cablestudy.control.ends import NAMES
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import plots, ssm, ssm_tables
+from cablestudy.study.case import Case
+
+AXIAL = ("--kinds", "axial", "--modes", "5")
+WITH = {None: (), "gondola": ("--with", "gondola"), "loop": ("--with", "loop")}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def system_of(path=CARLINA, *sets, **wish):
+    document, scene = load_scene(path, sets)
+    return ssm.choose(document, scene, ssm.Wish(**wish)).system()
+
+
+# ----------------------------------------------------------------------------------------------------------- files
+
+
+@pytest.mark.parametrize("attached", WITH)
+def test_files_hold_what_was_computed(folder, attached):
+    system = system_of(attached=attached, wind=True)
+    arguments = ("ssm", CARLINA, *WITH[attached], "--wind")
+    for kind in export.KINDS:
+        done = run(*arguments, "--out", f"cable{kind}")
+        assert done.out == ""
+        assert done.lines[-1] == f"written: cable{kind}"
+    with np.load(folder / "cable.npz", allow_pickle=False) as archive:
+        npz = dict(archive)
+    mat = loadmat(folder / "cable.mat")
+    plain = json.loads((folder / "cable.json").read_text())
+    for name, matrix in (("A", system.a), ("B", system.b), ("C", system.c), ("D", system.d),
+                         ("D1", system.derivatives[0]), ("D2", system.derivatives[1])):  # fmt: skip
+        for file in (npz, mat, plain):
+            assert np.array_equal(np.array(file[name]).reshape(matrix.shape), matrix), name
+    for word, labels in (("State", system.states), ("Input", system.inputs), ("Output", system.outputs)):
+        for part, suffix in enumerate(("Name", "Unit")):
+            expected = [label[part] for label in labels]
+            assert list(npz[word + suffix]) == plain[word + suffix] == expected
+            assert [cell[0] for cell in mat[word + suffix][:, 0]] == expected
+    assert npz["Ts"] == mat["Ts"].item() == plain["Ts"] == 0
+
+
+def test_matlab_file_has_the_sparse_second_order_model(folder):
+    system = system_of(attached="gondola", count=20)
+    run("ssm", CARLINA, "--with", "gondola", "--modes", 20, "--out", "cable.mat")
+    found = loadmat(folder / "cable.mat", spmatrix=False)
+    for name, matrix in (("M", system.second_order.mass), ("K", system.second_order.stiffness),
+                         ("Damping", system.second_order.damping)):  # fmt: skip
+        assert np.array_equal(found[name].toarray(), matrix)
+    assert len(found["CoordinateName"]) == 26
+    # end 1 and y, z of end 2 held: the modes of what is left are the poles
+    free = [*range(20), 23]
+    M, K, C = (found[name].toarray()[np.ix_(free, free)] for name in ("M", "K", "Damping"))
+    inverse = np.linalg.inv(M)
+    first_order = np.block([[np.zeros_like(M), np.eye(21)], [-inverse @ K, -inverse @ C]])
+    poles, expected = (np.linalg.eigvals(matrix) for matrix in (first_order, system.a))
+    for pole in poles:
+        assert np.abs(expected - pole).min() < 1e-8 * np.abs(pole)
+
+
+def test_python_control_takes_the_file(folder):
+    control = pytest.importorskip("control")
+    run("ssm", CARLINA, "--out", "cable.mat")
+    # the recipe of cablestudy.control.export
+    m = loadmat("cable.mat")
+    system = control.ss(m["A"], m["B"], m["C"], m["D"])
+    model = Case(load_scene(CARLINA)[1]).end_model
+    np.testing.assert_allclose(system.dcgain(), model.stiffness, atol=1e-7)
+    value = system(2j * np.pi * 5.0)
+    expected = statespace.cable(model).response([2j * np.pi * 5.0])[0]
+    np.testing.assert_allclose(value, expected, atol=1e-8)
+    assert (np.real(system.poles()) < 0).all()
+
+
+@pytest.mark.parametrize("kind", list(export.KINDS))
+def test_equal_models_are_equal_files(folder, kind):
+    for name in ("a", "b"):
+        run("ssm", CARLINA, *AXIAL, "--out", name + kind)
+    assert (folder / f"a{kind}").read_bytes() == (folder / f"b{kind}").read_bytes()
+
+
+def test_an_existing_file_is_only_replaced_by_a_complete_one(folder, monkeypatch):
+    (folder / "cable.npz").write_text("old")
+    run("ssm", CARLINA, "--out", "cable.npz", "--set", "cable.preload=100 kN", code=3)  # it would break
+    assert (folder / "cable.npz").read_text() == "old"
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    done = run("ssm", CARLINA, *AXIAL, "--out", "cable.npz", code=2)
+    assert "No space left" in done.lines[-1]
+    assert (folder / "cable.npz").read_text() == "old"
+    assert [file.name for file in folder.iterdir()] == ["cable.npz"]
+
+
+# ---------------------------------------------------------------------------------------------------------- tables
+
+
+def test_table_of_the_kept_modes():
+    rows = table_of("ssm", CARLINA, *AXIAL)
+    assert [row["type"] for row in rows] == ["axial"] * 5
+    # the paper's Table 2: participation of the axial modes, k c/(2 l): 18.93 Hz
+    assert rows[0]["frequency_Hz"] == pytest.approx(18.93, abs=0.01)
+    assert rows[0]["participation_end_2"] == pytest.approx(rows[0]["participation_end_1"], rel=1e-6)
+    assert [row["damping_ratio"] for row in rows] == [0.01] * 5
+    everything = table_of("ssm", CARLINA)
+    assert [row["number"] for row in everything] == list(range(1, 118))
+    upto = table_of("ssm", CARLINA, "--upto", "5 Hz", "--kinds", "in-plane, axial")
+    assert [row["number"] for row in upto] == [2, 3, 6]
+    assert table_of("ssm", CARLINA, "--upto", "0.1 Hz") == []
+
+
+def test_error_keeps_fewer_modes_for_larger_errors():
+    counts = [len(table_of("ssm", CARLINA, "--error", error)) for error in (0.5, 0.1, 1e-2, 1e-3)]
+    assert counts == sorted(counts)
+    assert counts[0] == 1  # the first axial mode carries 6/pi^2 of the inertia of an end that slides
+    kinds = {row["type"] for row in table_of("ssm", CARLINA, "--error", 1e-2)}
+    assert "out-of-plane" not in kinds
+    sideways = table_of("ssm", CARLINA, "--error", 0.1, "--input", "end_1_y", "--output", "end_2_y")
+    assert {row["type"] for row in sideways} == {"out-of-plane"}
+
+
+def test_size_and_notes_on_standard_error():
+    done = run("ssm", CARLINA, "--modes", 5, "--explain")
+    assert done.lines[-1] == "state space: 10 states, 6 inputs, 6 outputs; 5 of 117 modes"
+    assert "40 elements" in done.err
+    assert run("ssm", CARLINA, "--modes", 5, "--explain", "--quiet").err == ""
+    hysteretic = run("ssm", CARLINA, "--explain", "--set", "cable.damping={loss_factor: 0.01}")
+    assert "no state space" in hysteretic.err
+
+
+def test_plain_truncation_warns_with_both_stiffnesses():
+    done = run("ssm", CARLINA, *AXIAL, "--no-residual")
+    assert "30923 N/m instead of 1024.7 N/m" in done.err  # DESIGN 6
+    assert "warning" not in run("ssm", CARLINA, *AXIAL).err
+
+
+def test_an_unstable_loop_is_said():
+    done = run("ssm", CARLINA, "--with", "loop", "--set", "winch.controller.gain=1000")
+    assert "warning: unstable loop" in done.err
+    assert "largest stable gain" in done.err
+
+
+@pytest.mark.parametrize("attached", WITH)
+def test_a_model_to_an_accuracy(attached):
+    done = run("ssm", SLACK, *WITH[attached], "--modes", 9, "--explain", "--format", "json")
+    assert len(rows_of(done.out, "json")) == 9
+    assert "estimated error" in done.err
+    kept = table_of("ssm", SLACK, "--kinds", "inplane", "--modes", 9)
+    assert {row["type"] for row in kept} == {"in-plane"}
+    assert len(kept) == 9
+
+
+# -------------------------------------------------------------------------------------------------------- response
+
+
+def test_response_of_the_cable():
+    rows = table_of("ssm", CARLINA, "--response", "0.01Hz:0.1kHz:5")
+    assert [row["frequency_Hz"] for row in rows] == pytest.approx([0.01, 0.1, 1, 10, 100], rel=1e-12)
+    assert rows[0]["magnitude_N_per_m"] == pytest.approx(1024.7, abs=0.1)  # static end stiffness
+    other = table_of("ssm", CARLINA, "--response", "0.01:1:2", "--input", "end_1_x", "--output", "end_2_x")
+    assert other[0]["magnitude_N_per_m"] == pytest.approx(1024.7, abs=0.1)
+    assert abs(other[0]["phase_deg"]) == pytest.approx(180, abs=0.1)
+
+
+def test_response_with_a_gondola_has_both_curves():
+    rows = table_of("ssm", CARLINA, "--with", "gondola", "--response", "0.001:1:3")
+    assert list(rows[0]) == [
+        "frequency_Hz",
+        "ground_magnitude",
+        "ground_phase_deg",
+        "gondola_magnitude",
+        "gondola_phase_deg",
+    ]
+    assert rows[0]["ground_magnitude"] == pytest.approx(1, rel=1e-4)
+    assert rows[0]["gondola_magnitude"] == pytest.approx(1, rel=1e-4)
+
+
+def test_response_of_the_loop_is_that_of_the_state_space():
+    rows = table_of("ssm", CARLINA, "--with", "loop", "--response", "0.01:50:40")
+    s = 2j * np.pi * np.array([row["frequency_Hz"] for row in rows])
+    expected = np.abs(system_of(attached="loop").response(s)[:, 0, 0])
+    assert [row["magnitude_m_per_N"] for row in rows] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_response_without_a_number_is_an_empty_cell():
+    curve = ssm_tables.Curve("", "", "N/m", np.array([1.0, np.inf]), np.array([0.0, np.nan]))
+    table = ssm_tables.response_table(np.array([1.0, 2.0]), [curve])
+    assert table.rows[1] == {"frequency_Hz": 2.0, "magnitude_N_per_m": None, "phase_deg": None}
+    assert "null" in table.json()
+
+
+@pytest.mark.parametrize("attached", WITH)
+def test_bode_plot(folder, attached):
+    run("ssm", CARLINA, *WITH[attached], "--response", "0.01:100:200", "--plot", "bode.svg")
+    assert (folder / "bode.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_bode_plot_draws_the_curves():
+    document, scene = load_scene(CARLINA)
+    choice = ssm.choose(document, scene, ssm.Wish(attached="gondola"))
+    frequency = ssm.span_of_frequencies("0.1:100:50")
+    shown = ssm_tables.curves(choice, frequency)
+    magnitude, phase = plots.bode(frequency, shown).axes
+    assert [line.get_label() for line in magnitude.lines] == ["A, winch on the ground", "B, winch on the gondola"]
+    for k, curve in enumerate(shown):
+        assert np.array_equal(magnitude.lines[k].get_ydata(), curve.magnitude)
+        assert np.array_equal(phase.lines[k].get_ydata(), curve.phase)
+
+
+# -------------------------------------------------------------------------------------------------------- mistakes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--modes", "118"], "the model has 117 modes"),
+        (["--modes", "100000"], "at most"),
+        (["--modes", "40", "--kinds", "axial"], "39 axial modes"),
+        (["--modes", "0"], "0"),
+        (["--modes", "3", "--upto", "3 Hz"], "exclude"),
+        (["--upto", "3 m"], "--upto"),
+        (["--upto", "-3"], "positive"),
+        (["--error", "0"], "between 0 and 1"),
+        (["--error", "nan"], "between 0 and 1"),
+        (["--kinds", "axial,sideways"], "'sideways'"),
+        (["--kinds", ""], "unknown kind"),
+        (["--response", "1:10"], "FROM:TO:COUNT"),
+        (["--response", "10:1:5"], "below"),
+        (["--response", "1:1:5"], "below"),
+        (["--response", "0:1:5"], "positive"),
+        (["--response", "-1:1:5"], "positive"),
+        (["--response", "1:nan:5"], "--response"),
+        (["--response", "1:1e400:5"], "--response"),
+        (["--response", "1 m:2:5"], "length"),
+        (["--response", "1:10:1"], "COUNT"),
+        (["--response", "1:10:10000001"], "COUNT"),
+        (["--response", "1:10:2.5"], "COUNT"),
+        (["--response", "1:10:²"], "COUNT"),
+        (["--out", "model.txt"], ".npz, .mat, .json"),
+        (["--out", "model"], ".npz, .mat, .json"),
+        (["--out", "missing/model.npz"], "cannot be written"),
+        (["--plot", "bode.png"], "--response"),
+        (["--plot", "bode.gif", "--response", "1:2:3"], ".png"),
+        (["--with", "winch"], "winch"),
+        (["--input", "end_3_x"], "end_3_x"),
+    ],
+)
+def test_mistakes_are_one_line(folder, arguments, words):
+    done = run("ssm", CARLINA, *arguments, code=2)
+    assert done.out == ""
+    assert len(done.lines) == 1
+    assert words in done.err
+    assert not list(folder.iterdir())
+
+
+def test_the_command_line_knows_the_ends():
+    assert tuple(ENDS) == NAMES
+
+
+def test_more_than_the_accuracy_can_give_is_said():
+    done = run("ssm", SLACK, "--error", 1e-3, code=3)
+    assert len(done.lines) == 1
+    assert "lowest modes are not enough" in done.err
+
+
+def test_what_is_to_be_attached_must_be_there():
+    with open(CARLINA, encoding="utf-8") as file:
+        lines = file.read().splitlines(keepends=True)
+    bare = "".join(line for line in lines if not line.startswith("gondola"))
+    done = run("ssm", "-", "--with", "gondola", stdin=bare, code=2)
+    assert len(done.lines) == 1
+    assert "gondola: missing key" in done.err
+    winchless = "".join(lines[: lines.index("winch:\n")] + [line for line in lines if line.startswith("model")])
+    done = run("ssm", "-", "--with", "loop", stdin=winchless, code=2)
+    assert "winch: missing key" in done.err
+    assert run("ssm", "-", "--with", "gondola", stdin=winchless).code == 0
+    assert run("ssm", "-", "--modes", "3", stdin=bare).code == 0

@@ -1,0 +1,290 @@
+"""State space against dense textbook bars, the continuous cable and the transfer functions of the loop."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from command import CARLINA, SLACK
+from references import bars, continuous_cable
+
+from cablestudy.control import reduction, statespace
+from cablestudy.control.ends import dynamic_stiffness
+from cablestudy.control.winch import Loop, Notch
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import ssm
+from cablestudy.study.case import Case
+
+RATIO, GONDOLA_MASS = 0.01, 50.0
+OMEGA = np.geomspace(0.1, 1000, 40)
+SELECTIONS = {"all": slice(None), "third": slice(0, None, 3), "one": slice(1, 2), "none": slice(0, 0)}
+DAMPINGS = {"modal": "{ratio: 0.01}", "kelvin_voigt": "{time: 0.3 ms}", "hysteretic": "{loss_factor: 0.02}"}
+NOTCH = Notch(2 * np.pi * 0.7, 0.05, 2 * np.pi * 10, 1.0)
+
+
+def case_of(path, *sets):
+    return Case(load_scene(path, sets)[1])
+
+
+@pytest.fixture(scope="module")
+def model():
+    return case_of(CARLINA).end_model
+
+
+@pytest.fixture(scope="module", params=[CARLINA, SLACK], ids=["taut", "slack"])
+def either(request):
+    """With modal damping."""
+    return case_of(request.param, "model.elements=40").end_model
+
+
+@pytest.fixture(scope="module")
+def dense():
+    """The paper's 40 bars: K, M, C of interior and ends from `references.bars`, modes damped by 1 %."""
+    chain = bars.solve_spatial((PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS * G, 40)
+    K, M = bars.matrices(chain, PAPER_LENGTH, EA, MASS)
+    modes = bars.modes(chain, PAPER_LENGTH, EA, MASS)
+    weighted = M[3:-3, None] * modes.vectors
+    C = np.zeros_like(K)
+    C[3:-3, 3:-3] = weighted * (4 * np.pi * RATIO * modes.frequencies) @ weighted.T
+    return K, np.diag(M), C, modes
+
+
+def dense_stiffness(dense, s):
+    """Six ends, interior condensed, at one s."""
+    K, M, C, _ = dense
+    full = K + s * C + s**2 * M
+    ends, inner = np.r_[0:3, len(K) - 3 : len(K)], np.arange(3, len(K) - 3)
+    return full[np.ix_(ends, ends)] - full[np.ix_(ends, inner)] @ np.linalg.solve(
+        full[np.ix_(inner, inner)], full[np.ix_(inner, ends)]
+    )
+
+
+def chosen(model, name):
+    return np.arange(len(model.omega))[SELECTIONS[name]]
+
+
+def largest(difference, reference):
+    """Difference relative to the largest entry at each frequency."""
+    return (np.abs(difference).max(axis=(1, 2)) / np.abs(reference).max(axis=(1, 2))).max()
+
+
+# ------------------------------------------------------------------------------------------------------ the cable
+
+
+def test_eigenvalues_are_modes_and_damping(model, dense):
+    value = np.linalg.eigvals(statespace.cable(model).a)
+    value = value[value.imag > 0]
+    order = np.argsort(np.abs(value))
+    # references.bars: dense eigh of the textbook matrices
+    np.testing.assert_allclose(np.abs(value[order]) / (2 * np.pi), dense[3].frequencies, rtol=1e-8)
+    np.testing.assert_allclose(np.sort(np.abs(value)), np.sort(model.omega), rtol=1e-12)
+    np.testing.assert_allclose(-value.real / np.abs(value), RATIO, rtol=1e-9)
+
+
+def test_response_is_that_of_dense_bars(model, dense):
+    computed = statespace.cable(model).response(1j * OMEGA, derivatives=True)
+    expected = np.array([dense_stiffness(dense, 1j * w) for w in OMEGA])
+    assert largest(computed - expected, expected) < 1e-9
+
+
+@pytest.mark.parametrize("selection", SELECTIONS)
+@pytest.mark.parametrize("damping", ["modal", "kelvin_voigt"])
+@pytest.mark.parametrize("residual", [True, False])
+def test_response_is_the_dynamic_end_stiffness(damping, selection, residual):
+    model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
+    kept = chosen(model, selection)
+    reduced = model.select(kept) if residual else reduction.truncated(model, kept)
+    expected = dynamic_stiffness(reduced, 1j * OMEGA)
+    system = statespace.cable(model, kept, residual)
+    assert largest(system.response(1j * OMEGA, derivatives=True) - expected, expected) < 1e-10
+
+
+def test_what_is_left_for_derivatives_is_the_mass_of_the_ends(model):
+    first, second = statespace.cable(model).derivatives
+    assert not first.any()
+    np.testing.assert_allclose(second, np.eye(6) * MASS * PAPER_LENGTH / 80, atol=1e-9)  # half a bar each
+
+
+@pytest.mark.parametrize("selection", SELECTIONS)
+def test_static_gain_is_exact_for_any_selection(either, selection):
+    gain = statespace.cable(either, chosen(either, selection)).response([0j])[0]
+    assert np.abs(gain - either.stiffness).max() < 1e-10 * np.abs(either.stiffness).max()
+    along = either.stiffness[3, 3]
+    assert gain[3, 3].real == pytest.approx(along, rel=1e-10)
+
+
+def test_plain_truncation_of_five_axial_modes_is_thirty_times_too_stiff(model):
+    case = case_of(CARLINA)
+    axial = np.array(case.modes(117).select("axial")[:5])
+    gain = statespace.cable(model, axial, residual=False).response([0j])[0, 3, 3].real
+    assert gain == pytest.approx(30923, abs=1)  # DESIGN 6
+    assert statespace.cable(model, axial).response([0j])[0, 3, 3].real == pytest.approx(1025, abs=1)
+    # K11 of a bar: EA over its unstretched length, and nothing taken off
+    empty = statespace.cable(model, np.arange(0), residual=False)
+    assert empty.d[3, 3] == pytest.approx(EA * 40 / PAPER_LENGTH, rel=1e-4)  # bars hardly inclined
+
+
+def test_entries_of_a_grow_like_the_frequency(either):
+    assert np.abs(statespace.cable(either).a).max() == pytest.approx(either.omega.max(), rel=1e-12)
+
+
+@pytest.mark.parametrize("scene", [CARLINA, SLACK], ids=["taut", "slack"])
+def test_entries_of_the_coupled_model_grow_like_the_frequency(scene):
+    models = [case_of(scene, f"model.elements={count}").end_model for count in (20, 80)]
+    ratio = [np.abs(statespace.coupled(model, GONDOLA_MASS).a).max() / model.omega.max() for model in models]
+    assert models[1].omega.max() > 3.5 * models[0].omega.max()
+    assert ratio[1] < 1.1 * ratio[0]
+
+
+@pytest.mark.parametrize(("damping", "eta"), [("{ratio: 0}", 0.0), ("{time: 0.1 ms}", 1e-4)], ids=["none", "strain"])
+def test_all_modes_are_the_continuous_cable(damping, eta):
+    case = case_of(CARLINA, "model.accuracy=1e-10", f"cable.damping={damping}").refined(2, 48)
+    system = statespace.cable(case.end_model)
+    for omega in (3.0, 30.0, 200.0):
+        expected = continuous_cable.dynamic_stiffness_both_ends(
+            PAPER_CHORD, 0.0, PAPER_LENGTH, EA, MASS, G, omega, eta=eta * omega
+        )
+        computed = system.response([1j * omega], derivatives=True)[0]
+        assert np.abs(computed - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_hysteretic_modes_lose_half_the_loss_factor_times_their_elastic_share():
+    model = case_of(CARLINA, f"cable.damping={DAMPINGS['hysteretic']}").end_model
+    value = np.linalg.eigvals(statespace.cable(model).a)
+    value = value[value.imag > 0]
+    for omega, ratio in zip(model.omega, model.damping_ratio, strict=True):
+        nearest = value[np.abs(np.abs(value) - omega) < 1e-9 * omega]
+        assert np.abs(-nearest.real / np.abs(nearest) - ratio).min() < 1e-9
+    # the gondola on a taut cable: half the loss factor, whatever the number of modes (DESIGN 6)
+    value = np.linalg.eigvals(statespace.coupled(model, GONDOLA_MASS).a)
+    gondola = value[np.argmin(np.abs(np.abs(value) - np.sqrt(model.stiffness[3, 3] / GONDOLA_MASS)))]
+    assert -gondola.real / abs(gondola) == pytest.approx(0.01, rel=0.02)
+
+
+# ------------------------------------------------------------------------------------------------------- selection
+
+
+def test_error_keeps_the_fewest_modes(model):
+    share = reduction.share_omitted(model, [3], [3])
+    assert share.sum() == pytest.approx(1, rel=1e-12)
+    for error in (0.5, 0.1, 1e-3, 1e-12):
+        kept = reduction.fewest(share, error)
+        assert np.delete(share, kept).sum() <= error
+        largest_first = np.sort(share)[::-1]
+        assert 1 - largest_first[: len(kept) - 1].sum() > error  # one fewer does not do
+
+
+def test_error_bounds_the_inertia_that_the_response_lacks():
+    model = case_of(CARLINA, "cable.damping={ratio: 0}").end_model
+    kept = reduction.fewest(reduction.share_omitted(model, [3], [3]), 1e-2)
+    omega = 0.1 * model.omega.min()
+    exact = statespace.cable(model).response([1j * omega])[0, 3, 3]
+    less = statespace.cable(model, kept).response([1j * omega])[0, 3, 3]
+    carried = (model.participation[:, 3] ** 2 / model.omega**4).sum()
+    assert abs(less - exact) < 1.2e-2 * carried * omega**2
+
+
+# ------------------------------------------------------------------------------------------------ gondola and loop
+
+
+def transfers(model, location, s):
+    """k_xx and k_xu of the kept modes."""
+    stiffness = dynamic_stiffness(model, s)
+    return stiffness, stiffness[:, 3, 3], stiffness[:, 3, 3 if location == "gondola" else 0]
+
+
+@pytest.mark.parametrize("location", ["ground", "gondola"])
+@pytest.mark.parametrize("selection", ["all", "third", "none"])
+@pytest.mark.parametrize("damping", ["modal", "kelvin_voigt"])
+@pytest.mark.parametrize("scene", [CARLINA, SLACK], ids=["taut", "slack"])
+def test_coupled_model_is_gondola_on_end_stiffness(scene, damping, selection, location):
+    model = case_of(scene, "model.elements=40", f"cable.damping={DAMPINGS[damping]}").end_model
+    kept, s = chosen(model, selection), 1j * OMEGA
+    stiffness, own, driven = transfers(model.select(kept), location, s)
+    compliance = 1 / (GONDOLA_MASS * s**2 + own)
+    moved = -driven * compliance
+    computed = statespace.coupled(model, GONDOLA_MASS, location, kept).response(s, derivatives=True)
+    np.testing.assert_allclose(computed[:, 0, 1], compliance, rtol=1e-9)
+    np.testing.assert_allclose(computed[:, 1, 1], s * compliance, rtol=1e-9)
+    np.testing.assert_allclose(computed[:, 0, 0], moved, rtol=1e-9)
+    np.testing.assert_allclose(computed[:, 1, 0], s * moved, rtol=1e-9)
+    force = stiffness[:, :, 3] * compliance[:, None]
+    assert np.abs(computed[:, 2:, 1] - force).max() < 1e-9 * np.abs(force).max()
+
+
+@pytest.mark.parametrize("location", ["ground", "gondola"])
+def test_position_of_the_gondola_needs_no_derivatives(model, location):
+    system = statespace.coupled(model, GONDOLA_MASS, location, chosen(model, "third"))
+    assert not system.derivatives[0][0].any()
+    assert not system.derivatives[1][0].any()
+
+
+@pytest.mark.parametrize("location", ["ground", "gondola"])
+@pytest.mark.parametrize("notch", [NOTCH, None], ids=["notch", "none"])
+@pytest.mark.parametrize("damping", ["modal", "kelvin_voigt"])
+def test_closed_loop_is_the_transfer_function(damping, notch, location):
+    model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
+    kept, s = chosen(model, "third"), 1j * OMEGA
+    loop = Loop(model, GONDOLA_MASS, location, 0.3, notch)
+    stiffness, own, driven = transfers(model.select(kept), location, s)
+    # u = -C x on the ground, +C x on the gondola, C = (k/s) N: DESIGN 7
+    sign = 1 if location == "gondola" else -1
+    filtering = 1.0
+    if notch:
+        w1, w2 = notch.omega, notch.rolloff_omega
+        filtering = (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
+    control = sign * 0.3 / s * filtering
+    position = 1 / (GONDOLA_MASS * s**2 + own + driven * control)
+    winch = control * position
+    end = position if location == "ground" else position + winch
+    forces = stiffness[:, :, 3] * end[:, None] + (stiffness[:, :, 0] * winch[:, None] if location == "ground" else 0)
+    system = statespace.closed(loop, kept)
+    computed = system.response(s)[:, :, 0]
+    np.testing.assert_allclose(computed[:, 0], position, rtol=1e-10)
+    np.testing.assert_allclose(computed[:, 1], s * position, rtol=1e-10)
+    np.testing.assert_allclose(computed[:, -1], winch, rtol=1e-9)
+    assert np.abs(computed[:, 2:-1] - forces).max() < 1e-9 * np.abs(forces).max()
+    assert not any(matrix.any() for matrix in system.derivatives)
+    assert len(system.states) == len(system.a)
+    assert len(system.outputs) == len(system.c)
+
+
+@pytest.mark.parametrize("location", ["ground", "gondola"])
+@pytest.mark.parametrize("notch", [NOTCH, None], ids=["notch", "none"])
+def test_closed_poles_cross_the_axis_at_the_largest_gain(model, notch, location):
+    loop = Loop(model, GONDOLA_MASS, location, 1.0, notch)
+    growth = [
+        np.linalg.eigvals(statespace.closed(replace(loop, gain=loop.largest_gain * factor)).a).real.max()
+        for factor in (1 - 1e-4, 1 + 1e-4)
+    ]
+    assert growth[0] < 0 < growth[1]
+
+
+# ------------------------------------------------------------------------------------------------- nodal forces
+
+
+@pytest.mark.parametrize("selection", ["all", "third"])
+def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
+    document, scene = load_scene(CARLINA)
+    choice = ssm.choose(document, scene, ssm.Wish(wind=True))
+    model = choice.case.end_model
+    kept = chosen(model, selection)
+    system = statespace.cable(model, kept, forces=ssm._nodal(choice))
+    K, M, C, _ = dense
+    for s in [0j] if selection == "third" else [0j, 5j, 100j]:
+        full = K + s * C + s**2 * M
+        # ends held: the force there is K12 times the movement of the interior
+        outer = np.r_[0:3, len(K) - 3 : len(K)]
+        expected = full[outer][:, 3:-3] @ np.linalg.inv(full[3:-3, 3:-3])
+        computed = system.response([s])[0, :, 6:]
+        assert np.abs(computed - expected).max() < 1e-9 * np.abs(expected).max()
+    assert system.inputs[6] == ("force_node_1_x", "N")
+    assert system.inputs[-1] == ("force_node_39_z", "N")
+
+
+def test_forces_on_an_inclined_cable_are_in_global_axes():
+    document, scene = load_scene(CARLINA, ["cable.ends=[[0, 0, 0], [120, 80, 116]]"])
+    system = ssm.choose(document, scene, ssm.Wish(wind=True, count=3)).system()
+    held = system.response([0j])[0, :, 6:].real.reshape(2, 3, -1, 3)
+    # whatever direction a force has, both ends together hold it (statics)
+    np.testing.assert_allclose(held.sum(axis=0), -np.eye(3)[:, None] * np.ones((3, 39, 3)), atol=1e-8)

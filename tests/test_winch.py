@@ -1,0 +1,244 @@
+"""The winch loop against the eigenvalues of its dense matrix, against fine scans, and against algebra."""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from references import loop_matrix
+from scenes import scene
+from scipy.optimize import brentq
+
+from cablestudy.control.ends import EndModel, Strain
+from cablestudy.control.winch import Loop, Notch, Passages
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.case import Case
+
+CABLES = {
+    "carlina": (),
+    "slack": ("cable.area=24.2 mm^2", "cable.unstretched_length=186.000 m"),  # the last row of Table 6
+    "thick": ("cable.diameter=7.4 mm",),
+}
+LOOPS = [
+    (name, where, notch) for name in CABLES for where in ("ground", "gondola") for notch in ("static", "coupled", "")
+]
+each_loop = pytest.mark.parametrize("which", LOOPS, ids=["-".join(filter(None, which)) for which in LOOPS])
+
+
+@cache
+def loop_of(name, where="ground", notch="static", *more):
+    """A loop of 40 bars, with only the modes that it feels."""
+    filtered = f"winch.controller.notch.frequency={notch}" if notch else "winch.controller.notch=none"
+    loop = Case(scene(*CABLES[name], f"winch.location={where}", filtered, *more)).loop
+    return replace(loop, cable=loop.felt)
+
+
+def rigid(mass, stiffness, location="ground", gain=0.0, notch=None, time=0.0):
+    """A gondola on one spring, damped by Kelvin and Voigt's law, without any mode."""
+    spring = np.zeros((6, 6))
+    spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
+    strain = Strain("kelvin_voigt", time, np.zeros((0, 0)), np.zeros((0, 6)), spring) if time else None
+    cable = EndModel(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)), strain)
+    return Loop(cable, mass, location, gain, notch)
+
+
+# the dense matrix: as many poles to the right, and the same limit
+
+
+@each_loop
+def test_poles_to_the_right_are_counted_right(which):
+    loop = loop_of(*which)
+    for gain in loop.largest_gain * np.geomspace(0.01, 10, 12):
+        assert loop.passages.unstable_poles(gain) == loop_matrix.unstable(loop, gain), gain
+
+
+@each_loop
+def test_the_limit_is_that_of_the_eigenvalues_from_both_sides(which):
+    loop = loop_of(*which)
+    below, above = loop_matrix.bisected(loop, 0.9 * loop.largest_gain, 1.1 * loop.largest_gain, 1e-7)
+    assert below < above <= below * (1 + 1e-7)
+    assert below * (1 - 1e-6) < loop.largest_gain < above * (1 + 1e-6)
+    # and nothing is unstable far below it
+    assert not any(loop_matrix.unstable(loop, loop.largest_gain * part) for part in (1e-3, 0.3, 0.7, 0.999999))
+
+
+@each_loop
+def test_a_gain_is_refused_exactly_where_a_pole_is_to_the_right(which):
+    loop = loop_of(*which)
+    limit = loop.largest_gain
+    for gain in limit * np.array([0.01, 0.5, 1 - 1e-6, 1 + 1e-6, 1.1, 2.0, 7.0, 30.0]):
+        tried = replace(loop, gain=float(gain))
+        poles = np.linalg.eigvals(loop_matrix.matrices(loop, gain)[0])
+        worst = poles[np.argmax(poles.real)]
+        if worst.real <= 0:
+            tried.check_stable()
+            continue
+        with pytest.raises(NoSolutionError) as caught:
+            tried.check_stable()
+        found = re.fullmatch(
+            r"unstable loop at a gain of (\S+) rad/s: a motion of (\S+) Hz grows by (\S+) 1/s; "
+            r"the largest stable gain is (\S+) rad/s",
+            str(caught.value),
+        )
+        assert found, str(caught.value)
+        said_gain, frequency, growth, said_limit = map(float, found.groups())
+        assert said_gain == pytest.approx(gain, rel=1e-5)
+        assert said_limit == pytest.approx(limit, rel=1e-5)
+        pole = complex(growth, 2 * np.pi * frequency)
+        assert np.abs(poles - pole).min() < 2e-3 * np.abs(pole), "not a pole of this loop"
+
+
+def test_the_closed_poles_are_eigenvalues():
+    for which in LOOPS:
+        loop = loop_of(*which)
+        for part in (0.5, 2.0):
+            tried = replace(loop, gain=part * loop.largest_gain)
+            every = np.linalg.eigvals(loop_matrix.matrices(loop, tried.gain)[0])
+            size = np.abs(every).max()
+            for pole in tried.closed_poles:
+                assert np.abs(every - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * size
+
+
+def test_a_gain_that_is_stable_again_is_accepted():
+    # slack, winch on the ground, notch at the coupled frequency: one mode goes out and comes back
+    loop = loop_of("slack", "ground", "coupled")
+    limit = loop.largest_gain
+    assert loop_matrix.unstable(loop, 1.05 * limit) == 2
+    assert loop_matrix.unstable(loop, 10 * limit) == 0
+    replace(loop, gain=10 * limit).check_stable()
+    with pytest.raises(NoSolutionError, match="unstable loop"):
+        replace(loop, gain=1.05 * limit).check_stable()
+
+
+def test_the_notch_at_the_coupled_frequency_bears_more_on_the_thick_cable():
+    # DESIGN.md, section 7
+    assert loop_of("thick", "ground", "coupled").largest_gain > 5 * loop_of("thick", "ground", "static").largest_gain
+
+
+def test_modes_that_nothing_feels_change_nothing():
+    for name in CABLES:
+        case = Case(scene(*CABLES[name]))
+        assert len(case.loop.felt.omega) < len(case.end_model.omega)
+        assert loop_matrix.unstable(case.loop, 2 * case.loop.largest_gain) == loop_matrix.unstable(
+            loop_of(name), 2 * case.loop.largest_gain
+        )
+
+
+# margins
+
+
+@pytest.mark.parametrize("margin", [6.0, 0.5, 40.0])
+def test_a_gain_chosen_for_a_margin_has_it(margin):
+    for which in LOOPS:
+        loop = loop_of(*which).with_margin(margin)
+        assert loop.gain_margin == pytest.approx(margin, abs=1e-9)
+        assert loop.gain == pytest.approx(loop.largest_gain * 10 ** (-margin / 20), rel=1e-12)
+        assert loop_matrix.unstable(loop, loop.gain) == 0
+
+
+def loop_gain(loop, omega):
+    """L by the sum over the modes, as DESIGN.md writes it."""
+    s = 1j * omega[:, None]
+    cable = loop.cable
+    p_end, p_winch = cable.participation[:, 3], cable.participation[:, 0 if loop.location == "ground" else 3]
+    receptance = 1 / (cable.omega**2 + s**2 + 2 * cable.damping_ratio * cable.omega * s)
+    column = 0 if loop.location == "ground" else 3
+    square = -(omega**2)
+    own = cable.feedthrough[3, 3] + cable.residual_inertia[3, 3] * square - receptance @ p_end**2
+    driven = cable.feedthrough[3, column] + cable.residual_inertia[3, column] * square - receptance @ (p_end * p_winch)
+    sign = -1 if loop.location == "ground" else 1
+    control = loop.gain / (1j * omega)
+    if loop.notch is not None:
+        w1, z1, w2, z2 = (
+            loop.notch.omega, loop.notch.damping_ratio, loop.notch.rolloff_omega, loop.notch.rolloff_damping_ratio
+        )  # fmt: skip
+        control = control * (square + 2j * z1 * w1 * omega + w1**2) / w1**2
+        control = control * w2**2 / (square + 2j * z2 * w2 * omega + w2**2)
+    return control * sign * driven / (loop.mass * square + own)
+
+
+@each_loop
+def test_phase_margin_and_bandwidth_are_those_of_a_fine_scan(which):
+    for loop in (loop_of(*which).with_margin(6.0), loop_of(*which).with_margin(1.0)):
+        poles = loop.open_poles
+        parts = [np.geomspace(1e-3 * loop.gain, 2 * np.abs(poles).max(), 6000)]
+        parts += [abs(p) + abs(p.real) * np.linspace(-8, 8, 161) for p in poles]
+        omega = np.unique(np.concatenate(parts))
+        L = loop_gain(loop, omega)
+        size = np.log(np.abs(L))
+        at = np.flatnonzero(size[:-1] * size[1:] < 0)
+        crossings = [
+            brentq(
+                lambda w, loop=loop: np.log(np.abs(loop_gain(loop, np.array([w]))[0])), *omega[k : k + 2], rtol=1e-14
+            )
+            for k in at
+        ]
+        angle = np.angle(-loop_gain(loop, np.array(crossings)))
+        assert loop.phase_margin == pytest.approx(np.degrees(np.abs(angle).min()), abs=1e-6)
+        closed = np.abs(L / (1 + L)) - np.sqrt(0.5)
+        first = np.flatnonzero((closed[:-1] > 0) & (closed[1:] <= 0))[0]
+        assert omega[first] <= 2 * np.pi * loop.bandwidth * (1 + 1e-9)
+        assert 2 * np.pi * loop.bandwidth <= omega[first + 1] * (1 + 1e-9)
+
+
+# a spring without modes: algebra
+
+
+@pytest.mark.parametrize("location", ["ground", "gondola"])
+def test_an_integrator_on_a_damped_spring_by_algebra(location):
+    # M s^3 + k t s^2 + (k + g k t) s + g k: Routh gives t (k + g k t) > M g, so g < t k/(M - k t^2)
+    mass, stiffness, time = 50.0, 1025.0, 0.002
+    loop = rigid(mass, stiffness, location, time=time)
+    assert loop.largest_gain == pytest.approx(time * stiffness / (mass - stiffness * time**2), rel=1e-9)
+    with pytest.raises(NoSolutionError, match="unstable loop"):
+        replace(loop, gain=loop.largest_gain * (1 + 1e-6)).check_stable()
+    replace(loop, gain=loop.largest_gain * (1 - 1e-6)).check_stable()
+
+
+def test_a_notch_on_a_damped_spring_by_the_roots_of_its_polynomial():
+    mass, stiffness, time = 50.0, 1025.0, 0.002
+    natural = np.sqrt(stiffness / mass)
+    for ratio in (0.9, 1.0, 1.1):
+        notch = Notch(ratio * natural, 0.05, 20 * np.pi, 1.0)
+        loop = rigid(mass, stiffness, time=time, notch=notch)
+        spring = stiffness * np.array([time, 1.0])
+        zero = np.array([1, 2 * 0.05 * notch.omega, notch.omega**2]) / notch.omega**2
+        pole = np.array([1, 40 * np.pi, (20 * np.pi) ** 2]) / (20 * np.pi) ** 2
+        plant = np.polyadd([mass, 0, 0], spring)
+
+        def right(gain, spring=spring, zero=zero, pole=pole, plant=plant):
+            roots = np.roots(np.polyadd(np.polymul([1, 0], np.polymul(pole, plant)), gain * np.polymul(zero, spring)))
+            return int((roots.real > 0).sum())
+
+        limit = loop.largest_gain
+        assert (right(limit * (1 - 1e-6)), right(limit * (1 + 1e-6))) == (0, 2)
+        for gain in limit * np.geomspace(1e-3, 1e3, 24):
+            assert loop.passages.unstable_poles(gain) == right(gain)
+
+
+def test_a_notch_that_takes_the_spring_away_leaves_the_roll_off():
+    # the notch on the spring's own pole: s^3 + 2 z w s^2 + w^2 (1 + g t) s + g w^2, Routh: g < 2 z w/(1 - 2 z w t)
+    mass, stiffness, time = 50.0, 1025.0, 0.002
+    natural, roll = np.sqrt(stiffness / mass), 2 * 0.7 * 20 * np.pi
+    notch = Notch(natural, time * natural / 2, 20 * np.pi, 0.7)
+    loop = rigid(mass, stiffness, time=time, notch=notch)
+    assert loop.largest_gain == pytest.approx(roll / (1 - roll * time), rel=1e-9)
+
+
+def test_a_gondola_that_nothing_damps_is_refused():
+    for loop in (rigid(50.0, 1025.0), rigid(50.0, 1025.0, gain=0.1)):
+        with pytest.raises(NoSolutionError, match=r"^undamped: .* 0\.7206 Hz .*cable\.damping"):
+            loop.check_stable()
+        with pytest.raises(NoSolutionError, match=r"^undamped"):
+            _ = loop.largest_gain
+
+
+def test_largest_gain_of_a_curve_that_passes_forth_and_back():
+    # unstable between 1/4 and 1/2, and above 1
+    passages = Passages(np.array([1.0, 2.0, 3.0]), np.array([4.0, 2.0, 1.0]), np.array([1, -1, 1]))
+    assert [passages.unstable_poles(gain) for gain in (0.2, 0.3, 0.6, 1.1)] == [0, 2, 0, 2]
+    assert passages.largest_gain == 0.25
+    nothing = Passages(np.zeros(0), np.zeros(0), np.zeros(0, dtype=int))
+    assert nothing.largest_gain is None
+    assert nothing.unstable_poles(1e9) == 0

@@ -1,0 +1,422 @@
+"""RMS of the gondola: fine integration, Lyapunov's equation, wind records in time; and the command `windrms`."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import scipy.linalg
+from command import CARLINA, process, rows_of, run, study_file, table_of
+from references import loop_matrix
+from scenes import cells, scene
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.study import windrms
+from cablestudy.study.case import Case
+
+SPEED, LENGTH_SCALE, AREA, DRAG, AIR, INTENSITY = 6.0, 25.0, 0.6, 1.17, 1.2, 0.15  # configs/carlina.yaml
+CORNER = SPEED / LENGTH_SCALE
+AUTO = "winch.controller.gain={auto: {gain_margin: 6 dB}}"
+
+
+@cache
+def case_of(*sets):
+    return Case(scene(*sets))
+
+
+def force(frequency, speed=SPEED):
+    """The paper's wind, typed in from DESIGN.md, section 7. [N^2/Hz]"""
+    turbulence = (INTENSITY * speed) ** 2 * 4 * LENGTH_SCALE / speed
+    turbulence = turbulence / (1 + 70.7 * (frequency * LENGTH_SCALE / speed) ** 2) ** (5 / 6)
+    admittance = 1 / (1 + (frequency * 2 * np.sqrt(AREA) / speed) ** (4 / 3))
+    return (AIR * DRAG * AREA * speed) ** 2 * admittance * turbulence
+
+
+def transfer(loop, gain, frequency):
+    """x/F as the sum over the poles of the dense matrix, and the poles."""
+    A, B = loop_matrix.matrices(loop, gain)
+    value, left, right = scipy.linalg.eig(A, left=True, right=True)
+    place = loop_matrix.place(A)
+    weight = right[place] * (left.conj().T @ B) / np.einsum("ik,ik->k", left.conj(), right)
+    found = np.zeros(len(frequency), dtype=complex)
+    for pole, share in zip(value, weight, strict=True):
+        found += share / (2j * np.pi * frequency - pole)
+    return found, value
+
+
+def brute(loop, gain, spectrum, low=1e-6, high=3e3):
+    """RMS of place and velocity by Simpson's rule over a grid that is dense in log f, and denser beside each pole."""
+    _, poles = transfer(loop, gain, np.array([1.0]))
+    poles = poles[(poles.imag > 0) & (np.abs(poles) < 2 * np.pi * high)]
+    edges = [np.linspace(np.log(low), np.log(high), 1500)]
+    for pole in poles:
+        centre, width = np.log(np.abs(pole.imag) / (2 * np.pi)), np.abs(pole.real) / np.abs(pole.imag)
+        edges.append(centre + width * np.sinh(np.linspace(-np.arcsinh(0.3 / width), np.arcsinh(0.3 / width), 161)))
+    edges = np.unique(np.clip(np.concatenate(edges), np.log(low), np.log(high)))
+    # three points to each panel
+    points = np.empty(2 * len(edges) - 1)
+    points[::2], points[1::2] = edges, (edges[1:] + edges[:-1]) / 2
+    frequency = np.exp(points)
+    square = np.abs(transfer(loop, gain, frequency)[0]) ** 2 * spectrum(frequency) * frequency
+    step = np.diff(edges)
+    variances = []
+    for values in (square, square * (2 * np.pi * frequency) ** 2):
+        variances.append((step * (values[:-2:2] + 4 * values[1:-1:2] + values[2::2]) / 6).sum())
+    return np.sqrt(variances)
+
+
+def loop_with(ratio, gain):
+    """The paper's loop with its cable's modal damping replaced and the gain a share of the largest one; 12 modes."""
+    loop = case_of().loop
+    cable = loop.felt
+    axial = np.flatnonzero(np.abs(cable.participation[:, 3]) > 1000)  # these damp the gondola
+    cable = cable.select(np.concatenate([np.arange(6), axial[:6]]))
+    cable = replace(cable, damping_ratio=np.full(12, ratio))
+    loop = replace(loop, cable=cable)
+    return replace(loop, gain=gain * loop.largest_gain if gain else 0.0)
+
+
+# the integral
+
+
+@pytest.mark.parametrize("ratio", [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5])
+@pytest.mark.parametrize("gain", [0.0, 0.01, 0.5])
+def test_the_rms_is_that_of_a_fine_integration(ratio, gain):
+    loop = loop_with(ratio, gain)
+    loop.check_stable()
+    found = windrms.respond(loop, force, CORNER)
+    closed, opened = brute(loop, loop.gain, force), brute(loop, 0.0, force)
+    assert found.displacement == pytest.approx(closed[0], rel=1e-5)
+    assert found.velocity == pytest.approx(closed[1], rel=1e-5)
+    assert found.open_displacement == pytest.approx(opened[0], rel=1e-5)
+    assert found.open_velocity == pytest.approx(opened[1], rel=1e-5)
+    assert found.error < 1e-6
+
+
+@pytest.mark.parametrize("sets", [(), ("cable.diameter=7.4 mm",), ("winch.location=gondola",), ("gondola.mass=5 kg",)])
+def test_the_rms_of_a_scene_is_that_of_a_fine_integration_with_every_mode(sets):
+    case = case_of(*sets)
+    loop = replace(case.loop, cable=case.loop.felt)
+    closed, opened = brute(loop, loop.gain, force), brute(loop, 0.0, force)
+    found = case.response
+    numbers = (found.displacement, found.velocity, found.open_displacement, found.open_velocity)
+    assert numbers == pytest.approx((*closed, *opened), rel=1e-5)
+
+
+def lyapunov(loop, gain, level):
+    """RMS of the gondola under a force of constant one-sided spectrum, by Lyapunov's equation."""
+    A, B = loop_matrix.matrices(loop, gain)
+    if not gain:
+        A, B = A[:-3, :-3], B[:-3]  # neither notch nor integrator; the latter has no finite variance alone
+    P = scipy.linalg.solve_continuous_lyapunov(A, -np.outer(B, B) * level / 2)
+    place = 2 * len(loop.cable.omega)
+    return np.sqrt(P[place, place])
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3])
+@pytest.mark.parametrize("gain", [0.01, 0.5])
+def test_white_noise_is_lyapunov_s_equation(ratio, gain):
+    loop = loop_with(ratio, gain)
+    found = windrms.respond(loop, lambda frequency: 3.0 + 0 * frequency, 1.0)
+    assert found.displacement == pytest.approx(lyapunov(loop, loop.gain, 3.0), rel=1e-6)
+    assert found.open_displacement == pytest.approx(lyapunov(loop, 0.0, 3.0), rel=1e-6)
+
+
+def test_white_noise_on_a_spring_without_modes_is_the_textbook_s():
+    # one degree of freedom: variance S/(8 zeta w^3 M^2) of a one-sided spectrum S
+    from test_winch import rigid
+
+    mass, stiffness, time = 50.0, 1025.0, 0.002
+    loop = rigid(mass, stiffness, time=time)
+    natural = np.sqrt(stiffness / mass)
+    found = windrms.respond(loop, lambda frequency: 2.0 + 0 * frequency, 1.0)
+    expected = np.sqrt(2.0 / (8 * (time * natural / 2) * natural**3 * mass**2))
+    assert found.open_displacement == pytest.approx(expected, rel=1e-6)
+    assert found.displacement == pytest.approx(found.open_displacement, rel=1e-14)
+
+
+def test_a_wind_record_through_the_loop_gives_the_rms_within_its_sampling_error():
+    loop = loop_with(0.01, 0.1)
+    A, B = loop_matrix.matrices(loop, loop.gain)
+    size, step, count, records = len(A), 0.02, 2**14, 48
+    # exact for a force that is linear between samples
+    block = np.zeros((size + 2, size + 2))
+    block[:size, :size], block[:size, size], block[size, size + 1] = A * step, B * step, 1.0
+    whole = scipy.linalg.expm(block)
+    carry, first, second = whole[:size, :size], whole[:size, size], whole[:size, size + 1]
+    frequency = np.fft.rfftfreq(count, step)
+    draw = np.random.default_rng(20240701).standard_normal((2, records, len(frequency)))
+    level = np.zeros(len(frequency))
+    level[1:] = np.sqrt(force(frequency[1:]) / (4 * step * count)) * count
+    record = np.fft.irfft((draw[0] + 1j * draw[1]) * level, count)
+    state, place = np.zeros((size, records)), loop_matrix.place(A)
+    seen = np.empty((count, records))
+    for k in range(count):
+        now = record[:, k]
+        slope = record[:, (k + 1) % count] - now
+        state = carry @ state + np.outer(first, now) + np.outer(second, slope)
+        seen[k] = state[place]
+    variance = (seen[count // 4 :] ** 2).mean(axis=0)
+    error = variance.std(ddof=1) / np.sqrt(records)
+    found = windrms.respond(loop, force, CORNER)
+    assert error < 0.05 * variance.mean()
+    assert abs(variance.mean() - found.displacement**2) < 3 * error
+
+
+# what follows from linearity, and what the record of the integration says
+
+
+def test_the_rms_is_proportional_to_turbulence_drag_and_air():
+    names = ("gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "gondola_rms_velocity_open_loop")
+    plain = cells(scene(), *names)
+    for sets, factor in (
+        (("wind.turbulence_intensity=0.3",), 2),
+        (("wind.turbulence_rms=0.09 m/s",), 0.1),
+        (("gondola.drag_coefficient=3.51",), 3),
+        (("wind.air_density=0.3",), 0.25),
+        (("wind.turbulence_intensity=1e-300",), 1e-300 / 0.15),
+        (("wind.turbulence_intensity=1e250",), 1e250 / 0.15),
+    ):
+        changed = cells(scene(*sets), *names)
+        for name in names:
+            assert changed[name] == pytest.approx(factor * plain[name], rel=2e-6), (sets, name)
+
+
+@pytest.mark.parametrize("sets", [(), ("cable.diameter=7.4 mm",), ("wind.speed=20 m/s",), ("gondola.mass=1e4 kg",)])
+def test_shares_of_the_variance(sets):
+    case = case_of(*sets)
+    shares = case.response.shares
+    assert len(shares) == len(windrms.BELOW)
+    assert all(0 <= below <= above <= 1 for below, above in pairwise(shares))
+    loop = replace(case.loop, cable=case.loop.felt)
+    speed = case.scene.wind.speed
+
+    def spectrum(frequency):
+        return force(frequency, speed)
+
+    for limit, share in zip(windrms.BELOW, shares, strict=True):
+        part = brute(loop, loop.gain, spectrum, high=limit)[0] ** 2 / brute(loop, loop.gain, spectrum)[0] ** 2
+        assert share == pytest.approx(part, abs=1e-5)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
+def test_the_estimated_error_is_not_smaller_than_the_true_one(tolerance):
+    for ratio in (1e-4, 1e-2, 0.3):
+        loop = loop_with(ratio, 0.3)
+        exact = windrms.respond(loop, force, CORNER, 1e-10)
+        found = windrms.respond(loop, force, CORNER, tolerance)
+        assert found.error <= tolerance
+        for name in ("displacement", "velocity", "open_displacement", "open_velocity"):
+            true = abs(getattr(found, name) / getattr(exact, name) - 1)
+            assert 2 * true <= found.error + 1e-10  # the error is that of the variance
+
+
+def test_without_a_gain_closed_is_open():
+    response = case_of("winch.controller.gain=0").response
+    assert (response.displacement, response.velocity) == (response.open_displacement, response.open_velocity)
+    hardly = case_of("winch.controller.gain=1e-12").response
+    assert hardly.displacement == pytest.approx(response.displacement, rel=1e-6)
+
+
+# damping
+
+
+def damping_ratios(model, elements):
+    """Of the gondola, for a damping model of configs/damping.yaml."""
+    return [Case(scene(f"cable.damping={model}", f"model.elements={n}")).gondola_damping_ratio for n in elements]
+
+
+def test_modal_damping_of_the_gondola_grows_with_the_bars():
+    ratios = damping_ratios("{model: modal, ratio: 0.01}", (10, 20, 40, 80, 160))
+    # DESIGN.md, section 6: 0.16, 0.27, 0.37 % at 10, 40, 160 bars
+    assert [round(100 * ratio, 2) for ratio in ratios[::2]] == [0.16, 0.27, 0.37]
+    growth = np.diff(ratios)
+    assert growth == pytest.approx(np.full(4, growth.mean()), rel=0.15)  # like the logarithm
+
+
+@pytest.mark.parametrize(
+    ("model", "expected"),
+    [
+        ("{model: hysteretic, loss_factor: 0.02}", 0.01),  # half the loss factor
+        ("{model: kelvin_voigt, time: 4.4 ms}", np.pi * 0.72 * 4.4e-3),  # half of time x angular frequency
+    ],
+)
+def test_damped_strain_gives_the_gondola_what_a_spring_would_have_whatever_the_bars(model, expected):
+    ratios = damping_ratios(model, (20, 40, 80))
+    assert ratios == pytest.approx([expected] * 3, rel=0.01)
+    assert abs(ratios[2] - ratios[1]) < 1e-4 * ratios[2]
+    assert abs(ratios[2] - ratios[1]) < 0.4 * abs(ratios[1] - ratios[0])
+
+
+@pytest.mark.parametrize("time", ["1 us", "1 ms", "1 s", "1000 s", "1e6 s"])
+def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
+    case = Case(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
+    assert 0 < case.gondola_damping_ratio <= 1
+    poles = case.loop.open_poles
+    # exaggeration leaves only the large ones their digits
+    assert time == "1e6 s" or (poles.real < 1e-15 * np.abs(poles).max()).all()
+
+
+# no answer, rather than a wrong one
+
+
+@pytest.mark.parametrize(
+    "damping",
+    ["{model: modal, ratio: 0}", "{model: modal, ratio: 1e-9}", "{model: hysteretic, loss_factor: 0}",
+     "{model: kelvin_voigt, time: 0}"],
+)  # fmt: skip
+@pytest.mark.parametrize("gain", ["0.325", "0", "{auto: {gain_margin: 6}}"])
+def test_an_undamped_cable_has_no_rms(damping, gain):
+    with pytest.raises(NoSolutionError, match=r"^undamped: .*cable\.damping"):
+        _ = Case(scene(f"cable.damping={damping}", f"winch.controller.gain={gain}")).response
+
+
+@pytest.mark.parametrize(
+    "sets",
+    [
+        ("winch.controller.gain=1e12",),
+        ("winch.controller.gain=1e300",),
+        ("gondola.mass=1e-6 kg",),
+        ("gondola.mass=1e9 kg",),
+        ("gondola.mass=1e9 kg", "cable.damping.ratio=1e-7"),
+        ("wind.speed=0.01 m/s",),
+        ("wind.speed=1000 m/s",),
+        ("wind.speed=1000 m/s", "wind.length_scale=1e-6 m"),
+        ("cable.ends=[[0, 0, 0], [0, 0, 185.8]]",),
+        ("cable.ends=[[0, 0, 0], [0, 0, 185.8]]", AUTO),
+        ("cable.ends=[[0, 0, 0], [0, 185.8, 0]]", AUTO),
+        ("winch.controller.notch=none", AUTO),
+        ("cable.unstretched_length=1000 m", AUTO),
+        ("cable.damping={model: hysteretic, loss_factor: 2}",),
+        ("cable.damping={model: hysteretic, loss_factor: 1e-6}", AUTO),
+        ("cable.damping={model: kelvin_voigt, time: 1e6 s}",),
+        ("cable.damping.ratio=1",),
+        ("cable.damping.ratio=2", AUTO),
+        ("model={elements: 1}",),
+        ("model={elements: 2}", AUTO),
+        ("gravity=0", AUTO),
+        ("winch.controller.notch.damping_ratio=1e6",),
+        ("winch.controller.notch.rolloff_damping_ratio=1e-9",),
+        ("winch.controller.notch.rolloff_frequency=1e-6 Hz",),
+    ],
+)
+def test_an_extreme_scene_has_an_answer_or_says_why_not(sets):
+    outcome = run("windrms", CARLINA, *(part for one in sets for part in ("--set", one)), "--format", "json",
+                  code=None)  # fmt: skip
+    row = rows_of(outcome.out, "json")[0]
+    if outcome.code == 3:
+        assert len(outcome.lines) == 1
+        assert row["status"] in outcome.err
+        assert row["gondola_rms_mm"] is None
+        if "unstable" in row["status"]:
+            assert "a motion of" in row["status"]
+    else:
+        assert outcome.code == 0
+        assert row["status"] == "ok"
+        assert 0 < row["gondola_rms_mm"] < np.inf
+        assert 0 < row["gondola_damping_ratio"] <= 1
+
+
+# the command
+
+
+CLOSED = {"gondola_rms_mm", "gondola_rms_velocity_mm_per_s", "gain_margin_dB", "phase_margin_deg", "bandwidth_Hz",
+          "largest_gain_rad_per_s"}  # fmt: skip
+
+
+def test_the_command_prints_one_row_in_every_format():
+    outcome = run("windrms", CARLINA, "--format", "json")
+    assert outcome.err == ""
+    rows = rows_of(outcome.out, "json")
+    assert len(rows) == 1
+    row = rows[0]
+    assert row["status"] == "ok"
+    assert set(row) >= CLOSED
+    response = case_of().response
+    assert row["gondola_rms_mm"] == pytest.approx(1e3 * response.displacement, rel=1e-12)
+    assert row["gondola_rms_velocity_open_loop_mm_per_s"] == pytest.approx(1e3 * response.open_velocity, rel=1e-12)
+    assert row["variance_share_below_1_Hz"] == pytest.approx(response.shares[1], rel=1e-12)
+    for style in ("csv", "jsonl"):
+        assert rows_of(run("windrms", CARLINA, "--format", style).out, style) == [row]
+    text = run("windrms", CARLINA).out
+    assert "18.81" in text
+    assert "0.325" not in text
+
+
+def test_set_and_explain_and_standard_input():
+    row = table_of("windrms", CARLINA, "--set", "winch.location=gondola", "--set", AUTO)[0]
+    assert row["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
+    assert row["largest_gain_rad_per_s"] == pytest.approx(case_of("winch.location=gondola").loop.largest_gain)
+    outcome = run("windrms", CARLINA, "--explain", "--format", "json")
+    assert "40 elements of order 1" in outcome.err
+    assert run("windrms", CARLINA, "--explain", "--quiet", "--format", "json").err == ""
+    with open(CARLINA, encoding="utf-8") as file:
+        assert run("windrms", "-", "--format", "json", stdin=file.read()).out == outcome.out
+
+
+def test_an_unstable_loop_is_refused_with_the_pole_and_the_largest_gain():
+    outcome = run("windrms", CARLINA, "--set", "winch.controller.gain=60", "--format", "json", code=3)
+    assert len(outcome.lines) == 1
+    assert outcome.err.startswith(f"{CARLINA}: unstable loop at a gain of 60 rad/s: a motion of ")
+    assert outcome.err.endswith("; the largest stable gain is 42.2341 rad/s\n")
+    row = rows_of(outcome.out, "json")[0]
+    assert row["gondola_rms_mm"] is None
+    assert row["status"].startswith("unstable loop")
+
+
+def test_a_scene_without_a_winch_shows_the_open_loop_only(tmp_path):
+    with open(CARLINA, encoding="utf-8") as file:
+        text = file.read()
+    start, stop = text.index("winch:"), text.index("wind:")
+    for winch in ("", "winch: {location: ground}\n"):
+        path = tmp_path / "scene.yaml"
+        path.write_text(text[:start] + winch + text[stop:], encoding="utf-8")
+        row = table_of("windrms", path)[0]
+        assert not CLOSED & set(row)
+        assert row["gondola_rms_open_loop_mm"] == pytest.approx(1e3 * case_of().response.open_displacement, rel=1e-9)
+        assert row["status"] == "ok"
+
+
+def test_a_sweep_keeps_the_rows_beside_an_unstable_one(tmp_path):
+    study = study_file(
+        tmp_path,
+        "vary: [{winch.controller.gain: [0.325, 100, 1]}]\ncolumns: [gondola_rms, gondola_rms_open_loop]\n",
+    )
+    outcome = run("sweep", study, "--no-write", "--format", "json", code=3)
+    rows = rows_of(outcome.out, "json")
+    assert [row["gondola_rms_mm"] is None for row in rows] == [False, True, False]
+    assert rows[1]["gondola_rms_open_loop_mm"] is None
+    assert rows[1]["status"].startswith("unstable loop at a gain of 100 rad/s")
+    assert [rows[k]["status"] for k in (0, 2)] == ["ok", "ok"]
+
+
+def test_open_loop_columns_need_no_stable_loop(tmp_path):
+    study = study_file(
+        tmp_path, "vary: [{winch.controller.gain: [0.325, 100]}]\ncolumns: [gondola_rms_open_loop, largest_gain]\n"
+    )
+    rows = table_of("sweep", study, "--no-write")
+    assert rows[0]["gondola_rms_open_loop_mm"] == pytest.approx(rows[1]["gondola_rms_open_loop_mm"], rel=1e-7)
+    assert rows[1]["largest_gain_rad_per_s"] == pytest.approx(42.2341, rel=1e-5)
+
+
+def test_accuracy_and_modal_damping_do_not_go_together():
+    outcome = run("windrms", CARLINA, "--set", "model.accuracy=1e-4", "--format", "json", code=3)
+    assert len(outcome.lines) == 1
+    assert "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed" in outcome.err
+
+
+def test_accuracy_and_damped_strain_give_what_many_bars_give():
+    sets = ("cable.damping={model: hysteretic, loss_factor: 0.02}", "winch.controller.gain=0.05")
+    names = ("gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "largest_gain", "gondola_damping_ratio")
+    accurate = cells(scene(*sets, "model.accuracy=1e-3"), *names)
+    bars = cells(scene(*sets, "model.elements=80"), *names)
+    for name in names:
+        assert accurate[name] == pytest.approx(bars[name], rel=1e-3), name
+
+
+def test_nothing_but_the_message_reaches_standard_error_in_a_process_of_its_own():
+    outcome = process("windrms", CARLINA, "--set", "cable.damping.ratio=0", "--format", "json")
+    assert (outcome.code, len(outcome.lines)) == (3, 1)
+    assert "undamped" in outcome.err
+    assert "Warning" not in outcome.err
