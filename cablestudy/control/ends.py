@@ -167,12 +167,17 @@ def _of_strain(model, s, rows, columns):
     hysteretic, below = model.strain.law == "hysteretic", np.imag(s) < 0
     s = np.where(below, np.conj(s), s) if hysteretic else s  # the poles are those of the upper half-plane
     carried = -model.participation / model.omega[:, None] ** 2
-    factor = model.strain.factor(s)[..., None]
-    gap = s**2 + value if hysteretic else s - value
-    square = s[..., None] ** 2
-    force = factor * (model.strain.coupling[:, rows].T @ left) + square * (carried[:, rows].T @ left)
-    moved = factor * (right @ model.strain.coupling[:, columns]) + square * (right @ carried[:, columns])
-    total = factor * model.strain.ends[rows][:, columns] - np.einsum("mrk,mk,mkc->mrc", force, 1 / gap, moved)
+    factor, square = model.strain.factor(s), s**2
+    weight = 1 / (square + value if hysteretic else s - value)
+    # (c a + s^2 b)(c d + s^2 e), term by term: one matrix product over the modes for each power
+    a, b = ((source[:, rows].T @ left).T[:, :, None] for source in (model.strain.coupling, carried))
+    d, e = ((right @ source[:, columns])[:, None, :] for source in (model.strain.coupling, carried))
+    shape = (len(s), a.shape[1], d.shape[2])
+    powers = ((factor**2, a * d), (factor * square, a * e + b * d), (square**2, b * e))
+    modal = sum(
+        (power * (weight @ part.reshape(len(part), shape[1] * shape[2]))).reshape(shape) for power, part in powers
+    )
+    total = factor[..., None] * model.strain.ends[rows][:, columns] - modal
     return np.where(below[..., None], total.conj(), total) if hysteretic else total
 
 
