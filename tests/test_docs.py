@@ -54,3 +54,39 @@ def test_yaml_examples_of_the_file_reference_are_valid(folder, tmp_path):
             check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
+
+
+TOUR = [
+    line.split("   #")[0].split("  #")[0].strip()
+    for page in refresh.PAGES
+    for block in re.findall(r"```sh\n(.*?)```", page.read_text(), re.DOTALL)
+    for line in block.splitlines()
+    if line.startswith("cablestudy ")
+]
+
+
+@pytest.mark.parametrize("command", TOUR)
+def test_commands_of_the_tour_do_their_work(command, folder):
+    breaks = "material" in command  # polypropylene at the paper's preload, as its table says
+    environment = {**refresh.os.environ, "PATH": f"{Path(refresh.sys.executable).parent}:{refresh.os.environ['PATH']}"}
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command], cwd=folder, env=environment, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == (3 if breaks else 0), done.stderr
+    assert bool(done.stdout) == ("--check" not in command and "--out" not in command)
+
+
+def test_the_tour_has_ten_commands():
+    assert len(TOUR) == 10
+
+
+@pytest.mark.parametrize("scene", ["carlina", "carlina-inclined", "slack", "point-load"])
+@pytest.mark.parametrize("command", ["static", "modes"])
+def test_every_scene_of_configs_has_an_answer(command, scene, folder):
+    program = Path(refresh.sys.executable).parent / "cablestudy"
+    done = subprocess.run(
+        [program, command, f"configs/{scene}.yaml"], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
