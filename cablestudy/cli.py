@@ -160,18 +160,11 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
         raise SceneError("-n and --upto exclude each other")
     check_picture(plot)
     from cablestudy.scene.scene import load_scene
-    from cablestudy.scene.units import to_si
+    from cablestudy.scene.units import read_frequency
     from cablestudy.study import report, row
     from cablestudy.study.case import Case
 
-    limit = None
-    if upto is not None:
-        try:
-            limit = to_si(upto, "Hz")
-        except ValueError as error:
-            raise SceneError(f"--upto: {error}") from None
-        if not 0 < limit < float("inf"):
-            raise SceneError(f"--upto: must be positive, got {upto}")
+    limit = None if upto is None else read_frequency("--upto", upto)
     _, model = load_scene(scene, sets)
     case, found, notes = row.modes(Case(model), count or 12, limit)
     say(notes if explain else (), quiet)

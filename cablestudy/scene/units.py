@@ -8,6 +8,8 @@ import re
 from fractions import Fraction
 from functools import cache, lru_cache
 
+from cablestudy.errors import SceneError
+
 MAX_LENGTH = 80
 
 # Unit of the program -> (what it measures, an example for messages).
@@ -91,6 +93,33 @@ def to_si(value, unit):
         return float(value)
     except OverflowError:
         raise ValueError(f"expected {expected(unit)}, got a number out of range") from None
+
+
+def read_frequency(option, text):
+    """The frequency that an option of the command line gives.
+
+    Parameters
+    ----------
+    option, text : str
+        Its name, for the message, and what the user wrote.
+
+    Returns
+    -------
+    float
+        Positive. [Hz]
+
+    Raises
+    ------
+    SceneError
+        It is none.
+    """
+    try:
+        value = to_si(text, "Hz")
+    except ValueError as error:
+        raise SceneError(f"{option}: {error}") from None
+    if not 0 < value < float("inf"):
+        raise SceneError(f"{option}: a frequency must be positive, got {text}")
+    return value
 
 
 def show(value):

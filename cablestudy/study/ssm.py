@@ -9,7 +9,7 @@ from cablestudy.control import export, reduction, response, statespace
 from cablestudy.control.ends import GONDOLA, NAMES
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.scene.units import to_si
+from cablestudy.scene.units import read_frequency
 from cablestudy.study import row
 from cablestudy.study.case import MAX_MODES, Case
 from cablestudy.study.columns import broken
@@ -74,22 +74,12 @@ class Wish:
     @property
     def limit(self):
         """Of --upto. [Hz]"""
-        return None if self.upto is None else _frequency("--upto", self.upto)
+        return None if self.upto is None else read_frequency("--upto", self.upto)
 
     @property
     def pair(self):
         """Index of the force and of the displacement among the six."""
         return NAMES.index(self.output), NAMES.index(self.input)
-
-
-def _frequency(option, text):
-    try:
-        value = to_si(text, "Hz")
-    except ValueError as error:
-        raise SceneError(f"{option}: {error}") from None
-    if not 0 < value < float("inf"):
-        raise SceneError(f"{option}: a frequency must be positive, got {text}")
-    return value
 
 
 def span_of_frequencies(text):
@@ -113,7 +103,7 @@ def span_of_frequencies(text):
     parts = text.split(":")
     if len(parts) != 3:
         raise SceneError(f"{option}: expected FROM:TO:COUNT, for example 0.01Hz:100Hz:2000")
-    low, high = (_frequency(option, part) for part in parts[:2])
+    low, high = (read_frequency(option, part) for part in parts[:2])
     if low >= high:
         raise SceneError(f"{option}: FROM must be below TO")
     count = parts[2].strip()
