@@ -41,11 +41,11 @@ def edge(command):
         except SceneError as error:
             for mistake in error.mistakes:
                 click.echo(str(mistake), err=True)
-            sys.exit(WRONG_USE)
+            sys.exit(error.exit_code)
         except CablestudyError as error:
             where = f"{options['scene']}: " if "scene" in options else ""
             click.echo(where + " ".join(str(error).split()), err=True)
-            sys.exit(NO_ANSWER)
+            sys.exit(error.exit_code)
         except BrokenPipeError:  # the reader has had enough, `| head` for example
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             sys.exit(0)

@@ -212,7 +212,7 @@ class System:
         ndarray, shape (n, p + 1, d, ...)
         """
         mesh = self.state.mesh
-        index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
+        index = mesh.element_nodes
         return nodal[index]
 
     def strain_energy(self, shapes):

@@ -152,6 +152,11 @@ class Mesh:
         return self.elements * self.order + 1
 
     @property
+    def element_nodes(self):
+        """Index of the nodes of each element, shape (n, order + 1)."""
+        return np.arange(self.elements)[:, None] * self.order + np.arange(self.order + 1)
+
+    @property
     def sizes(self):
         """Length of each element, shape (n,). [-]"""
         return np.diff(self.edges)

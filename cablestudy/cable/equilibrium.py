@@ -92,7 +92,7 @@ def from_catenary(catenary, mesh):
 
 def gradient(span, mesh, displacement):
     """r' minus the unit vector along the chord, at the Gauss points, shape (n, q, 3). [-]"""
-    index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
+    index = mesh.element_nodes
     slope = np.einsum("qi,eia->eqa", basis(mesh.order).derivative, displacement[index]) / mesh.sizes[:, None, None]
     slope[..., 0] += span.chord_strain
     return slope
@@ -111,7 +111,7 @@ def external_forces(span, mesh, force):
     """Weight and point loads on the nodes, shape (nodes, 3), in units of `force`. [-]"""
     nodal = np.zeros((mesh.nodes, 3))
     shares = mesh.sizes[:, None] * basis(mesh.order).shares
-    index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
+    index = mesh.element_nodes
     np.add.at(nodal, index, -float(span.weight) / force * shares[..., None] * np.asarray(span.up))
     for position, load in zip(span.load_positions / span.unstretched_length, span.load_forces, strict=True):
         edge = int(np.argmin(np.abs(mesh.edges - position)))
@@ -218,7 +218,7 @@ def internal_forces(system):
     state, axes = system.state, len(system.axes)
     per_element = np.einsum("eiq,eq->ei", system.coupling_blocks, state.tension)
     mesh = state.mesh
-    index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
+    index = mesh.element_nodes
     nodal = np.zeros((mesh.nodes, axes))
     np.add.at(nodal, index, per_element.reshape(*index.shape, axes))
     return nodal

@@ -313,7 +313,7 @@ def _nodal_mass(system):
 
     mesh = system.state.mesh
     shares = (mesh.sizes[:, None] * basis(mesh.order).shares).ravel()
-    index = (np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)).ravel()
+    index = mesh.element_nodes.ravel()
     return np.bincount(index, weights=shares, minlength=mesh.nodes)
 
 

@@ -141,10 +141,6 @@ class Study:
         """
         return {key: value for key, value, _ in self._settings(self._steps(index))}
 
-    def case_document(self, index):
-        """Document of one case: the base scene with what varies."""
-        return self._document(self._steps(index))
-
     def case(self, index):
         """One case.
 

@@ -14,7 +14,6 @@ from cablestudy.cable import taut
 from cablestudy.errors import NoSolutionError
 
 SUFFIX = {"": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
-NEEDS = ("scene", "statics", "stiffness", "modes", "gondola", "loop", "wind", "run")
 WINCH = "gondola.mass, winch.controller"
 BODY = "gondola.mass, gondola.area, gondola.drag_coefficient, wind"
 
@@ -30,7 +29,7 @@ class Column:
     unit : str
     meaning : str
     needs : str
-        The most that is computed for it: one of NEEDS.
+        The most that is computed for it: scene, statics, stiffness, modes, gondola, loop, wind or run.
     compute : callable
         Case -> float.
     key : str

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from cablestudy.errors import SceneError
 
-FORMATS = ("md", "csv", "json", "jsonl")
 DIGITS = 4
 NEVER_EQUAL = "solve_time_ms"  # not compared: no two runs agree on it
 

@@ -57,9 +57,9 @@ def loop_of(case):
     loop = Loop(case.end_model, scene.gondola.mass, scene.winch.location if scene.winch else "ground")
     if controller is None:
         return loop
-    loop = Loop(loop.cable, loop.mass, loop.location, 0.0, _notch(case, controller.notch))
+    loop = replace(loop, notch=_notch(case, controller.notch))
     if isinstance(controller.gain, float | int):
-        return Loop(loop.cable, loop.mass, loop.location, float(controller.gain), loop.notch)
+        return replace(loop, gain=float(controller.gain))
     return loop.with_margin(controller.gain.auto.gain_margin)
 
 

@@ -67,7 +67,7 @@ def between_nodes(mesh, nodal):
     """
     element = basis(mesh.order)
     fine = np.linspace(0.0, 1.0, 1 + (1 if mesh.order == 1 else max(8, -(-400 // mesh.elements))))
-    index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
+    index = mesh.element_nodes
     values = np.einsum("ji,ni...->nj...", lagrange(element.nodes, fine), nodal[index])
     positions = mesh.edges[:-1, None] + mesh.sizes[:, None] * fine
     keep = np.ones(positions.shape, dtype=bool)
