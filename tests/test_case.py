@@ -53,7 +53,7 @@ def test_results_are_computed_once(monkeypatch):
         monkeypatch.setattr(module, name, counted(name))
     case = Case(scene())
     for _ in range(3):
-        _ = case.statics.sag, case.end_stiffness, case.frequency(1, "in-plane"), case.frequency(2, "axial")
+        _ = case.statics.sag, case.end_stiffness_along(0), case.frequency(1, "in-plane"), case.frequency(2, "axial")
         _ = case.gondola_frequency, case.gondola_frequency_static
     assert counts == {"solve": 1, "Dynamics": 1}
 
@@ -93,7 +93,7 @@ def test_a_folded_cable_shows_no_tension_at_its_fold():
 
 def test_the_inertia_of_the_end_holds_that_of_every_mode():
     case = Case(SAGGING.scene("model.elements=1", "model.order=24"))
-    modes = case.modes(10**6)
+    modes = case.dynamics.modes(10**6)
     participation, omega = case.participation(modes), 2 * np.pi * modes.frequency
     shares = [(participation**2 / omega ** (4 + 2 * j)).sum() for j in range(3)]
     end_mass = case.span.mass * case.span.unstretched_length / (24 * 25)  # Lobatto weight of an end node

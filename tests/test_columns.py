@@ -165,7 +165,7 @@ def test_a_static_study_solves_no_eigenproblem(tmp_path, monkeypatch):
     def forbidden(*_, **__):
         raise AssertionError("a mode was asked for")
 
-    for name in ("lowest", "all", "up_to"):
+    for name in ("lowest", "modes", "up_to"):
         monkeypatch.setattr(f"cablestudy.cable.modes.Dynamics.{name}", forbidden)
     for name in ("scipy.linalg.eigh", "scipy.sparse.linalg.eigsh"):
         monkeypatch.setattr(name, forbidden)

@@ -82,7 +82,7 @@ def test_all_modes_together_are_the_continuous_cable(name, law, amount):
 def test_up_to_two_fifths_of_the_order(name, order, mode):
     """1e-6 at transverse mode 0.4 p of an element of order p; at 0.5 p it is 1e-2 to 1e-4 for p = 32 to 48."""
     case = Case(CABLES[name].scene("model.accuracy=1e-8", damped("hysteretic", 0.01))).refined(1, order)
-    modes = case.modes(1000)
+    modes = case.dynamics.modes(1000)
     across = 2 * np.pi * modes.frequency[modes.select("out-of-plane")]
     omega = float(across[mode - 1] + 0.4 * (across[mode] - across[mode - 1]))
     expected = continuous_cable.dynamic_stiffness_both_ends(*CABLES[name].cable, omega, n=64, eta=0.01)

@@ -115,7 +115,7 @@ def test_static_gain_is_exact_for_any_selection(either, selection):
 
 def test_plain_truncation_of_five_axial_modes_is_thirty_times_too_stiff(model):
     case = case_of(CARLINA)
-    axial = np.array(case.modes(117).select("axial")[:5])
+    axial = np.array(case.dynamics.modes(117).select("axial")[:5])
     gain = statespace.cable(model, axial, residual=False).response([0j])[0, 3, 3].real
     assert gain == pytest.approx(30923, abs=1)  # DESIGN 6
     assert statespace.cable(model, axial).response([0j])[0, 3, 3].real == pytest.approx(1025, abs=1)

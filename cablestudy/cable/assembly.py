@@ -296,17 +296,14 @@ class System:
             shapes[1:-1] = inner.reshape(-1, axes, axes)
         return shapes
 
-    @cached_property
+    @property
     def mass(self):
         """Sparse mass matrix of the interior for a cable of unit mass, shape (dof, dof). [-]"""
-        return self._interior(self.full_mass())
+        return masses(self.state.mesh, len(self.axes))[1]
 
     def full_mass(self):
         """Sparse mass matrix of all nodes for a cable of unit mass, shape (nodes d, nodes d). [-]"""
-        mesh = self.state.mesh
-        per_node = mass_matrix(mesh.order, mesh.mass)
-        blocks = mesh.sizes[:, None, None] * np.kron(per_node, np.eye(len(self.axes)))
-        return self._sparse(blocks)
+        return masses(self.state.mesh, len(self.axes))[0]
 
     def full_stiffness(self):
         """Sparse K_E + K_G of all nodes, shape (nodes d, nodes d). [-]"""
@@ -314,23 +311,40 @@ class System:
         if self.mixed:
             coupling = self.coupling_blocks
             elastic = (coupling / self.compliance_diagonal[:, None, :]) @ coupling.transpose(0, 2, 1)
-        return self._sparse(self.geometric_blocks + elastic)
+        return _sparse(self.state.mesh, len(self.axes), self.geometric_blocks + elastic)
 
-    def _interior(self, matrix):
-        axes = len(self.axes)
-        return matrix[axes:-axes, axes:-axes]
 
-    def _sparse(self, blocks):
-        from scipy.sparse import coo_array
+@lru_cache(maxsize=8)
+def masses(mesh, axes):
+    """Sparse mass matrices of a cable of unit mass: all nodes, and the interior. [-]
 
-        mesh, axes = self.state.mesh, len(self.axes)
-        index = np.arange(mesh.elements)[:, None] * mesh.order * axes + np.arange((mesh.order + 1) * axes)
-        rows = np.repeat(index, index.shape[1], axis=1).ravel()
-        columns = np.tile(index, (1, index.shape[1])).ravel()
-        total = mesh.nodes * axes
-        matrix = coo_array((blocks.ravel(), (rows, columns)), shape=(total, total)).tocsr()
-        matrix.eliminate_zeros()
-        return matrix
+    Parameters
+    ----------
+    mesh : Mesh
+    axes : int
+        Components d of a node.
+
+    Returns
+    -------
+    whole, interior : sparse arrays
+        (nodes d, nodes d), (dof, dof).
+    """
+    per_node = mass_matrix(mesh.order, mesh.mass)
+    whole = _sparse(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
+    return whole, whole[axes:-axes, axes:-axes]
+
+
+def _sparse(mesh, axes, blocks):
+    """Element blocks summed into a sparse array of all nodes."""
+    from scipy.sparse import coo_array
+
+    index = np.arange(mesh.elements)[:, None] * mesh.order * axes + np.arange((mesh.order + 1) * axes)
+    rows = np.repeat(index, index.shape[1], axis=1).ravel()
+    columns = np.tile(index, (1, index.shape[1])).ravel()
+    total = mesh.nodes * axes
+    matrix = coo_array((blocks.ravel(), (rows, columns)), shape=(total, total)).tocsr()
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def partition(matrix, axes):

@@ -5,7 +5,7 @@ of the paper and for any order leaves no locking. Lumped mass is Lobatto quadrat
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -125,7 +125,7 @@ def mass_matrix(order, mass):
     return consistent if mass == "consistent" else (lumped + consistent) / 2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """Elements along one cable.
 
@@ -151,23 +151,23 @@ class Mesh:
         """How many nodes. [-]"""
         return self.elements * self.order + 1
 
-    @property
+    @cached_property
     def element_nodes(self):
         """Index of the nodes of each element, shape (n, order + 1)."""
         return np.arange(self.elements)[:, None] * self.order + np.arange(self.order + 1)
 
-    @property
+    @cached_property
     def sizes(self):
         """Length of each element, shape (n,). [-]"""
         return np.diff(self.edges)
 
-    @property
+    @cached_property
     def node_positions(self):
         """Shape (nodes,). [-]"""
         inner = self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).nodes[:-1]
         return np.append(inner.ravel(), 1.0)
 
-    @property
+    @cached_property
     def point_positions(self):
         """Gauss points, shape (n, q). [-]"""
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
@@ -203,6 +203,11 @@ def mesh_segments(fractions, elements, order=1, mass="lumped"):
     ValueError
         Fewer elements than segments.
     """
+    return _mesh(tuple(np.asarray(fractions, dtype=float).tolist()), elements, order, mass)
+
+
+@lru_cache(maxsize=64)
+def _mesh(fractions, elements, order, mass):
     fractions = np.diff(_apart(np.concatenate([[0.0], np.cumsum(fractions)])))
     if elements < len(fractions):
         raise ValueError(f"{len(fractions) - 1} point loads need at least {len(fractions)} elements, got {elements}")

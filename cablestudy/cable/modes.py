@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, State, System
-from cablestudy.errors import ConvergenceError
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, State, System
+from cablestudy.errors import ConvergenceError, NoSolutionError
 
 DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
 ALL_LIMIT = 3000  # degrees of freedom up to which all modes are given
@@ -20,6 +20,11 @@ PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmet
 COINCIDENT = 1e-9  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
 KINDS = ("out-of-plane", "in-plane", "axial")
 SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
+OUT, IN, AXIAL = range(3)  # places in KINDS
+SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # places in SYMMETRIES
+PLANAR = (IN_PLANE, OUT_OF_PLANE)
+FIRST = 16  # modes that are asked for at first
+ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
 
 
 @dataclass(frozen=True)
@@ -82,13 +87,14 @@ class Dynamics:
     state : State
     length, mass : float
         Unstretched length [m] and mass per unstretched length [kg/m].
-    planar : bool
-        Whether in-plane and out-of-plane motion decouple.
+    planes : tuple of tuple of int
+        The directions that move, those together that do not decouple: PLANAR, one of its two, or (SPATIAL,).
     """
 
-    def __init__(self, state: State, length, mass, planar=True):
-        self.state, self.length, self.mass, self.planar = state, float(length), float(mass), planar
-        self.systems = tuple(System(state, axes) for axes in ((IN_PLANE, OUT_OF_PLANE) if planar else (SPATIAL,)))
+    def __init__(self, state: State, length, mass, planes=PLANAR):
+        self.state, self.length, self.mass = state, float(length), float(mass)
+        self.systems = tuple(System(state, axes) for axes in planes)
+        self._found = None
 
     @property
     def dof(self):
@@ -102,11 +108,61 @@ class Dynamics:
 
     @cached_property
     def end_stiffness(self):
-        """Condensed static stiffness of end 2, end 1 fixed, chord frame, shape (3, 3). [N/m]"""
+        """Condensed static stiffness of end 2, end 1 fixed, chord frame, shape (3, 3). [N/m]
+
+        Zero in the directions that do not move.
+        """
         stiffness = np.zeros((3, 3))
         for system in self.systems:
             stiffness[np.ix_(system.axes, system.axes)] = system.end_stiffness
         return stiffness * self.state.force / self.length
+
+    def modes(self, count):
+        """At least the `count` lowest modes, or all there are; what was found before is kept.
+
+        Parameters
+        ----------
+        count : int
+
+        Returns
+        -------
+        Modes
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        if self._found is None or (len(self._found) < count and not self._found.complete):
+            self._found = self.lowest(self.dof if self.dof <= ALL_AT_ONCE else count)
+        return self._found
+
+    def up_to(self, frequency):
+        """All modes up to a frequency [Hz], and at least one beyond it where there is one."""
+        count = FIRST
+        while True:
+            modes = self.modes(count)
+            if modes.complete or modes.frequency[-1] > frequency * (1 + COINCIDENT):
+                return modes
+            count *= 2
+
+    def frequency(self, number, kind, symmetry=None):
+        """Frequency of mode `number` (from 1) of a kind and symmetry. [Hz]
+
+        Raises
+        ------
+        NoSolutionError
+            The model has no such mode.
+        """
+        count = FIRST
+        while True:
+            modes = self.modes(count)
+            found = modes.select(kind, symmetry)
+            if len(found) >= number:
+                return float(modes.frequency[found[number - 1]])
+            if modes.complete:
+                words = " ".join(word for word in (symmetry, kind) if word)
+                raise NoSolutionError(f"the model has {len(found)} {words} modes, not {number}")
+            count *= 2
 
     def lowest(self, count):
         """The lowest modes.
@@ -127,30 +183,6 @@ class Dynamics:
         """
         parts = [self._solve(system, min(count, system.dof)) for system in self.systems]
         return self._merge(parts, count)
-
-    def all(self):
-        """Every mode of the model: `lowest` for as many as there are."""
-        return self.lowest(self.dof)
-
-    def up_to(self, frequency):
-        """All modes up to a frequency.
-
-        Parameters
-        ----------
-        frequency : float
-            [Hz]
-
-        Returns
-        -------
-        Modes
-            At least one mode beyond it too, unless the model has no more.
-        """
-        count = 16
-        while True:
-            modes = self.lowest(count)
-            if modes.complete or modes.frequency[-1] > frequency * (1 + COINCIDENT):
-                return modes
-            count *= 2
 
     def _solve(self, system, count):
         """Shapes of one system, shape (nodes, d, k), and their squared frequencies in units."""
@@ -173,28 +205,27 @@ class Dynamics:
 
     def _merge(self, parts, count):
         """Sort the modes of all systems, name them, and give them units."""
-        entries = []
-        for system, square, shapes in parts:
-            described = _describe(system, square, shapes)
-            entries += [(*one, system) for one in described]
-        entries.sort(key=lambda entry: entry[0])
-        entries = _stable_order(entries)[:count]
-        frequency = np.sqrt([entry[0] for entry in entries]) * self.unit_frequency
-        nodes = self.state.mesh.nodes
-        shapes = np.zeros((nodes, 3, len(entries)))
-        participation = np.zeros((len(entries), 3))
-        for k, (square, shape, _, _, system) in enumerate(entries):
-            shapes[:, system.axes, k] = shape
-            participation[k, list(system.axes)] = _participation(system, square, shape)
-        total_mass = self.mass * self.length
-        unit = self.state.force / self.length / np.sqrt(total_mass)
+        named = [_describe(system, square, shapes) for system, square, shapes in parts]
+        square, kind, symmetry = (np.concatenate([part[i] for part in named]) for i in (0, 2, 3))
+        order = _stable_order(square, kind, symmetry)
+        position = np.empty(len(order), dtype=int)
+        position[order] = np.arange(len(order))
+        shapes = np.zeros((self.state.mesh.nodes, 3, len(order)))
+        participation = np.zeros((len(order), 3))
+        begin = 0
+        for (system, _, _), (own, shape, _, _) in zip(parts, named, strict=True):
+            axes, place = list(system.axes), position[begin : begin + len(own)]
+            begin += len(own)
+            shapes[:, np.array(axes)[:, None], place] = shape
+            participation[place[:, None], axes] = _participation(system, own, shape)
+        kept, total = order[:count], self.mass * self.length
         return Modes(
-            frequency=frequency,
-            shapes=shapes / np.sqrt(total_mass),
-            kind=tuple(entry[2] for entry in entries),
-            symmetry=tuple(entry[3] for entry in entries),
-            participation=participation * unit,
-            complete=len(entries) == self.dof,
+            frequency=np.sqrt(square[kept]) * self.unit_frequency,
+            shapes=shapes[..., :count] / np.sqrt(total),
+            kind=tuple(KINDS[i] for i in kind[kept]),
+            symmetry=tuple(SYMMETRIES[i] for i in symmetry[kept]),
+            participation=participation[:count] * (self.state.force / self.length / np.sqrt(total)),
+            complete=len(kept) == self.dof,
         )
 
 
@@ -234,9 +265,9 @@ def _lanczos(system, count):
 
 
 def _describe(system, square, shapes):
-    """(eigenvalue, shape, kind, symmetry) of each mode, ascending, with a definite choice where they coincide."""
+    """(eigenvalues, shapes, kinds, symmetries) of the modes, ascending, with a definite choice where they coincide."""
     if not len(square):  # a single bar has nothing that moves
-        return []
+        return square, shapes, np.zeros(0, dtype=int), np.zeros(0, dtype=int)
     order = np.argsort(square, kind="stable")
     square, shapes = square[order], shapes[..., order]
     shapes = shapes / np.sqrt(_mass_product(system, shapes, shapes))
@@ -249,19 +280,11 @@ def _describe(system, square, shapes):
         square[chosen] = sum(system.modal_energies(shapes[..., chosen]))
     elastic, geometric = system.modal_energies(shapes)
     along, out = _kinetic_shares(system, shapes)
-    overlap = _mass_product(system, shapes, mirrored)
-    entries = []
-    for k in range(len(square)):
-        if out[k] > 0.5:
-            kind = "out-of-plane"
-        else:
-            kind = "axial" if along[k] > 0.5 and elastic[k] > geometric[k] else "in-plane"
-        # an axial mode is named by its motion along the cable, which a mirror turns round
-        even = -overlap[k] if kind == "axial" else overlap[k]
-        symmetry = "symmetric" if even > PURE else "antisymmetric" if even < -PURE else "mixed"
-        shape = shapes[..., k]
-        entries.append((square[k], shape * _sign(shape), kind, symmetry))
-    return entries
+    kind = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
+    # an axial mode is named by its motion along the cable, which a mirror turns round
+    even = _mass_product(system, shapes, mirrored) * np.where(kind == AXIAL, -1, 1)
+    symmetry = np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
+    return square, shapes * _signs(shapes), kind, symmetry
 
 
 def _clusters(square):
@@ -286,12 +309,13 @@ def _definite_basis(system, shapes, mirrored):
     return turn
 
 
-def _stable_order(entries):
-    """Give coinciding modes of different kinds a fixed order."""
-    squares = np.array([entry[0] for entry in entries])
-    for first, last in _clusters(squares):
-        entries[first:last] = sorted(entries[first:last], key=lambda e: (KINDS.index(e[2]), SYMMETRIES.index(e[3])))
-    return entries
+def _stable_order(square, kind, symmetry):
+    """Places in ascending order of the eigenvalues; modes that coincide in the order of kind and symmetry."""
+    order = np.argsort(square, kind="stable")
+    for first, last in _clusters(square[order]):
+        chosen = order[first:last]
+        order[first:last] = chosen[np.lexsort((symmetry[chosen], kind[chosen]))]
+    return order
 
 
 def _apply_mass(system, shapes):
@@ -355,14 +379,17 @@ def _mirror(system, shapes):
     return mirrored
 
 
-def _participation(system, square, shape):
+def _participation(system, square, shapes):
     """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
-    weighted = _apply_mass(system, shape[..., None])[..., 0]
-    return -square * np.einsum("na,naj->j", weighted, system.end_shapes)
+    if not len(square):
+        return np.zeros((0, len(system.axes)))
+    weighted = _apply_mass(system, shapes)
+    flat = system.end_shapes.reshape(-1, len(system.axes))
+    return -square[:, None] * (weighted.reshape(len(flat), shapes.shape[-1]).T @ flat)
 
 
-def _sign(shape):
-    """+1 or -1: the first large component counts as positive."""
-    flat = shape.ravel()
-    large = np.flatnonzero(np.abs(flat) > 0.5 * np.abs(flat).max())
-    return np.sign(flat[large[0]])
+def _signs(shapes):
+    """+1 or -1 for each shape: its first large component counts as positive."""
+    flat = shapes.reshape(-1, shapes.shape[-1])
+    first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=0), axis=0)
+    return np.sign(flat[first, np.arange(flat.shape[1])])

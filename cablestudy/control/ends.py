@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
+BLOCK = 8192  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 
 
@@ -80,7 +81,7 @@ class EndModel:
         scaled = self.participation / self.omega[:, None]
         return self.stiffness + scaled.T @ scaled
 
-    @property
+    @cached_property
     def residual_inertia(self):
         """What the modes leave of `inertia`: the ends' own mass and the omitted modes', shape (6, 6). [kg]"""
         scaled = self.participation / self.omega[:, None] ** 2
@@ -153,12 +154,30 @@ def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
 
 def _of_modes(model, s, rows, columns):
     """Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s."""
-    rate = s**2 + 2 * model.damping_ratio * model.omega * s
-    weight = rate / (model.omega**2 * (rate + model.omega**2))
+    square, drag = model.omega**2, 2 * model.damping_ratio * model.omega
     left, right = model.participation[:, rows], model.participation[:, columns]
-    products = left[:, :, None] * right[:, None, :]
+    products = left[:, :, None] * right[:, None, :] / square[:, None, None]
     modes, r, c = products.shape
-    return (weight @ products.reshape(modes, r * c)).reshape(len(s), r, c)
+    products = products.reshape(modes, r * c)
+    share = _on_axis if not s.real.any() else _in_plane
+    size = max(BLOCK // max(modes, 1), 16)
+    blocks = [share(s[i : i + size], square, drag, products) for i in range(0, len(s), size)]
+    return np.concatenate([np.zeros((0, r * c)), *blocks]).reshape(len(s), r, c)
+
+
+def _in_plane(s, square, drag, products):
+    """Sum of products r/(r + W^2) anywhere."""
+    rate = (s + drag) * s
+    return (rate / (rate + square)) @ products
+
+
+def _on_axis(s, square, drag, products):
+    """The same on the imaginary axis, in real numbers: several times faster."""
+    omega = s.imag
+    loss = omega * drag
+    gap = square - omega**2
+    size = 1 / (gap**2 + loss**2)
+    return ((loss**2 - omega**2 * gap) * size) @ products + 1j * ((loss * size * square) @ products)
 
 
 def _of_strain(model, s, rows, columns):

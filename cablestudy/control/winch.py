@@ -22,7 +22,9 @@ from cablestudy.errors import NoSolutionError
 
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # grid beside a pole, in half-widths
 PER_DECADE = 40
-NEWTON_STEPS = 30
+NEAR = 20  # times the gondola's frequency
+SECANT_STEPS = 40
+ROOT_STEPS = 120
 FOLLOWED = 300  # steps at most in which a pole is followed over the gain
 UNDAMPED = 1e-8  # damping ratio of the gondola below which it is taken for none
 
@@ -182,10 +184,14 @@ class Loop:
         frequency, share = self.coupled
         return self.open_poles[np.argmin(np.abs(np.abs(self.open_poles) - 2 * np.pi * frequency[np.argmax(share)]))]
 
+    def near(self, poles):
+        """Those poles that are not far above the gondola's: the others are hardly moved by the winch, nor felt."""
+        return poles[np.abs(poles) < NEAR * np.abs(self.gondola_pole)]
+
     @cached_property
     def closed_poles(self):
         """Poles that the open ones and the passages lead to, for laying a grid; not all of them, not for counting."""
-        begin = np.concatenate([self.open_poles, 1j * self.passages.omega])
+        begin = np.concatenate([self.near(self.open_poles), 1j * self.passages.omega])
         found = self._zeros(self.gain, begin)
         return found[np.isfinite(found) & (found.imag > 0)]
 
@@ -210,7 +216,7 @@ class Loop:
             # a zero hides beside a pole of cable or notch, without which it is as plain as any other
             return value if near is None else value * (s - near)
 
-        return _newton(balance, begin)
+        return _secant(balance, begin)
 
     def _growing(self):
         """Poles to the right, each followed from where it passes the imaginary axis. [rad/s]"""
@@ -249,6 +255,10 @@ class Loop:
         self.check_damped()
         return self.unit_gain(1j * self.grid)
 
+    def _brackets(self, where):
+        """The grid intervals of some places."""
+        return self.grid[where], self.grid[where + 1]
+
     @cached_property
     def passages(self):
         """See `Passages`."""
@@ -256,20 +266,11 @@ class Loop:
         where = np.flatnonzero(
             (value.imag[:-1] * value.imag[1:] < 0) & (np.minimum(value.real[:-1], value.real[1:]) < 0)
         )
-        omega = self._between(where, lambda s: self.unit_gain(s).imag)
+        omega = _between(lambda w: self.unit_gain(1j * w).imag, *self._brackets(where))
         depth = -self.unit_gain(1j * omega).real if len(omega) else np.zeros(0)
         turn = np.where(value.imag[where] < 0, 1, -1)
         keep = depth > 0
         return Passages(omega[keep], depth[keep], turn[keep])
-
-    def _between(self, where, function):
-        """Zeros of a real function of i omega in grid intervals, shape (k,). [rad/s]"""
-        if not len(where):
-            return np.zeros(0)
-        from scipy.optimize import elementwise
-
-        bracket = (self.grid[where], self.grid[where + 1])
-        return elementwise.find_root(lambda w: function(1j * np.ravel(w)).reshape(np.shape(w)), bracket).x
 
     @property
     def largest_gain(self):
@@ -287,7 +288,7 @@ class Loop:
         """Least angle between L and -1 where |L| = 1, over all such places; None when there is none. [deg]"""
         size = np.abs(self.gain * self._on_grid) - 1
         where = np.flatnonzero(size[:-1] * size[1:] < 0)
-        omega = self._between(where, lambda s: np.abs(self.gain * self.unit_gain(s)) - 1)
+        omega = _between(lambda w: np.abs(self.gain * self.unit_gain(1j * w)) - 1, *self._brackets(where))
         if not len(omega):
             return None
         angle = np.degrees(np.angle(-self.unit_gain(1j * omega)))
@@ -297,14 +298,14 @@ class Loop:
     def bandwidth(self):
         """Where the closed loop L/(1 + L) first falls to 1/sqrt(2); None when it never does. [Hz]"""
 
-        def excess(s):
-            loop = self.gain * self.unit_gain(s)
+        def excess(omega):
+            loop = self.gain * self.unit_gain(1j * omega)
             return np.abs(loop / (1 + loop)) - np.sqrt(0.5)
 
         loop = self.gain * self._on_grid
         value = np.abs(loop / (1 + loop)) - np.sqrt(0.5)
         where = np.flatnonzero((value[:-1] > 0) & (value[1:] <= 0))[:1]
-        omega = self._between(where, excess)
+        omega = _between(excess, *self._brackets(where))
         return float(omega[0] / (2 * np.pi)) if len(omega) else None
 
     def check_damped(self):
@@ -391,21 +392,48 @@ def _poles_of_strain(cable, mass):
     return value[value.imag >= 0]
 
 
-def _newton(function, begin):
-    """Complex zeros near some places, by Newton with a difference quotient; what does not settle becomes NaN."""
+def _secant(function, begin):
+    """Complex zeros near some places, by the secant method; what does not settle becomes NaN."""
     s = np.array(begin, dtype=complex)
     change = np.full(s.shape, np.inf)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # at a pole there is no value
-        for _ in range(NEWTON_STEPS):
-            step = 1e-7 * np.abs(s)
+        before = s * (1 + 1e-7)
+        last = function(before)
+        for _ in range(SECANT_STEPS):
             value = function(s)
-            slope = (function(s + step) - function(s - step)) / np.where(step > 0, 2 * step, 1.0)
-            move = np.where(slope != 0, value / np.where(slope != 0, slope, 1.0), 0.0)
-            limit = 0.3 * np.abs(s)
-            size = np.abs(move)
+            rise = value - last
+            move = np.where(rise != 0, value * (s - before) / np.where(rise != 0, rise, 1.0), 0.0)
+            size, limit = np.abs(move), 0.3 * np.abs(s)
             move = np.where(size > limit, move * limit / np.where(size > 0, size, 1.0), move)
-            s = s - move
-            change = np.abs(move) / np.abs(s)
+            settled = change < 1e-12  # a secant through two places that are one leads nowhere
+            before, last, s = s, value, np.where(settled, s, s - move)
+            change = np.where(settled, change, np.abs(move) / np.abs(s))
             if (change < 1e-12).all():
                 break
         return np.where(change < 1e-8, s, np.nan)
+
+
+def _between(function, low, high):
+    """Zeros of a real function, one in each bracket: false position after Anderson and Bjoerck (1973).
+
+    scipy.optimize.elementwise.find_root does the same in three times the time, for want of simplicity.
+    """
+    a, b = np.array(low), np.array(high)
+    values = function(np.concatenate([a, b]))
+    fa, fb = values[: len(a)], values[len(a) :]
+    settled = np.zeros(len(a), dtype=bool)
+    for step in range(ROOT_STEPS):
+        rise = fb - fa
+        place = b - fb * (b - a) / np.where(rise != 0, rise, 1.0)
+        inside = (place - a) * (place - b) <= 0
+        place = np.where(inside & (step % 8 != 7), place, (a + b) / 2)
+        settled |= (fb == 0) | (np.minimum(np.abs(place - b), np.abs(b - a)) <= 1e-12 * np.abs(b))
+        if settled.all():
+            break
+        place = np.where(settled, b, place)
+        value = function(place)
+        across = value * fb <= 0
+        share = 1 - value / np.where(fb != 0, fb, 1.0)
+        a, fa = np.where(across, b, a), np.where(across, fb, fa * np.where(share > 0, share, 0.5))
+        b, fb = place, value
+    return b

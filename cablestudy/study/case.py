@@ -5,16 +5,16 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable import datum, equilibrium
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.catenary import solve, split
 from cablestudy.cable.element import basis, mesh_segments
-from cablestudy.cable.modes import Dynamics
+from cablestudy.cable.modes import PLANAR, Dynamics
 from cablestudy.cable.span import Span, with_loads
 from cablestudy.control import ends, gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import windrms
 
-FIRST_MODES = 16
-ALL_MODES_DOF = 200  # up to here all modes cost little more than some
+MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
 MAX_MODES = 600  # of a large model, for its dynamics
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
@@ -78,7 +78,6 @@ class Case:
 
     def __init__(self, scene, mesh=None):
         self.scene, self._mesh = scene, mesh
-        self._modes = None
 
     @property
     def exact_statics(self):
@@ -142,11 +141,35 @@ class Case:
             return ClosedStatics(self.catenary)
         return DiscreteStatics(self.catenary, *self.discrete)
 
+    def _moving(self, planes):
+        span = self.span
+        return Dynamics(self.discrete[0], span.unstretched_length, span.mass, planes)
+
     @cached_property
     def dynamics(self):
-        """The free vibration of the elements."""
-        span = self.span
-        return Dynamics(self.discrete[0], span.unstretched_length, span.mass, span.planar)
+        """The free vibration in all directions."""
+        return self._moving(PLANAR if self.span.planar else (SPATIAL,))
+
+    @cached_property
+    def in_plane(self):
+        """The free vibration in the cable's plane; in all directions where the two do not decouple."""
+        return self._moving((IN_PLANE,)) if self.span.planar else self.dynamics
+
+    @cached_property
+    def out_of_plane(self):
+        """The free vibration across the cable's plane; in all directions where the two do not decouple."""
+        return self._moving((OUT_OF_PLANE,)) if self.span.planar else self.dynamics
+
+    @property
+    def felt(self):
+        """The free vibration that a movement of end 2 along x stirs."""
+        return self.dynamics if self.span.frame[2, 0] else self.in_plane
+
+    @property
+    def dof(self):
+        """Free displacements of all motion that was computed. [-]"""
+        parts = {id(self.__dict__[name]): self.__dict__[name] for name in MOTIONS if name in self.__dict__}
+        return sum(part.dof for part in parts.values())
 
     @cached_property
     def end_stiffness(self):
@@ -156,40 +179,17 @@ class Case:
         stiffness = frame.T @ local @ frame
         return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)
 
-    def modes(self, count):
-        """At least the `count` lowest modes, or all there are."""
-        if self._modes is None or (len(self._modes) < count and not self._modes.complete):
-            everything = self.dynamics.dof <= ALL_MODES_DOF
-            self._modes = self.dynamics.all() if everything else self.dynamics.lowest(count)
-        return self._modes
-
-    def modes_up_to(self, frequency):
-        """All modes up to a frequency [Hz], and at least one beyond it where there is one."""
-        count = FIRST_MODES
-        while True:
-            modes = self.modes(count)
-            if modes.complete or modes.frequency[-1] > frequency:
-                return modes
-            count *= 2
+    def end_stiffness_along(self, axis):
+        """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed. [N/m]"""
+        along = self.span.frame[:, axis]
+        if self.exact_statics or (along[2] and along[:2].any()):
+            return float(self.end_stiffness[axis, axis])
+        part = self.out_of_plane if along[2] else self.in_plane
+        return float(along @ part.end_stiffness @ along)
 
     def frequency(self, number, kind, symmetry=None):
-        """Frequency of mode `number` (from 1) of a kind and symmetry. [Hz]
-
-        Raises
-        ------
-        NoSolutionError
-            The model has no such mode.
-        """
-        count = FIRST_MODES
-        while True:
-            modes = self.modes(count)
-            found = modes.select(kind, symmetry)
-            if len(found) >= number:
-                return float(modes.frequency[found[number - 1]])
-            if modes.complete:
-                words = " ".join(word for word in (symmetry, kind) if word)
-                raise NoSolutionError(f"the model has {len(found)} {words} modes, not {number}")
-            count *= 2
+        """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequency`. [Hz]"""
+        return (self.out_of_plane if kind == "out-of-plane" else self.in_plane).frequency(number, kind, symmetry)
 
     def participation(self, modes):
         """psi^T K21 e_x of end 2 for each mode, shape (k,). [N/(m sqrt(kg))]"""
@@ -202,7 +202,7 @@ class Case:
         With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
         s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
         """
-        dynamics, along = self.dynamics, self.span.frame[:, 0]
+        dynamics, along = self.felt, self.span.frame[:, 0]
         moments = np.zeros(3)
         for system in dynamics.systems:
             axes = len(system.axes)
@@ -217,8 +217,16 @@ class Case:
     @cached_property
     def end_model(self):
         """The cable as its ends feel it, with every mode that the model in use can give."""
-        count = min(self.dynamics.dof, MAX_MODES)
-        return ends.of_cable(self.dynamics, self.modes(count), self.span.frame, self.scene.cable.damping)
+        return self._ends_of(self.dynamics)
+
+    @cached_property
+    def end_model_along_x(self):
+        """The same with only the motion that a movement of the ends along x stirs."""
+        return self._ends_of(self.felt)
+
+    def _ends_of(self, dynamics):
+        count = min(dynamics.dof, MAX_MODES)
+        return ends.of_cable(dynamics, dynamics.modes(count), self.span.frame, self.scene.cable.damping)
 
     @cached_property
     def loop(self):
@@ -247,7 +255,7 @@ class Case:
     @cached_property
     def gondola_frequency_static(self):
         """sqrt(k/M)/(2 pi). [Hz]"""
-        return gondola.static_frequency(self.scene.gondola.mass, self.end_stiffness[0, 0])
+        return gondola.static_frequency(self.scene.gondola.mass, self.end_stiffness_along(0))
 
     @cached_property
     def gondola_frequency(self):
@@ -255,10 +263,10 @@ class Case:
         found = self.gondola_frequency_static
         while True:
             limit = GONDOLA_MODES * found
-            modes = self.modes_up_to(limit)
+            modes = self.felt.up_to(limit)
             frequency, share = gondola.coupled_modes(
                 self.scene.gondola.mass,
-                self.end_stiffness[0, 0],
+                self.end_stiffness_along(0),
                 modes.frequency,
                 self.participation(modes),
                 self.end_inertia,
@@ -299,22 +307,22 @@ class DiscreteStatics:
 
     def __init__(self, catenary, state, convergence):
         weights = state.mesh.sizes[:, None] * basis(state.mesh.order).weights
-        self._span, self._state, self._middle = catenary.span, state, float(catenary.middle)
+        self._catenary, self._state, span = catenary, state, catenary.span
         self.mean_tension = float((weights * state.tension).sum()) * state.force
         forces = state.tension[..., None] * state.direction * state.force
-        up = np.asarray(self._span.up)
+        up = np.asarray(span.up)
         level = forces - (forces @ up)[..., None] * up
         self.horizontal_tension = float((weights * np.sqrt((level**2).sum(axis=-1))).sum())
         self.max_tension = float(state.tension.max()) * state.force
         self.min_tension = float(state.tension.min()) * state.force
-        stiffness = float(self._span.axial_stiffness)
-        self.stretched_length = float(self._span.unstretched_length * (1 + self.mean_tension / stiffness))
+        stiffness = float(span.axial_stiffness)
+        self.stretched_length = float(span.unstretched_length * (1 + self.mean_tension / stiffness))
         self.iterations = len(convergence.steps)
 
     @property
     def sag(self):
         """[m]"""
-        return equilibrium.sag(self._span, self._state, self._middle)
+        return equilibrium.sag(self._catenary.span, self._state, float(self._catenary.middle))
 
     def shape(self, positions):
         """As `ClosedStatics.shape`."""

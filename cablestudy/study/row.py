@@ -91,7 +91,7 @@ def _values(case, columns, estimate):
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
         notes.append(f"statics: {case.discrete[1]}")
         error = _error_of_fixed(case, columns, values) if estimate else None
-        return values, case.dynamics.dof if motion else _static_dof(case), error, notes
+        return values, case.dof if motion else _static_dof(case), error, notes
     values = {column.header: value(column, case) for column in columns if column not in motion}
     notes = ["statics and end stiffness: closed form of the elastic catenary, no elements"]
     if not motion:
@@ -105,13 +105,13 @@ def _values(case, columns, estimate):
             raise ConvergenceError(f"{failure} ({MODAL})", failure.record) from None
         raise
     notes.append(_about(finer, error))
-    return {column.header: {**values, **moving}[column.header] for column in columns}, finer.dynamics.dof, error, notes
+    return {column.header: {**values, **moving}[column.header] for column in columns}, finer.dof, error, notes
 
 
 def _about(case, error):
     mesh = case.discrete[0].mesh
     return (
-        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dynamics.dof} unknowns;"
+        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
 
@@ -148,8 +148,9 @@ def _ladder(case, sample):
             continue
         if before is not None and before.keys() == values.keys():
             error = max((_relative(values[name], before[name]) for name in values), default=0.0)
+            error = max(error, ROUNDING)
             if error <= accuracy:
-                return finer, values, max(error, ROUNDING)
+                return finer, values, error
         before = values
     if failure is not None and before is None:
         raise failure
@@ -186,9 +187,9 @@ def modes(case, count=None, upto=None):
 
     def wanted(other):
         if upto is not None:
-            found = other.modes_up_to(upto)
+            found = other.dynamics.up_to(upto)
             return found.first(int(np.searchsorted(found.frequency, upto, side="right")))
-        found = other.modes(count)
+        found = other.dynamics.modes(count)
         if case.exact_statics and len(found) < count:
             raise ConvergenceError(f"{count} modes are too many: the finest model has {len(found)}")
         return found.first(count)

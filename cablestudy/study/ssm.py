@@ -1,7 +1,7 @@
 """The cable of a scene as a state space: which modes, with what on it, as file, table and frequency response."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -155,7 +155,7 @@ class Choice:
         case, wish = self.case, self.wish
         options = {"chosen": self.chosen, "residual": wish.residual, "forces": _nodal(self) if wish.wind else None}
         if wish.attached == "loop":
-            return statespace.closed(case.loop, **options)
+            return statespace.closed(replace(case.loop, cable=case.end_model), **options)
         if wish.attached == "gondola":
             return statespace.coupled(case.end_model, case.scene.gondola.mass, location(case.scene), **options)
         return statespace.cable(case.end_model, **options)
@@ -206,7 +206,7 @@ def _candidates(case, wish):
         reason = broken(case)
         if reason:
             raise NoSolutionError(reason)
-        found = case.modes(min(case.dynamics.dof, MAX_MODES))
+        found = case.dynamics.modes(min(case.dynamics.dof, MAX_MODES))
         model = case.scene.model
         note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
         return case, found, len(found), [note]
@@ -216,7 +216,7 @@ def _candidates(case, wish):
             finer, some, notes = row.modes(case, None if wish.upto else size, wish.limit)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{reached}{failure}") from None
-        found = finer.modes(min(finer.dynamics.dof, MAX_MODES))
+        found = finer.dynamics.modes(min(finer.dynamics.dof, MAX_MODES))
         of_kind = [k for k in range(len(some)) if some.kind[k] in wish.wanted_kinds]
         if wish.upto:
             enough = True

@@ -4,13 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.control.winch import Loop, Notch
+from cablestudy.control.winch import NEAR, Loop, Notch
 from cablestudy.wind import rms
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
 TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
-NARROW = 20  # poles up to so many times the gondola's frequency get panels of their own
 SLOW, FAST = 1e-7, 3e3  # range of integration over the slowest and fastest of gondola and wind
 
 
@@ -54,7 +53,7 @@ def loop_of(case):
     """
     scene = case.scene
     controller = scene.winch.controller if scene.winch else None
-    loop = Loop(case.end_model, scene.gondola.mass, scene.winch.location if scene.winch else "ground")
+    loop = Loop(case.end_model_along_x, scene.gondola.mass, scene.winch.location if scene.winch else "ground")
     if controller is None:
         return loop
     loop = replace(loop, notch=_notch(case, controller.notch))
@@ -127,7 +126,7 @@ def respond(loop, force, corner, tolerance=TOLERANCE):
     poles = loop.visible(loop.open_poles if not loop.gain else np.concatenate([loop.open_poles, loop.closed_poles]))
     centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
     main = np.abs(loop.gondola_pole) / (2 * np.pi)
-    near = centre < NARROW * main
+    near = centre < NEAR * main
     low, high = SLOW * min(main, corner), FAST * max(main, corner)
     edges = rms.breakpoints(low, high, centre[near], width[near], (*BELOW, corner, *centre[~near]))
     found = rms.integrate(spectra, edges, tolerance)

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from slack_chain import span_margin
 
 from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.assembly import SPATIAL
 from cablestudy.cable.element import mesh_segments
-from cablestudy.cable.modes import Dynamics
+from cablestudy.cable.modes import PLANAR, Dynamics
 from cablestudy.cable.span import span_between
 
 PROFILE = settings(
@@ -41,7 +42,7 @@ def solved(span, elements=12, order=4):
     assume(start.min_tension > 0.03 * start.max_tension)  # sharper bends need more elements than these
     state, record = equilibrium.solve(start, mesh)
     assert len(record.steps) <= 15
-    return start, state, Dynamics(state, span.unstretched_length, span.mass, span.planar)
+    return start, state, Dynamics(state, span.unstretched_length, span.mass, PLANAR if span.planar else (SPATIAL,))
 
 
 def cable(degrees, strain, weight, loads, chord=10.0, stiffness=1e5, azimuth=0.0, gravity=9.81):

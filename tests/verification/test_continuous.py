@@ -8,8 +8,9 @@ from cables import EA, MASS, PAPER_CHORD, Exact, G, chord_span, graded_error, pa
 from references import continuous_cable
 
 from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.assembly import SPATIAL
 from cablestudy.cable.element import basis, mesh_segments
-from cablestudy.cable.modes import Dynamics
+from cablestudy.cable.modes import PLANAR, Dynamics
 
 CABLES = {
     "taut": paper_span(),
@@ -23,7 +24,7 @@ each_cable = pytest.mark.parametrize("span", CABLES.values(), ids=CABLES)
 def solved(span, elements=1, order=16, mass="lumped"):
     start = catenary.solve(span)
     state, _ = equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))
-    return start, state, Dynamics(state, span.unstretched_length, span.mass, span.planar)
+    return start, state, Dynamics(state, span.unstretched_length, span.mass, PLANAR if span.planar else (SPATIAL,))
 
 
 def continuous(span, count, plane):
