@@ -8,8 +8,10 @@ from command import SLACK
 from scenes import CHORD, LENGTH, SAGGING, scene
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.study import batch
 from cablestudy.study import case as module
-from cablestudy.study.case import Case, span_of
+from cablestudy.study.case import Case
+from cablestudy.study.spans import span_of
 
 
 def test_the_span_of_a_scene():
@@ -40,7 +42,7 @@ def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
 def test_results_are_computed_once(monkeypatch):
     counts = {}
 
-    def counted(name):
+    def counted(module, name):
         function = getattr(module, name)
 
         def call(*arguments, **options):
@@ -49,8 +51,8 @@ def test_results_are_computed_once(monkeypatch):
 
         return call
 
-    for name in ("solve", "Dynamics"):
-        monkeypatch.setattr(module, name, counted(name))
+    for place, name in ((batch, "solve"), (module, "Dynamics")):
+        monkeypatch.setattr(place, name, counted(place, name))
     case = Case(scene())
     for _ in range(3):
         _ = case.statics.sag, case.end_stiffness_along(0), case.frequency(1, "in-plane"), case.frequency(2, "axial")

@@ -101,6 +101,17 @@ class Catenary:
     segments: Segments
     record: Record
 
+    def take(self, index):
+        """One cable of a batch of shape (n,)."""
+        parts = tuple(part[index] for part in self.tension)
+        segments = Segments(
+            self.segments.fraction[index],
+            tuple(part[index] for part in self.segments.offset),
+            self.segments.weight[index],
+        )
+        record = Record(self.record.steps[index], self.record.residual[index], self.record.converged[index])
+        return Catenary(self.span.take(index), parts, segments, record)
+
     @cached_property
     def kernel(self):
         """The closed-form quantities of each segment."""
@@ -229,6 +240,7 @@ class Catenary:
         weight = np.asarray(self.span.weight)[..., None]
 
         low, high, part = np.zeros_like(whole), whole.copy(), whole / 2
+        settled = np.zeros(whole.shape, dtype=bool)
         for _ in range(80):  # Newton kept inside a bracket
             shift = weight * (part - whole) / 2
             middle = (tension[0] + shift * sine, tension[1] + shift * cosine, tension[2])
@@ -238,8 +250,9 @@ class Catenary:
             slope = np.maximum(rate, TINY) * (1 / stiffness + 1 / np.maximum(piece.tensions[1], TINY))
             trial = part + gap / slope
             inside = (trial > low) & (trial < high)
-            last, part = part, np.where(inside, trial, (low + high) / 2)
-            if np.all(np.abs(part - last) <= 4e-16):
+            trial = np.where(inside, trial, (low + high) / 2)
+            part, settled = np.where(settled, part, trial), settled | (np.abs(trial - part) <= 4e-16)
+            if settled.all():
                 break
         edges = np.cumsum(self.segments.fraction, axis=-1) - self.segments.fraction
         position = (np.take_along_axis(edges, which, axis=-1) + part)[..., 0]

@@ -30,25 +30,22 @@ def chord_strain_for_tension(span, tension):
     NoSolutionError
         The tension is below the least that any length gives, or asks for a cable that ends before its last load.
     """
-    highest = _shortest(span, tension / span.axial_stiffness * (1 + 1e-9) + 1e-300)
-    loose = -((float(span.weight_per_length) * span.chord * span.cosine) ** 2) / (24 * tension**2)
-    guess = tension / span.axial_stiffness + max(loose, -0.05)
+    strain = float(strains_for_tension(span.as_batch(), np.array([tension], dtype=float))[0])
+    if np.isfinite(strain):
+        return strain
+    highest = float(_tightest(span, tension))
 
-    def excess(strain):
+    def excess(strain, _=None):
         return _solved(span, strain).mean_tension / tension - 1
 
-    strain = _root(excess, guess, highest)
-    only_longer = excess(highest) < 0  # the load keeps it too long to be taut
-    if strain is not None and (only_longer or _rises(excess, strain)):
-        return strain
-    if only_longer:
+    if excess(highest) < 0:  # the load keeps it too long to be taut
         raise NoSolutionError(
             f"a mean tension of {tension:.6g} N needs a cable that ends before its last load, at "
             f"{span.load_positions[-1]:.6g} m"
         )
     lowest, least = _least_tension(span, highest)
     if tension > least:
-        return _between(excess, lowest, highest)
+        return float(_between(excess, np.array([lowest]), np.array([highest]))[0])
     if tension >= least * (1 - ROUNDING):
         return lowest
     length = span.chord / (1 + lowest)
@@ -56,6 +53,37 @@ def chord_strain_for_tension(span, tension):
         f"a mean tension of {tension:.6g} N is below the least that this cable can have: "
         f"{least:.6g} N, at an unstretched length of {length:.6g} m"
     )
+
+
+def strains_for_tension(span, tension):
+    """Chord strains of a batch of taut cables with given mean tensions, where a plain search finds them.
+
+    Parameters
+    ----------
+    span : Span
+        Fields of shape (n,).
+    tension : ndarray, shape (n,)
+        [N]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Not a number where `chord_strain_for_tension` has to look closer. [-]
+    """
+    highest = _tightest(span, tension)
+    loose = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
+    guess = tension / span.axial_stiffness + np.maximum(loose, -0.05)
+
+    def excess(strain, index):
+        return _solved(span.take(index), strain).mean_tension / tension[index] - 1
+
+    strain = _root(excess, guess, highest)
+    every = np.arange(len(tension))
+    only_longer = excess(highest, every) < 0
+    step = np.maximum(1e-6 * np.abs(strain), 1e-14)
+    safe = np.where(np.isfinite(strain), strain, guess)
+    rises = excess(safe - step, every) < excess(safe + step, every)
+    return np.where(only_longer | rises, strain, np.nan)
 
 
 def chord_strain_for_sag(span, sag):
@@ -78,24 +106,47 @@ def chord_strain_for_sag(span, sag):
     NoSolutionError
         No length gives this sag: a weightless cable, for example.
     """
-    depth = sag * span.cosine / span.chord
-    horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
-    guess = horizontal / span.axial_stiffness - 8 / 3 * depth**2
-    if depth > 0.2 or guess < -0.5:
-        guess = 1 / np.hypot(1.0, 2 * depth) - 1
-
-    def excess(strain):
-        return 1 - _solved(span, strain).sag / sag
-
-    strain = _root(excess, guess, _shortest(span, 10.0))
-    if strain is None:
+    strain = float(strains_for_sag(span.as_batch(), np.array([sag], dtype=float))[0])
+    if not np.isfinite(strain):
         raise NoSolutionError(f"no unstretched length gives a sag of {sag:.6g} m")
     return strain
 
 
+def strains_for_sag(span, sag):
+    """Chord strains of a batch of cables with given sags.
+
+    Parameters
+    ----------
+    span : Span
+        Fields of shape (n,).
+    sag : ndarray, shape (n,)
+        [m]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Not a number where no length gives this sag. [-]
+    """
+    depth = sag * span.cosine / span.chord
+    horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
+    guess = horizontal / span.axial_stiffness - 8 / 3 * depth**2
+    guess = np.where((depth > 0.2) | (guess < -0.5), 1 / np.hypot(1.0, 2 * depth) - 1, guess)
+
+    def excess(strain, index):
+        return 1 - _solved(span.take(index), strain).sag / sag[index]
+
+    return _root(excess, guess, _shortest(span, np.full(len(sag), 10.0)))
+
+
+def _tightest(span, tension):
+    """Chord strain at which the cable surely has a tension, or ends at its last load."""
+    return _shortest(span, tension / span.axial_stiffness * (1 + 1e-9) + 1e-300)
+
+
 def _shortest(span, strain):
     """The largest chord strain up to `strain` at which the cable still reaches its last load."""
-    return min(strain, *(span.chord / span.load_positions[-1:] - 1)) if span.load_positions.any() else strain
+    last = span.load_positions.max(axis=-1, initial=0.0)
+    return np.where(last > 0, np.minimum(strain, span.chord / np.where(last > 0, last, 1.0) - 1), strain)
 
 
 def _solved(span, strain):
@@ -104,29 +155,31 @@ def _solved(span, strain):
 
 
 def _root(function, guess, highest):
-    """A zero of a rising function near a guess, or None."""
+    """Zeros of rising functions near guesses, each of shape (n,); not a number where there is none.
+
+    The function takes places and which of the n they belong to.
+    """
     from scipy.optimize import elementwise
 
-    step = min(max(1e-3 * abs(guess), 1e-15), (highest - LOOSEST) / 8)
-    guess = min(max(guess, LOOSEST + 2 * step), highest - 2 * step)
+    step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - LOOSEST) / 8)
+    guess = np.minimum(np.maximum(guess, LOOSEST + 2 * step), highest - 2 * step)
+    every = np.arange(len(guess))
     bracket = elementwise.bracket_root(
-        function, guess - step, guess + step, xmin=LOOSEST, xmax=highest, maxiter=MAX_STEPS
+        function, guess - step, guess + step, xmin=LOOSEST, xmax=highest, args=(every,), maxiter=MAX_STEPS
     )
-    if not bracket.success:
-        return None
-    return _between(function, *bracket.bracket)
+    root = np.full(len(guess), np.nan)
+    found = np.flatnonzero(bracket.success)
+    if len(found):
+        root[found] = _between(function, *(end[found] for end in bracket.bracket), found)
+    return root
 
 
-def _between(function, low, high):
+def _between(function, low, high, index=None):
     from scipy.optimize import elementwise
 
     tolerances = {"xatol": 0.0, "xrtol": 2e-16, "fatol": 4e-16, "frtol": 0.0}
-    return float(elementwise.find_root(function, (low, high), tolerances=tolerances, maxiter=MAX_STEPS).x)
-
-
-def _rises(function, place):
-    step = max(1e-6 * abs(place), 1e-14)
-    return function(place - step) < function(place + step)
+    index = np.zeros(len(low), dtype=int) if index is None else index
+    return elementwise.find_root(function, (low, high), args=(index,), tolerances=tolerances, maxiter=MAX_STEPS).x
 
 
 def _least_tension(span, highest):

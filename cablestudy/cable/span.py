@@ -7,6 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+# dimensions that each field of a span has for one cable
+CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity"), 0) | {
+    "load_positions": 1,
+    "load_forces": 2,
+    "azimuth": 1,
+}
+
 
 @dataclass(frozen=True)
 class Span:
@@ -87,18 +94,29 @@ class Span:
             axis=-2,
         )
 
+    def as_batch(self):
+        """One cable as a batch of one."""
+        return replace(self, **{name: np.asarray(getattr(self, name))[None] for name in CORES}).broadcast()
+
+    def take(self, index):
+        """Some cables of a batch of shape (n,), or one of them.
+
+        Parameters
+        ----------
+        index : int or ndarray of int
+        """
+        return replace(self, **{name: getattr(self, name)[index] for name in CORES})
+
     def broadcast(self):
         """The same batch with the fields that do not vary repeated, so that all have its shape."""
-        cores = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity"), 0)
-        cores |= {"load_positions": 1, "load_forces": 2, "azimuth": 1}
-        arrays = {name: np.asarray(getattr(self, name)) for name in cores}
-        shape = np.broadcast_shapes(*(arrays[name].shape[: arrays[name].ndim - cores[name]] for name in cores))
+        arrays = {name: np.asarray(getattr(self, name)) for name in CORES}
+        shape = np.broadcast_shapes(*(arrays[name].shape[: arrays[name].ndim - CORES[name]] for name in CORES))
         if not shape:
             return self
         return replace(
             self,
             **{
-                name: np.broadcast_to(array, shape + array.shape[array.ndim - cores[name] :])
+                name: np.broadcast_to(array, shape + array.shape[array.ndim - CORES[name] :])
                 for name, array in arrays.items()
             },
         )

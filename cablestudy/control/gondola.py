@@ -10,17 +10,17 @@ def static_frequency(mass, stiffness):
 
     Parameters
     ----------
-    mass : float
+    mass : float or ndarray
         [kg]
-    stiffness : float
+    stiffness : float or ndarray
         Static end stiffness along x, >= 0. [N/m]
 
     Returns
     -------
-    float
+    float or ndarray
         sqrt(k/M)/(2 pi): what the paper's tables call the gondola frequency. [Hz]
     """
-    return float(np.sqrt(stiffness / mass) / (2 * np.pi))
+    return np.sqrt(stiffness / mass) / (2 * np.pi)
 
 
 def coupled_modes(mass, stiffness, frequency, participation, inertia):

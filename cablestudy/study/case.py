@@ -4,66 +4,26 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable import datum, equilibrium
+from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
-from cablestudy.cable.catenary import solve, split
+from cablestudy.cable.catenary import split
 from cablestudy.cable.element import basis, mesh_segments
 from cablestudy.cable.modes import PLANAR, Dynamics
-from cablestudy.cable.span import Span, with_loads
 from cablestudy.control import ends, gondola
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import NoSolutionError
 from cablestudy.study import windrms
+from cablestudy.study.batch import FOLDED, Batch, ClosedStatics, along
+from cablestudy.study.shelf import Shelf, frozen, shared
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
+FELT = ("end_inertia", "end_model_along_x", "gondola_frequency", "loop")  # made of what a moved end stirs
 GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
 MAX_MODES = 600  # of a large model, for its dynamics
-FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
+# what the cable's statics and undamped motion depend on, beside gravity and model
+CABLE = ("ends", "chord", "inclination", "elastic_modulus", "density", "area", "diameter", "unstretched_length",
+         "preload", "sag", "loads")  # fmt: skip
 # (elements per segment, order) that the accuracy loop goes through
 LADDER = ((1, 8), (1, 12), (1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))
-
-
-def span_of(scene):
-    """The cable of a scene for the core, its unstretched length still to be solved where tension or sag is given.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    Span
-
-    Raises
-    ------
-    NoSolutionError
-        No unstretched length gives the wanted tension or sag, or a load lies beyond the cable's end.
-    """
-    cable = scene.cable
-    delta = np.subtract(cable.end_2, cable.end_1)
-    chord, horizontal = cable.chord_length, np.hypot(delta[0], delta[1])
-    span = Span(
-        chord=chord,
-        cosine=horizontal / chord,
-        sine=delta[2] / chord,
-        chord_strain=0.0,
-        axial_stiffness=cable.axial_stiffness,
-        mass=cable.mass_per_length,
-        gravity=scene.gravity,
-        azimuth=delta[:2] / horizontal if horizontal > 0 else np.array([1.0, 0.0]),
-    )
-    span = with_loads(span, [(load.at, load.force) for load in cable.loads])
-    if cable.unstretched_length is not None:
-        strain = (chord - cable.unstretched_length) / cable.unstretched_length
-    elif cable.preload is not None:
-        strain = datum.chord_strain_for_tension(span, cable.preload)
-    else:
-        strain = datum.chord_strain_for_sag(span, cable.sag)
-    span = span.with_chord_strain(strain)
-    if len(span.load_positions) and span.load_positions[-1] >= span.unstretched_length:
-        raise NoSolutionError(
-            f"the load at {span.load_positions[-1]:.6g} m is beyond the cable's end, at {span.unstretched_length:.6g} m"
-        )
-    return span
 
 
 class Case:
@@ -72,12 +32,47 @@ class Case:
     Parameters
     ----------
     scene : Scene
-    mesh : Mesh, optional
-        The discretisation of the motion about the closed-form statics; without it the scene's own model.
+    batch : Batch, optional
+        In which the scene's cable is solved with others.
+    place : int
+        Of the scene in it.
+    rung : tuple of int, optional
+        (elements for each segment, order) of the motion about the closed-form statics; without it the scene's own
+        model.
+    shelf : Shelf, optional
+        Shared with other cases.
     """
 
-    def __init__(self, scene, mesh=None):
-        self.scene, self._mesh = scene, mesh
+    def __init__(self, scene, batch=None, place=0, rung=None, shelf=None):
+        self.scene, self.rung, self.shelf = scene, rung, shelf or Shelf()
+        self._batch, self._place = batch, place
+
+    @cached_property
+    def cable_key(self):
+        """What the cable and its model are made of."""
+        cable = self.scene.cable
+        return (self.scene.gravity, *(frozen(getattr(cable, key)) for key in CABLE), frozen(self.scene.model))
+
+    @property
+    def damping_key(self):
+        """What the cable's damping is made of."""
+        return frozen(self.scene.cable.damping)
+
+    @property
+    def mass_key(self):
+        """The gondola's mass."""
+        return self.scene.gondola.mass
+
+    @property
+    def winch_key(self):
+        """What the winch is made of."""
+        return frozen(self.scene.winch)
+
+    @property
+    def nodes(self):
+        """About how many nodes the model has. [-]"""
+        model = self.scene.model
+        return (model.elements or 1) * model.order
 
     @property
     def exact_statics(self):
@@ -85,29 +80,21 @@ class Case:
         return self.scene.model.elements is None
 
     @cached_property
+    def batch(self):
+        """The closed form, of this cable alone where it came with no others."""
+        return self._batch or Batch([self.scene])
+
+    @cached_property
     def span(self):
-        """The cable, its unstretched length known."""
-        return span_of(self.scene)
+        """The cable, its unstretched length known; see `Batch.span_of`."""
+        return self.batch.span_of(self._place)
 
     @cached_property
     def catenary(self):
-        """The closed-form equilibrium.
+        """The closed-form equilibrium; see `Batch.catenary_of`."""
+        return self.batch.catenary_of(self._place)
 
-        Raises
-        ------
-        NoSolutionError
-            A weightless slack cable, or one that would break.
-        ConvergenceError
-            No equilibrium was found.
-        """
-        catenary = solve(self.span)
-        if not catenary.record.converged:
-            if not self.span.weight and not self.span.load_forces.any():
-                raise NoSolutionError("a slack cable without weight has no definite form")
-            raise ConvergenceError(f"catenary: no convergence in {int(catenary.record.steps)} steps", catenary.record)
-        return catenary
-
-    @cached_property
+    @shared()
     def discrete(self):
         """(state, convergence) of the elements.
 
@@ -118,21 +105,22 @@ class Case:
         """
         if self.catenary.min_tension <= FOLDED * self.catenary.max_tension:
             raise NoSolutionError("the cable hangs folded: somewhere it has no tension, and no stiffness about it")
-        if self._mesh is not None:
-            return equilibrium.from_catenary(self.catenary, self._mesh), None
+        fractions = split(self.span).fraction
+        if self.rung is not None:
+            elements, order = self.rung
+            return equilibrium.from_catenary(
+                self.catenary, mesh_segments(fractions, elements * len(fractions), order)
+            ), None
         model = self.scene.model
         try:
-            mesh = mesh_segments(split(self.span).fraction, model.elements, model.order, model.mass)
+            mesh = mesh_segments(fractions, model.elements, model.order, model.mass)
         except ValueError as error:
             raise NoSolutionError(str(error)) from None
         return equilibrium.solve(self.catenary, mesh)
 
     def refined(self, elements, order):
         """The same case with spectral elements on the closed-form statics: so many for each segment."""
-        fractions = split(self.span).fraction
-        other = Case(self.scene, mesh_segments(fractions, elements * len(fractions), order))
-        other.__dict__.update({name: self.__dict__[name] for name in ("span", "catenary") if name in self.__dict__})
-        return other
+        return Case(self.scene, self.batch, self._place, (elements, order), self.shelf)
 
     @cached_property
     def statics(self):
@@ -145,17 +133,17 @@ class Case:
         span = self.span
         return Dynamics(self.discrete[0], span.unstretched_length, span.mass, planes)
 
-    @cached_property
+    @shared()
     def dynamics(self):
         """The free vibration in all directions."""
         return self._moving(PLANAR if self.span.planar else (SPATIAL,))
 
-    @cached_property
+    @shared()
     def in_plane(self):
         """The free vibration in the cable's plane; in all directions where the two do not decouple."""
         return self._moving((IN_PLANE,)) if self.span.planar else self.dynamics
 
-    @cached_property
+    @shared()
     def out_of_plane(self):
         """The free vibration across the cable's plane; in all directions where the two do not decouple."""
         return self._moving((OUT_OF_PLANE,)) if self.span.planar else self.dynamics
@@ -167,9 +155,11 @@ class Case:
 
     @property
     def dof(self):
-        """Free displacements of all motion that was computed. [-]"""
-        parts = {id(self.__dict__[name]): self.__dict__[name] for name in MOTIONS if name in self.__dict__}
-        return sum(part.dof for part in parts.values())
+        """Free displacements of all motion that was computed or taken over. [-]"""
+        used = [self.__dict__[name] for name in MOTIONS if name in self.__dict__]
+        if any(name in self.__dict__ for name in FELT):
+            used.append(self.felt)
+        return sum(part.dof for part in {id(part): part for part in used}.values())
 
     @cached_property
     def end_stiffness(self):
@@ -181,11 +171,11 @@ class Case:
 
     def end_stiffness_along(self, axis):
         """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed. [N/m]"""
-        along = self.span.frame[:, axis]
-        if self.exact_statics or (along[2] and along[:2].any()):
-            return float(self.end_stiffness[axis, axis])
-        part = self.out_of_plane if along[2] else self.in_plane
-        return float(along @ part.end_stiffness @ along)
+        turn = self.span.frame[:, axis]
+        part = self.catenary
+        if not self.exact_statics:
+            part = self.in_plane if not turn[2] else self.dynamics if turn[:2].any() else self.out_of_plane
+        return float(along(self.span, part.end_stiffness, axis))
 
     def frequency(self, number, kind, symmetry=None):
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequency`. [Hz]"""
@@ -195,7 +185,7 @@ class Case:
         """psi^T K21 e_x of end 2 for each mode, shape (k,). [N/(m sqrt(kg))]"""
         return modes.participation @ self.span.frame[:, 0]
 
-    @cached_property
+    @shared()
     def end_inertia(self):
         """How the cable's mass weighs on end 2 moving along x: s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
 
@@ -214,12 +204,12 @@ class Case:
         mass = dynamics.mass * dynamics.length
         return moments * mass * (mass * dynamics.length / dynamics.state.force) ** np.arange(3)
 
-    @cached_property
+    @shared("damping_key")
     def end_model(self):
         """The cable as its ends feel it, with every mode that the model in use can give."""
         return self._ends_of(self.dynamics)
 
-    @cached_property
+    @shared("damping_key")
     def end_model_along_x(self):
         """The same with only the motion that a movement of the ends along x stirs."""
         return self._ends_of(self.felt)
@@ -228,7 +218,7 @@ class Case:
         count = min(dynamics.dof, MAX_MODES)
         return ends.of_cable(dynamics, dynamics.modes(count), self.span.frame, self.scene.cable.damping)
 
-    @cached_property
+    @shared("damping_key", "mass_key", "winch_key")
     def loop(self):
         """The winch loop: `control.winch.Loop`."""
         return windrms.loop_of(self)
@@ -257,7 +247,7 @@ class Case:
         """sqrt(k/M)/(2 pi). [Hz]"""
         return gondola.static_frequency(self.scene.gondola.mass, self.end_stiffness_along(0))
 
-    @cached_property
+    @shared("mass_key")
     def gondola_frequency(self):
         """Frequency of the coupled mode in which the gondola moves most. [Hz]"""
         found = self.gondola_frequency_static
@@ -274,32 +264,6 @@ class Case:
             found = float(frequency[np.argmax(share)])
             if modes.complete or GONDOLA_MODES * found <= 1.5 * limit:
                 return found
-
-
-class ClosedStatics:
-    """Statics of the closed form."""
-
-    def __init__(self, catenary):
-        self.mean_tension = float(catenary.mean_tension)
-        self.max_tension = float(catenary.max_tension)
-        # a folded cable is computed with next to no tension at its fold, and shown with none
-        self.min_tension, self.horizontal_tension = (
-            float(tension) if tension > FOLDED * catenary.max_tension else 0.0
-            for tension in (catenary.min_tension, catenary.horizontal_tension)
-        )
-        self.stretched_length = float(catenary.stretched_length)
-        self.iterations = int(catenary.record.steps)
-        self._catenary = catenary
-
-    @property
-    def sag(self):
-        """[m]"""
-        return float(self._catenary.sag)
-
-    def shape(self, positions):
-        """Displacement from the chord (in unstretched lengths, chord frame) and tension [N] at arc lengths."""
-        displacement, tension = self._catenary.at(positions)
-        return displacement, np.sqrt((tension**2).sum(axis=-1))
 
 
 class DiscreteStatics:

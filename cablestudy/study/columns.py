@@ -7,6 +7,7 @@ import difflib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -34,6 +35,8 @@ class Column:
         Case -> float.
     key : str
         Keys of the scene without which it has no value, after commas; empty when there is none.
+    each : bool
+        Computed cable by cable, even where others of its kind are computed for many at once.
     """
 
     name: str
@@ -42,8 +45,9 @@ class Column:
     needs: str
     compute: Callable
     key: str = ""
+    each: bool = False
 
-    @property
+    @cached_property
     def header(self):
         """Name with its unit, as in CSV and JSON."""
         return self.name + suffix(self.unit)
@@ -56,6 +60,11 @@ def suffix(unit):
 
 def _stress(case):
     return case.statics.max_tension / case.scene.cable.section_area
+
+
+def _given(value, computed):
+    """A value as the scene gives it, or the computed one."""
+    return computed if value is None else np.where(np.isnan(value), computed, value)
 
 
 def _squared_ratio(case):
@@ -98,7 +107,7 @@ COLUMNS = (
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda c: c.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda c: c.statics.min_tension),
     Column("unstretched_length", "m", "length without tension", "statics",
-           lambda c: c.scene.cable.unstretched_length or c.span.unstretched_length),
+           lambda c: _given(c.scene.cable.unstretched_length, c.span.unstretched_length)),
     Column("stretched_length", "m", "length under tension", "statics", lambda c: c.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda c: c.scene.cable.chord_length),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda c: c.statics.sag),
@@ -118,10 +127,11 @@ COLUMNS = (
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
            _squared_ratio),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
-           "statics", lambda c: deflections(c)[0], "cable.loads"),
+           "statics", lambda c: deflections(c)[0], "cable.loads", each=True),
     Column("linear_deflection", "m", "the same by the tangent stiffness of the unloaded form", "statics",
-           lambda c: deflections(c)[1], "cable.loads"),
-    Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads"),
+           lambda c: deflections(c)[1], "cable.loads", each=True),
+    Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads",
+           each=True),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
            lambda c: c.end_stiffness_along(0)),
     Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
@@ -234,9 +244,21 @@ def broken(case):
     str
     """
     strength = case.scene.cable.strength
-    if strength is None or _stress(case) <= strength:
+    if strength is None:
         return ""
-    return f"broken cable: stress {_stress(case) / 1e6:.4g} MPa is above the strength of {strength / 1e6:.4g} MPa"
+    return breaking(float(_stress(case)), strength)
+
+
+def stress_and_strength(batch):
+    """Largest stress of each cable, and its strength or not a number. [Pa]"""
+    return _stress(batch), batch.scene.cable.strength
+
+
+def breaking(stress, strength):
+    """Why a cable breaks, or an empty text."""
+    if not stress > strength:
+        return ""
+    return f"broken cable: stress {stress / 1e6:.4g} MPa is above the strength of {strength / 1e6:.4g} MPa"
 
 
 def value(column, case):
@@ -256,13 +278,42 @@ def value(column, case):
     NoSolutionError, ConvergenceError
         There is no such number.
     """
-    missing = lacks(case.scene, column)
-    if missing:
-        raise NoSolutionError(f"{column.name} needs the key {missing}, which this case does not have")
+    if lacks(case.scene, column):
+        raise without(case.scene, column)
     number = column.compute(case)
-    if number is None or isinstance(number, int):
+    if number is None:
+        return None
+    number = np.asarray(number).item()
+    if isinstance(number, int):
         return number
-    number = float(number)
     if not np.isfinite(number):
-        raise NoSolutionError(f"{column.header} is not finite")
+        raise infinite(column)
     return number + 0.0  # no minus before a zero
+
+
+def values(column, batch):
+    """One column of many rows.
+
+    Parameters
+    ----------
+    column : Column
+        In closed form.
+    batch : Batch
+
+    Returns
+    -------
+    list of float or int
+        Not finite where there is no such number.
+    """
+    number = np.asarray(column.compute(batch))
+    return (number + 0.0 if number.dtype.kind == "f" else number).tolist()
+
+
+def without(scene, column):
+    """The error for a column that needs a key which its case lacks."""
+    return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
+
+
+def infinite(column):
+    """The error for a number that is none."""
+    return NoSolutionError(f"{column.header} is not finite")

@@ -2,16 +2,27 @@
 
 import time
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.study.batch import Batch, ScenesOnly
 from cablestudy.study.case import LADDER, Case
-from cablestudy.study.columns import broken, value
+from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
+from cablestudy.study.shelf import Shelf
+from cablestudy.study.spans import load_count
 
 ROUNDING = 1e-12  # of the closed forms, held by the tests against 50 digits
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
+CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
+# error and notes of what takes no elements: without a cable, and with one
+CHEAPEST = {
+    True: (0.0, ("nothing to model",)),
+    False: (ROUNDING, (CLOSED_FORM, "left out: mass and modes, which no column needs")),
+}
+CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")
 
 
@@ -52,21 +63,109 @@ def evaluate(scene, columns):
     Row
         A case that cannot be solved has empty cells, and its status says why.
     """
+    return evaluate_cases([scene], columns)[0]
+
+
+def evaluate_cases(scenes, columns):
+    """Compute the columns of many scenes: closed forms for all at once, and what some share once.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    columns : sequence of Column
+
+    Returns
+    -------
+    list of Row
+        Each as if it were alone, to the last digit.
+    """
+    groups = {}
+    for index, scene in enumerate(scenes):
+        groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
+    rows, shelf, wanted = [None] * len(scenes), Shelf(), Wanted(columns)
+    for (_, exact), indices in groups.items():
+        chosen = [scenes[index] for index in indices]
+        for index, row in zip(indices, _group(chosen, wanted, exact, shelf), strict=True):
+            rows[index] = row
+    return rows
+
+
+class Wanted:
+    """Columns, by what they need.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+    """
+
+    def __init__(self, columns):
+        self.physical = [column for column in columns if column.needs != "run"]
+        self.closed = [column for column in self.physical if column.needs in CLOSED and not column.each]
+        self.motion = [column for column in self.physical if column.needs in DISCRETE]
+        self.scene_only = all(column.needs == "scene" for column in self.physical)
+        self.estimate = any(column.name == "error_estimate" for column in columns)
+        self.empty = dict.fromkeys(column.header for column in columns)
+
+
+def _group(scenes, wanted, exact, shelf):
+    """Rows of scenes whose cables are of one kind."""
     begin = time.perf_counter()
-    case = Case(scene)
-    physical = [column for column in columns if column.needs != "run"]
-    cells = dict.fromkeys((column.header for column in columns), None)
+    batch = Batch(scenes)
+    known, errors = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {})
+    spent = (time.perf_counter() - begin) / len(scenes)
+    for index, scene in enumerate(scenes):
+        case = Case(scene, batch, index, shelf=shelf)
+        yield _row(case, wanted, known[index], errors.get(index), spent)
+
+
+def closed_form(batch, scenes, wanted):
+    """The columns in closed form of many scenes.
+
+    Returns
+    -------
+    cells : list of dict
+        Header -> number.
+    errors : dict
+        Index -> the error of a scene without an answer.
+    """
+    errors = {}
+    if wanted.scene_only:
+        batch, there = ScenesOnly(scenes), range(len(scenes))
+    else:
+        errors.update(batch.unsolved)
+        there = batch.there.tolist()
+        stress, strength = (array.tolist() for array in stress_and_strength(batch))
+        for index, load, limit in zip(there, stress, strength, strict=True):
+            if load > limit:
+                errors.setdefault(index, NoSolutionError(breaking(load, limit)))
+    cells = [{} for _ in scenes]
+    for column in wanted.closed:
+        if column.key:
+            for index in there:
+                if lacks(scenes[index], column):
+                    errors.setdefault(index, without(scenes[index], column))
+        for index, number in zip(there, values(column, batch), strict=True):
+            if not isfinite(number):
+                errors.setdefault(index, infinite(column))
+            cells[index][column.header] = number
+    return cells, errors
+
+
+def _row(case, wanted, known, failure, spent):
+    """One row, from what is known of it in closed form."""
+    begin, cells = time.perf_counter() - spent, dict(wanted.empty)
     status, dof, error, notes = "ok", 0, None, ()
     try:
-        if any(column.needs != "scene" for column in physical):
+        if failure is not None:
+            raise failure
+        if not case.exact_statics and not wanted.scene_only:
             reason = broken(case)
             if reason:
                 raise NoSolutionError(reason)
-        estimate = any(column.name == "error_estimate" for column in columns)
-        values, dof, error, notes = _values(case, physical, estimate)
-        cells.update(values)
-    except CablestudyError as failure:
-        status = " ".join(str(failure).split())
+        numbers, dof, error, notes = _values(case, wanted, known)
+        cells.update(numbers)
+    except CablestudyError as problem:
+        status = " ".join(str(problem).split())
     run = {
         "dof": dof,
         "solve_time_ms": 1e3 * (time.perf_counter() - begin),
@@ -80,32 +179,31 @@ def evaluate(scene, columns):
     return Row(cells, case, tuple(notes))
 
 
-def _values(case, columns, estimate):
+def _values(case, wanted, known):
     """Values of the columns, degrees of freedom, estimated error, notes."""
-    if all(column.needs == "scene" for column in columns):
-        return {column.header: value(column, case) for column in columns}, 0, 0.0, ("nothing to model",)
-    motion = [column for column in columns if column.needs in DISCRETE]
+    if len(known) == len(wanted.physical):
+        return known, 0, *CHEAPEST[wanted.scene_only]
+    rest = [column for column in wanted.physical if column.header not in known]
+    if wanted.scene_only:
+        return {column.header: value(column, case) for column in rest}, 0, *CHEAPEST[True]
     if not case.exact_statics:
-        values = {column.header: value(column, case) for column in columns}
+        numbers = {column.header: value(column, case) for column in rest}
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
         notes.append(f"statics: {case.discrete[1]}")
-        error = _error_of_fixed(case, columns, values) if estimate else None
-        return values, case.dof if motion else _static_dof(case), error, notes
-    values = {column.header: value(column, case) for column in columns if column not in motion}
-    notes = ["statics and end stiffness: closed form of the elastic catenary, no elements"]
-    if not motion:
-        notes.append("left out: mass and modes, which no column needs")
-        return values, 0, ROUNDING, notes
+        error = _error_of_fixed(case, wanted.physical, numbers) if wanted.estimate else None
+        return numbers, case.dof if wanted.motion else _static_dof(case), error, notes
+    numbers = {**known, **{column.header: value(column, case) for column in rest if column not in wanted.motion}}
+    if not wanted.motion:
+        return numbers, 0, *CHEAPEST[False]
     try:
-        finer, moving, error = _ladder(case, lambda other: {c.header: value(c, other) for c in motion})
+        finer, moving, error = _ladder(case, lambda other: {c.header: value(c, other) for c in wanted.motion})
     except ConvergenceError as failure:
-        damped = any(column.needs in ("loop", "wind") for column in motion)
+        damped = any(column.needs in ("loop", "wind") for column in wanted.motion)
         if damped and case.scene.cable.damping.model == "modal":
             raise ConvergenceError(f"{failure} ({MODAL})", failure.record) from None
         raise
-    notes.append(_about(finer, error))
-    return {column.header: {**values, **moving}[column.header] for column in columns}, finer.dof, error, notes
+    return {**numbers, **moving}, finer.dof, error, (CLOSED_FORM, _about(finer, error))
 
 
 def _about(case, error):

@@ -1,0 +1,60 @@
+"""What cases share: a part of one that depends on some keys only serves every other with equal keys."""
+
+from functools import cached_property
+
+ROOM = 64  # cables whose parts are kept
+NODES = 100_000  # in all of them together, about
+
+
+class Shelf:
+    """Parts of earlier cases, those of the cables used longest ago given up first."""
+
+    def __init__(self):
+        self._cables = {}
+
+    def get(self, cable, key, nodes, compute):
+        """A part, computed when it is not there.
+
+        Parameters
+        ----------
+        cable, key : hashable
+            What the cable, and what the part of it depends on.
+        nodes : int
+            Of the cable's model: large ones are not kept long.
+        compute : callable
+            Without arguments.
+        """
+        parts = self._cables.pop(cable, {})
+        self._cables[cable] = parts  # now the newest
+        if key not in parts:
+            parts[key] = compute()
+        while len(self._cables) > max(2, min(ROOM, NODES // max(nodes, 1))):
+            del self._cables[next(iter(self._cables))]
+        return parts[key]
+
+
+def shared(*keys):
+    """A property of a `Case` that cases on one shelf share where the cable and these keys are equal.
+
+    Parameters
+    ----------
+    keys : str
+        Names of methods of the case that give what else, beside the cable, the part depends on.
+    """
+
+    def wrap(function):
+        def get(case):
+            key = (function.__name__, case.rung, *(getattr(case, name) for name in keys))
+            return case.shelf.get(case.cable_key, key, case.nodes, lambda: function(case))
+
+        get.__doc__ = function.__doc__
+        return cached_property(get)
+
+    return wrap
+
+
+def frozen(value):
+    """A model of the scene, or a tuple of them, as plain tuples that can be compared and hashed."""
+    if isinstance(value, tuple | list):
+        return tuple(map(frozen, value))
+    return tuple(map(frozen, value.__dict__.values())) if hasattr(value, "model_fields_set") else value

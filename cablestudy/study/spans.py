@@ -1,0 +1,123 @@
+"""The cables of scenes, for the core: all at once where they carry equally many loads."""
+
+import numpy as np
+
+from cablestudy.cable import datum
+from cablestudy.cable.span import CORES, Span
+from cablestudy.errors import NoSolutionError
+
+
+def span_of(scene):
+    """The cable of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Span
+
+    Raises
+    ------
+    NoSolutionError
+        No unstretched length gives the wanted tension or sag, or a load lies beyond the cable's end.
+    """
+    span, _, reasons = spans_of([scene])
+    if reasons:
+        raise NoSolutionError(reasons[0])
+    return span.take(0)
+
+
+def load_count(scene):
+    """At how many places the cable of a scene carries loads. [-]"""
+    return len({load.at for load in scene.cable.loads})
+
+
+def spans_of(scenes):
+    """The cables of scenes that carry loads at equally many places.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+
+    Returns
+    -------
+    span : Span
+        Of those that exist, fields of shape (k,).
+    there : ndarray of int, shape (k,)
+        Which they are.
+    reasons : dict
+        Index -> why a cable does not exist.
+    """
+    cables = [scene.cable for scene in scenes]
+    delta = np.array([(*cable.end_1, *cable.end_2) for cable in cables], dtype=float)
+    delta = delta[:, 3:] - delta[:, :3]
+    chord = np.array([cable.chord_length for cable in cables], dtype=float)
+    horizontal = np.hypot(delta[:, 0], delta[:, 1])
+    level = np.where(horizontal > 0, horizontal, 1.0)[:, None]
+    span = Span(
+        chord=chord,
+        cosine=horizontal / chord,
+        sine=delta[:, 2] / chord,
+        chord_strain=np.zeros(len(cables)),
+        axial_stiffness=np.array([cable.axial_stiffness for cable in cables], dtype=float),
+        mass=np.array([cable.mass_per_length for cable in cables], dtype=float),
+        gravity=np.array([scene.gravity for scene in scenes], dtype=float),
+        azimuth=np.where(horizontal[:, None] > 0, delta[:, :2] / level, np.array([1.0, 0.0])),
+        load_positions=np.zeros((len(cables), 0)),
+        load_forces=np.zeros((len(cables), 0, 3)),
+    )
+    span = _with_loads(span, cables)
+    strain, reasons = _chord_strain(span, cables)
+    span = span.with_chord_strain(strain)
+    length = span.unstretched_length
+    last = span.load_positions.max(axis=-1, initial=-np.inf)
+    for index in np.flatnonzero(last >= length):
+        reasons[index] = f"the load at {last[index]:.6g} m is beyond the cable's end, at {length[index]:.6g} m"
+    there = np.array([index for index in range(len(cables)) if index not in reasons], dtype=int)
+    return span.take(there), there, reasons
+
+
+def _with_loads(span, cables):
+    if not cables[0].loads:
+        return span
+    merged = []
+    for cable in cables:
+        forces = {}
+        for load in cable.loads:
+            forces[load.at] = forces.get(load.at, 0.0) + np.asarray(load.force, dtype=float)
+        merged.append(sorted(forces.items()))
+    positions = np.array([[place for place, _ in loads] for loads in merged])
+    stacked = np.array([[force for _, force in loads] for loads in merged])
+    turned = (stacked[:, :, None, :] * span.frame[:, None]).sum(axis=-1)
+    values = {name: getattr(span, name) for name in CORES}
+    return Span(**{**values, "load_positions": positions, "load_forces": turned})
+
+
+def _chord_strain(span, cables):
+    """Chord strains, and reasons for those that there are none of."""
+    strain, reasons = np.zeros(len(cables)), {}
+    length = _given(cables, "unstretched_length")
+    chosen = np.flatnonzero(np.isfinite(length))
+    strain[chosen] = (span.chord[chosen] - length[chosen]) / length[chosen]
+    for key, batch, single in (
+        ("preload", datum.strains_for_tension, datum.chord_strain_for_tension),
+        ("sag", datum.strains_for_sag, datum.chord_strain_for_sag),
+    ):
+        wanted = _given(cables, key)
+        chosen = np.flatnonzero(np.isfinite(wanted))
+        if not len(chosen):
+            continue
+        strain[chosen] = batch(span.take(chosen), wanted[chosen])
+        for index in chosen[~np.isfinite(strain[chosen])]:
+            try:
+                strain[index] = single(span.take(index), wanted[index])
+            except NoSolutionError as error:
+                reasons[index] = str(error)
+    return strain, reasons
+
+
+def _given(cables, key):
+    """A value of each cable, not a number where it is not given."""
+    return np.array([getattr(cable, key) for cable in cables], dtype=float)
