@@ -487,6 +487,14 @@ def test_extreme_areas(spectrum, admittance, area):
     check(outcome)
 
 
+@pytest.mark.parametrize("key", ["wind.turbulence_rms", "wind.air_density", "gondola.area", "wind.speed"])
+@pytest.mark.parametrize("value", ["1e-300", "1e300"])
+def test_a_picture_of_an_extreme_wind_is_refused_in_a_line(key, value, tmp_path):
+    outcome = run("windrms", CARLINA, "--set", f"{key}={value}", "--plot", tmp_path / "x.svg", "--quiet", code=3)
+    assert len(outcome.lines) == 1
+    assert not list(tmp_path.iterdir())
+
+
 def check(outcome):
     """A finite number, or one line that says why not; numpy's warnings are errors here."""
     row = table_of_text(outcome.out)

@@ -95,4 +95,5 @@ def force_spectrum(frequency, wind, area, drag_coefficient):
     """
     turbulence = speed_spectrum(frequency, wind.speed, wind.turbulence, wind.length_scale, wind.spectrum)
     share = admittance(frequency, wind.speed, area, wind.admittance)
-    return (wind.air_density * drag_coefficient * area * wind.speed) ** 2 * share * turbulence
+    change = wind.air_density * drag_coefficient * area * wind.speed
+    return change * change * share * turbulence
