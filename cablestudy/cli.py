@@ -182,18 +182,27 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 @SET
 @FORMAT
 @PLOT
+@click.option(
+    "--on",
+    type=click.Choice(["gondola", "cable", "both"]),
+    default="gondola",
+    show_default=True,
+    help="What the wind acts on.",
+)
 @EXPLAIN
 @QUIET
 @edge
-def windrms(scene, sets, style, plot, explain, quiet):
+def windrms(scene, sets, style, plot, on, explain, quiet):
     """RMS of the gondola in the wind, with and without the winch loop; loop margins."""
     check_picture(plot)
+    if plot and on != "gondola":
+        raise click.UsageError("--plot shows the wind on the gondola: leave out --on")
     from cablestudy.scene.scene import load_scene
     from cablestudy.study.wind_report import wind_table
 
     document, model = load_scene(scene, sets)
-    table, row = wind_table(document, model)
-    say(row.notes if explain else (), quiet)
+    table, row, remarks = wind_table(document, model, on)
+    say((*(row.notes if explain else ()), *remarks), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
     elif plot:

@@ -119,7 +119,7 @@ class Winch(Table):
 
 
 class Wind(Table):
-    """The wind on the gondola.
+    """The wind on the gondola and on the cable.
 
     Attributes
     ----------
@@ -132,6 +132,10 @@ class Wind(Table):
     air_density : float
         [kg/m^3]
     spectrum, admittance : str
+    cable_drag_coefficient : float
+        Of the cable across the wind. [-]
+    coherence_length : float or None
+        Of the turbulence along the cable; None when it follows from frequency, speed and length scale. [m]
     """
 
     table: ClassVar[str] = "wind"
@@ -148,6 +152,10 @@ class Wind(Table):
     )
     admittance: Annotated[str, Word(("vickery", "vickery_squared", "none"))] = Field(
         "vickery", description="How much of the turbulence acts on the whole area at once"
+    )
+    cable_drag_coefficient: Positive = Field(1.2, description="Drag coefficient of the cable, across the wind")
+    coherence_length: Annotated[float, Quantity("m", positive=True)] | None = Field(
+        None, description="Coherence length of the turbulence along the cable (default: by frequency, IEC 61400-1)"
     )
 
     @property

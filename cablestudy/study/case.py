@@ -236,6 +236,18 @@ class Case:
         return self.response if stable else windrms.response_of(self, loop.at_rest)
 
     @cached_property
+    def cable_response(self):
+        """What the wind on the cable does to the gondola: `windrms.Response`."""
+        return windrms.cable_response_of(self, self.loop)
+
+    @cached_property
+    def open_cable_response(self):
+        """The same with the winch at rest."""
+        loop = self.loop
+        stable = not loop.gain or not loop.passages.unstable_poles(loop.gain)
+        return self.cable_response if stable else windrms.cable_response_of(self, loop.at_rest)
+
+    @cached_property
     def gondola_damping_ratio(self):
         """Of the coupled mode in which the gondola moves most. [-]"""
         poles = self.loop.open_poles

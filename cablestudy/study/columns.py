@@ -8,15 +8,18 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import hypot
 
 import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.errors import NoSolutionError
+from cablestudy.wind.drag import shedding_frequencies
 
 SUFFIX = {"": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
 WINCH = "gondola.mass, winch.controller"
 BODY = "gondola.mass, gondola.area, gondola.drag_coefficient, wind"
+ON_CABLE = "gondola.mass, wind"
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,10 @@ def deflections(case):
     return float(full[place]), float(linear[place])
 
 
+def _shedding(case):
+    return shedding_frequencies(case.scene.wind, case.scene.cable.section_diameter)
+
+
 COLUMNS = (
     Column("preload", "N", "mean tension over the unstretched length", "statics", lambda c: c.statics.mean_tension),
     Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
@@ -162,6 +169,29 @@ COLUMNS = (
            lambda c: 1e3 * c.open_response.open_displacement, BODY),
     Column("gondola_rms_velocity_open_loop", "mm/s", "of its velocity, the winch at rest", "wind",
            lambda c: 1e3 * c.open_response.open_velocity, BODY),
+    Column("gondola_rms_cable_wind", "mm", "of the gondola by the wind on the cable alone, with the winch loop", "wind",
+           lambda c: 1e3 * c.cable_response.displacement, f"{ON_CABLE}, winch.controller"),
+    Column("gondola_rms_velocity_cable_wind", "mm/s", "of its velocity, with the winch loop", "wind",
+           lambda c: 1e3 * c.cable_response.velocity, f"{ON_CABLE}, winch.controller"),
+    Column("gondola_rms_open_loop_cable_wind", "mm", "by the wind on the cable alone, the winch at rest", "wind",
+           lambda c: 1e3 * c.open_cable_response.open_displacement, ON_CABLE),
+    Column("gondola_rms_velocity_open_loop_cable_wind", "mm/s", "of its velocity, the winch at rest", "wind",
+           lambda c: 1e3 * c.open_cable_response.open_velocity, ON_CABLE),
+    Column("gondola_rms_all_wind", "mm", "by the wind on gondola and cable together, with the winch loop", "wind",
+           lambda c: 1e3 * hypot(c.response.displacement, c.cable_response.displacement), f"{BODY}, winch.controller"),
+    Column("gondola_rms_velocity_all_wind", "mm/s", "of its velocity, with the winch loop", "wind",
+           lambda c: 1e3 * hypot(c.response.velocity, c.cable_response.velocity), f"{BODY}, winch.controller"),
+    Column("gondola_rms_open_loop_all_wind", "mm", "by the wind on gondola and cable together, the winch at rest",
+           "wind", lambda c: 1e3 * hypot(c.open_response.open_displacement, c.open_cable_response.open_displacement),
+           BODY),
+    Column("gondola_rms_velocity_open_loop_all_wind", "mm/s", "of its velocity, the winch at rest", "wind",
+           lambda c: 1e3 * hypot(c.open_response.open_velocity, c.open_cable_response.open_velocity), BODY),
+    Column("shedding_frequency", "Hz", "of vortices, 0.2 v/d at the mean wind speed", "scene",
+           lambda c: _shedding(c)[1], "wind"),
+    Column("shedding_frequency_low", "Hz", "the same three standard deviations of the speed below the mean, 0 at least",
+           "scene", lambda c: _shedding(c)[0], "wind"),
+    Column("shedding_frequency_high", "Hz", "the same three standard deviations of the speed above the mean", "scene",
+           lambda c: _shedding(c)[2], "wind"),
     Column("iterations", "", "Newton steps of the statics", "statics", lambda c: c.statics.iterations),
     Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
     Column("solve_time", "ms", "time that the row took", "run", None),

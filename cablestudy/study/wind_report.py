@@ -1,55 +1,98 @@
 """Table of the command `windrms`."""
 
+from dataclasses import replace
+
+from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
+from cablestudy.study.cable_wind import modes_between
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.row import evaluate
 from cablestudy.study.sweep import STATUS, field_of
 from cablestudy.study.table import Field, Table
-from cablestudy.study.windrms import BELOW
+from cablestudy.study.windrms import BELOW, together
+from cablestudy.wind.drag import shedding_frequencies
 
-CLOSED = ("gondola_rms", "gondola_rms_velocity", "gain_margin", "phase_margin", "bandwidth", "largest_gain")
-OPEN = (
-    "gondola_rms_open_loop",
-    "gondola_rms_velocity_open_loop",
-    "gondola_frequency",
-    "gondola_frequency_static",
-    "gondola_damping_ratio",
+LOADED = ("gondola", "cable", "both")
+PARTS = {"gondola": ("",), "cable": ("_cable_wind",), "both": ("", "_cable_wind", "_all_wind")}
+CLOSED, OPEN = (
+    ("gondola_rms", "gondola_rms_velocity"),
+    ("gondola_rms_open_loop", "gondola_rms_velocity_open_loop"),
+)
+LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
+GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
+CABLE_NOTE = (
+    "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
+    "cable's vertical plane, whichever moves the gondola more; nothing in common with the force on the gondola"
 )
 
 
-def wind_table(document, scene):
+def wind_table(document, scene, on="gondola"):
     """The gondola in the wind, with the winch loop where the scene has a controller.
 
     Parameters
     ----------
     document : Document
     scene : Scene
+    on : {"gondola", "cable", "both"}
+        What the wind acts on.
 
     Returns
     -------
     table : Table
         One row.
     row : Row
+    remarks : tuple of str
+        What the reader should know though it is in no column.
 
     Raises
     ------
     SceneError
         The scene has no gondola or no wind.
     """
-    columns = [find(name) for name in (*CLOSED, *OPEN)]
-    if scene.winch is None or scene.winch.controller is None:
-        columns = [find(name) for name in OPEN]
+    parts = PARTS[on]
+    names = [name + part for part in parts for name in OPEN] + list(GONDOLA)
+    if scene.winch is not None and scene.winch.controller is not None:
+        names = [name + part for part in parts for name in CLOSED] + list(LOOP) + names
+    columns = [find(name) for name in names]
     for column in columns:
         if lacks(scene, column):
             raise missing(document, lacks(scene, column), "windrms")
     row = evaluate(scene, columns)
-    fields, cells = [field_of(column) for column in columns], dict(row.cells)
+    fields, cells, remarks = [field_of(column) for column in columns], dict(row.cells), ()
     if not row.failed:
-        response = row.case.response
+        response = _response(row.case, on)
         for limit, share in zip(BELOW, response.shares, strict=True):
             name = f"variance_share_below_{limit:g}_Hz"
             fields.append(Field(name, f"variance share below {limit:g} Hz"))
             cells[name] = share
         fields.append(Field("integration_error", "integration error"))
         cells["integration_error"] = response.error
-    return Table((*fields, STATUS), [cells], single=True), row
+        remarks = tuple(_vortices(row.case))
+    if on != "gondola":
+        row = replace(row, notes=(*row.notes, CABLE_NOTE))
+    return Table((*fields, STATUS), [cells], single=True), row, remarks
+
+
+def _response(case, on):
+    """Of which the shares and the error are shown."""
+    if on == "gondola":
+        return case.response
+    return case.cable_response if on == "cable" else together(case.response, case.cable_response)
+
+
+def _vortices(case):
+    """A line where the cable has modes among the frequencies at which it sheds vortices."""
+    low, _, high = shedding_frequencies(case.scene.wind, case.scene.cable.section_diameter)
+    where = f"note: the cable sheds vortices at {low:.3g} to {high:.3g} Hz"
+    try:
+        count, spacing = modes_between(case, low, high)
+    except CablestudyError as error:
+        yield f"{where}; which modes it has there is not known: {error}"
+        return
+    if count and spacing is None:
+        yield f"{where}, where it has {count} mode{'s' if count > 1 else ''} across its axis"
+    elif count:
+        yield (
+            f"{where}, where it has about {count} modes across its axis, every {spacing:.3g} Hz in each plane "
+            f"(an estimate from the travel time of transverse waves)"
+        )

@@ -1,16 +1,21 @@
 """Command `windrms`: what the wind does to the gondola, with and without the winch loop."""
 
 from dataclasses import dataclass, replace
+from math import frexp, hypot, inf, ldexp, prod
 
 import numpy as np
 
 from cablestudy.control.winch import NEAR, Loop, Notch
+from cablestudy.errors import NoSolutionError
 from cablestudy.wind import rms
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
 TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
 SLOW, FAST = 1e-7, 3e3  # range of integration over the slowest and fastest of gondola and wind
+FASTEST = 1e6  # wind, over the gondola's frequency, beyond which it is white for all that moves
+FAR = 1e100  # wind over gondola and gondola over wind beyond which squares are no numbers
+NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
 
 
 @dataclass(frozen=True)
@@ -104,7 +109,7 @@ def force_of(case):
     return lambda frequency: force_spectrum(frequency, wind, gondola.area, gondola.drag_coefficient)
 
 
-def respond(loop, force, corner, tolerance=TOLERANCE):
+def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     """RMS of the gondola under a force spectrum.
 
     Parameters
@@ -117,29 +122,46 @@ def respond(loop, force, corner, tolerance=TOLERANCE):
         Where the force spectrum begins to fall. [Hz]
     tolerance : float
         Relative, of each variance.
+    cable : bool
+        Whether the force comes along the cable, so that every mode of the cable may stand in its spectrum.
 
     Returns
     -------
     Response
+
+    Raises
+    ------
+    NoSolutionError
+        Wind and gondola are too far apart, or the variance is no number.
     """
     spectra = spectra_of(loop, force)
-    poles = loop.visible(loop.open_poles if not loop.gain else np.concatenate([loop.open_poles, loop.closed_poles]))
+    poles = loop.open_poles if not loop.gain else np.concatenate([loop.open_poles, loop.closed_poles])
+    poles = poles if cable else loop.visible(poles)
     centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
-    main = np.abs(loop.gondola_pole) / (2 * np.pi)
-    near = centre < NEAR * main
-    low, high = SLOW * min(main, corner), FAST * max(main, corner)
-    edges = rms.breakpoints(low, high, centre[near], width[near], (*BELOW, corner, *centre[~near]))
+    main = float(np.abs(loop.gondola_pole)) / (2 * np.pi)
+    if not main / FAR < corner < main * FAR:
+        raise NoSolutionError(
+            f"wind of {corner:.3g} Hz (speed/length_scale) is too far from the gondola's {main:.3g} Hz"
+        )
+    fastest = NEAR * max(main, loop.felt.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
+    near = centre < fastest
+    low, high = SLOW * min(main, corner), FAST * max(main, min(corner, FASTEST * main))
+    marks = [mark for mark in (*BELOW, corner, *centre[~near]) if low < mark < high]
+    edges = rms.breakpoints(low, high, centre[near], width[near], marks)
     found = rms.integrate(spectra, edges, tolerance)
     # below the range a loop without gain is flat
     flat = spectra(np.array([low]))[:, 0] * low
     variance = found.value + flat * np.array([not loop.gain, 0, 1, 0])
+    if not (np.isfinite(variance) & (variance > 0)).all():
+        raise NoSolutionError("the wind's force on the gondola is too small or too large for a number")
     below = np.cumsum(found.panels[:, 0]) / found.value[0]
     shares = tuple(float(np.interp(mark, found.edges[1:], below)) if mark < high else 1.0 for mark in BELOW)
-    return Response(*map(float, np.sqrt(variance)), float((found.error / variance).max()), shares, found.evaluations)
+    numbers = map(float, np.sqrt(variance))
+    return Response(*numbers, float((found.error / variance).max()), shares, found.evaluations)
 
 
 def response_of(case, loop):
-    """RMS of the gondola of a case in its wind.
+    """RMS of the gondola of a case by the wind on the gondola.
 
     Parameters
     ----------
@@ -153,7 +175,7 @@ def response_of(case, loop):
     Raises
     ------
     NoSolutionError
-        The loop is unstable.
+        The loop is unstable, or a number is too large for one.
     ConvergenceError
         The integral does not settle.
     """
@@ -166,6 +188,80 @@ def response_of(case, loop):
 
     # the response is linear in the force, whose square might not be a number
     found = respond(loop, unit, wind.speed / wind.length_scale)
-    size = wind.air_density * gondola.drag_coefficient * gondola.area * wind.speed * wind.turbulence
-    names = ("displacement", "velocity", "open_displacement", "open_velocity")
-    return replace(found, **{name: size * getattr(found, name) for name in names})
+    return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
+
+
+def cable_response_of(case, loop):
+    """RMS of the gondola of a case by the wind on the cable.
+
+    Parameters
+    ----------
+    case : Case
+    loop : Loop
+
+    Returns
+    -------
+    Response
+        Each number the larger one of wind across and along the cable; shares of the variance for that of the larger
+        displacement.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        As `response_of`.
+    """
+    from cablestudy.study.cable_wind import DIRECTIONS, CableWind
+
+    loop.check_stable()
+    wind, reach = case.scene.wind, CableWind(case)
+    spectra = filter(None, [reach.spectrum(direction) for direction in DIRECTIONS])
+    found = [respond(loop, spectrum, wind.speed / wind.length_scale, cable=True) for spectrum in spectra]
+    if not found:  # a straight cable without weight does not pass on what is normal to it
+        return Response(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW), 0)
+    worst = max(found, key=lambda response: response.displacement)
+    worst = replace(
+        worst,
+        error=max(response.error for response in found),
+        evaluations=sum(response.evaluations for response in found),
+        **{name: max(getattr(response, name) for response in found) for name in NUMBERS},
+    )
+    size = wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, reach.length
+    return _scaled(worst, *size, wind.speed, wind.turbulence)
+
+
+def together(first, second):
+    """RMS by two forces that have nothing to do with each other: variances add.
+
+    Parameters
+    ----------
+    first, second : Response
+
+    Returns
+    -------
+    Response
+    """
+    numbers = {name: hypot(getattr(first, name), getattr(second, name)) for name in NUMBERS}
+    weights = [(part.displacement / (numbers["displacement"] or 1.0)) ** 2 for part in (first, second)]
+    shares = tuple(
+        sum(weight * share for weight, share in zip(weights, pair, strict=True))
+        for pair in zip(first.shares, second.shares, strict=True)
+    )
+    return Response(
+        **numbers,
+        error=max(first.error, second.error),
+        shares=shares,
+        evaluations=first.evaluations + second.evaluations,
+    )
+
+
+def _scaled(response, *factors):
+    """A response to some force for one that is larger by a product, which alone might not be a number."""
+
+    def times(number):
+        parts = [frexp(factor) for factor in (number, *factors)]
+        try:
+            return ldexp(prod(mantissa for mantissa, _ in parts), sum(exponent for _, exponent in parts))
+        except OverflowError:
+            return inf
+
+    return replace(response, **{name: times(getattr(response, name)) for name in NUMBERS})

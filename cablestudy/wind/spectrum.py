@@ -3,12 +3,15 @@
 One-sided spectra: their integral over f from 0 to infinity is the variance.
 """
 
+from math import sqrt
+
 import numpy as np
 
 # 4 B(1/2, 1/3)^2: with it the von Karman spectrum has exactly the variance that it is given
 VON_KARMAN_EXACT = 70.78012763381717
 SPECTRA = ("von_karman", "von_karman_exact", "davenport", "kaimal")
 ADMITTANCES = ("vickery", "vickery_squared", "none")
+LARGEST = 1e150  # of a ratio, whose powers shall still be numbers
 
 
 def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
@@ -33,7 +36,8 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
     von Karman 4/(1 + 70.7 x^2)^(5/6), the paper's; its integral is 1.00057 sigma^2, exactly sigma^2 with 70.78.
     Davenport (1961) (2/3) x/(1 + x^2)^(4/3), for which L is 1200 m. Kaimal (IEC 61400-1) 4/(1 + 6 x)^(5/3).
     """
-    x = frequency * length_scale / speed
+    passing = length_scale / speed
+    x = frequency * passing
     if kind == "von_karman":
         shape = 4 / (1 + 70.7 * x**2) ** (5 / 6)
     elif kind == "von_karman_exact":
@@ -42,7 +46,7 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
         shape = 2 / 3 * x / (1 + x**2) ** (4 / 3)
     else:
         shape = 4 / (1 + 6 * x) ** (5 / 3)
-    return rms**2 * length_scale / speed * shape
+    return rms * rms * passing * shape
 
 
 def admittance(frequency, speed, area, kind="vickery"):
@@ -67,7 +71,8 @@ def admittance(frequency, speed, area, kind="vickery"):
     """
     if kind == "none":
         return np.ones_like(frequency)
-    chi = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    passing = min(2 * sqrt(area) / speed, LARGEST)
+    chi = 1 / (1 + np.minimum(frequency * passing, LARGEST) ** (4 / 3))
     return chi if kind == "vickery" else chi**2
 
 
@@ -90,4 +95,5 @@ def force_spectrum(frequency, wind, area, drag_coefficient):
     """
     turbulence = speed_spectrum(frequency, wind.speed, wind.turbulence, wind.length_scale, wind.spectrum)
     share = admittance(frequency, wind.speed, area, wind.admittance)
-    return (wind.air_density * drag_coefficient * area * wind.speed) ** 2 * share * turbulence
+    change = wind.air_density * drag_coefficient * area * wind.speed
+    return change * change * share * turbulence

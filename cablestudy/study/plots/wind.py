@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from cablestudy.errors import NoSolutionError
 from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, styled
 from cablestudy.study.windrms import force_of, spectra_of
 from cablestudy.wind.spectrum import admittance, speed_spectrum
@@ -23,12 +24,20 @@ def wind_response(case):
     Returns
     -------
     matplotlib.figure.Figure
+
+    Raises
+    ------
+    NoSolutionError
+        Numbers that no picture can show.
     """
     frequency = _grid(case)
+    with np.errstate(all="ignore"):
+        held, _, alone, _ = spectra_of(case.loop, force_of(case))(frequency)
+    if not (np.isfinite(1e6 * held) & np.isfinite(1e6 * alone) & (alone > 0)).all():
+        raise NoSolutionError("the response spectrum is too large or too small for a picture")
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     _speed(axes[0], case, frequency)
-    held, _, alone, _ = spectra_of(case.loop, force_of(case))(frequency)
     _displacement(axes[1], case, frequency, alone, held)
     _variance(axes[2], case, frequency, alone, held)
     axes[2].set_xlabel("frequency [Hz]")

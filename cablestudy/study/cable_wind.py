@@ -1,0 +1,145 @@
+"""The wind on the cable itself, as a force on the gondola; and the vortices that the cable sheds.
+
+A force per length f(s) along the cable acts on the gondola as the integral of h(s) f(s), where h is the static shape
+for a movement of end 2 along x, and what each mode adds to it by moving (`control.reach`). The mean wind is horizontal,
+with the speed that the gondola has; each component of the turbulence has the spectrum of the longitudinal one, and two
+components have nothing to do with each other. What the paper leaves open is where the wind comes from: each number is
+the larger one of wind across and along the vertical plane of the cable, between which those of a straight cable lie.
+"""
+
+from math import ceil, floor
+
+import numpy as np
+
+from cablestudy.cable.element import basis, lagrange
+from cablestudy.control.ends import GONDOLA, GROUND
+from cablestudy.control.reach import modal_shares
+from cablestudy.wind.coherence import ratio_of, rod
+from cablestudy.wind.drag import drag_matrices
+from cablestudy.wind.spectrum import speed_spectrum
+
+DIRECTIONS = ("across", "along")
+AT_ONCE = 2000  # frequencies
+STILL = 1e-9  # share of what moves that no more than rounding leaves
+COUNTED = 40  # modes of each plane up to which they are computed and not estimated
+TRAVEL_POINTS = 2000
+
+
+class CableWind:
+    """How the wind on the cable of a case reaches the gondola.
+
+    Parameters
+    ----------
+    case : Case
+    """
+
+    def __init__(self, case):
+        dynamics, span, model = case.dynamics, case.span, case.end_model
+        state, self._wind = case.discrete[0], case.scene.wind
+        felt = np.abs(model.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0)
+        felt = np.flatnonzero(felt > 1e-9 * felt.max(initial=0.0))  # as the loop has them
+        self._model = model.select(felt)
+        self._rod = rod(state.mesh, state.stretch)
+        self.length = self._rod.length * float(span.unstretched_length)
+        shapes = np.zeros((state.mesh.nodes, 3, len(felt) + 1))
+        along = span.frame[:, GONDOLA - 3]
+        for system in dynamics.systems:
+            axes = list(system.axes)
+            shapes[:, axes, 0] = system.end_shapes @ along[axes]
+        shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., felt]
+        element, points = basis(state.mesh.order), self._rod.points[0]
+        gathered = shapes[state.mesh.element_nodes]
+        self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), gathered, optimize=True)
+        tangent = np.einsum("qp,epa->eqa", lagrange(element.points, points), state.direction)
+        self._tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
+        level = np.array([*span.azimuth, 0.0])
+        self._blowing = {"across": np.array([0.0, 0.0, 1.0]), "along": span.frame @ level}
+
+    def loads(self, direction):
+        """Static shape and modes, seen by each component of the turbulence and expanded in the rod's functions.
+
+        Parameters
+        ----------
+        direction : {"across", "along"}
+            Of the mean wind, from the vertical plane of the cable.
+
+        Returns
+        -------
+        ndarray, shape (c, n + 1, r)
+            Components that no force of which reaches the gondola are left out.
+        """
+        matrices = drag_matrices(self._tangent, self._blowing[direction])
+        seen = np.einsum("eqak,eqac->ceqk", self._shapes, matrices, optimize=True)
+        seen = seen.reshape(3, -1, seen.shape[-1])
+        whole = np.abs(self._shapes).max(axis=(0, 1, 2))
+        moved = (np.abs(seen) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
+        return (self._rod.collect @ seen[moved]).transpose(0, 2, 1)
+
+    def spectrum(self, direction):
+        """Spectrum of the force on the gondola over (rho C_d d v sigma length)^2.
+
+        Parameters
+        ----------
+        direction : {"across", "along"}
+
+        Returns
+        -------
+        callable or None
+            Frequencies, shape (m,) [Hz] -> shape (m,) [1/Hz]; None where nothing reaches the gondola.
+        """
+        loads, wind, ratio = self.loads(direction), self._wind, ratio_of(self._wind, self.length)
+        if not len(loads):
+            return None
+
+        def part(frequency):
+            shares = modal_shares(self._model, 2j * np.pi * frequency)
+            load = loads[:, :1] + shares @ loads[:, 1:]
+            turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
+            return turbulence * self._rod.variance(load, ratio(frequency))
+
+        def whole(frequency):
+            pieces = np.split(frequency, range(AT_ONCE, len(frequency), AT_ONCE))
+            return np.concatenate([part(piece) for piece in pieces])
+
+        return whole
+
+
+def transverse_travel_time(case):
+    """How long a transverse wave takes from end to end: the integral of sqrt(m |r'|/T) over the cable. [s]"""
+    span = case.span
+    places = (np.arange(TRAVEL_POINTS) + 0.5) / TRAVEL_POINTS
+    tension = np.sqrt((case.catenary.at(places)[1] ** 2).sum(axis=-1))
+    slowness = np.sqrt(span.mass * (1 / np.maximum(tension, np.finfo(float).tiny) + 1 / span.axial_stiffness))
+    return float(slowness.mean() * span.unstretched_length)
+
+
+def modes_between(case, low, high):
+    """Modes of the cable, axial ones not counted, in a range of frequencies.
+
+    Parameters
+    ----------
+    case : Case
+    low, high : float
+        [Hz]
+
+    Returns
+    -------
+    count : int
+        Both planes together.
+    spacing : float or None
+        Distance of neighbours in one plane, where the count is an estimate from the travel time of waves. [Hz]
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+    """
+    from cablestudy.study.case import Case
+    from cablestudy.study.row import modes
+
+    time = transverse_travel_time(case)
+    if 2 * high * time > COUNTED:
+        return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
+    accurate = case.scene.model.model_copy(update={"elements": None, "accuracy": 1e-3})
+    found = modes(Case(case.scene.model_copy(update={"model": accurate})), upto=high)[1]
+    kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]
+    return sum(kind != "axial" for kind in kinds), None

@@ -1,0 +1,527 @@
+"""The wind on the cable: dense matrices with the covariance of all nodes, closed forms, limits; vortices."""
+
+from functools import cache
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from command import CARLINA, run, table_of
+from scenes import cells, scene
+
+from cablestudy.cable.element import Mesh, mesh_segments
+from cablestudy.control import statespace
+from cablestudy.errors import NoSolutionError
+from cablestudy.study import cable_wind
+from cablestudy.study.case import Case
+from cablestudy.wind.coherence import ratio_of, rod
+from cablestudy.wind.drag import drag_matrices, shedding_frequencies
+
+SLOW_LOOP = "winch.controller.gain=0.05"
+HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
+VISCOUS = "cable.damping={model: kelvin_voigt, time: 4.4 ms}"
+INCLINED = "cable.ends=[[0, 0, 0], [160 m, 0, 95 m]]"
+VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 185.8]]"
+SAGGING = "cable.unstretched_length=186.5 m"
+ASIDE = "cable.loads=[{at: 60 m, force: [0, 30 N, -10 N]}]"
+
+
+@cache
+def case_of(*sets):
+    return Case(scene(*sets))
+
+
+def integral(load, ratio, points=4000):
+    """Double integral of load(a) conj(load(b)) exp(-ratio |a - b|) over [0, 1]^2: exact for a load that is linear
+    between so many points, by the recursion of a decaying sum."""
+    place = np.linspace(0, 1, points + 1)
+    values, h = load(place), 1 / points
+    x = ratio * h
+    # over one interval of unit length: weights of both ends against exp(-x (1 - t)), exp(-x t), and within
+    t, w = np.polynomial.legendre.leggauss(40)
+    t, w = (t + 1) / 2, w / 2
+    ends = np.stack([1 - t, t])
+    to_right, to_left = (ends * w) @ np.exp(-x * (1 - t)), (ends * w) @ np.exp(-x * t)
+    inner = np.zeros((2, 2))
+    for tj, wj in zip(t, w, strict=True):  # b below a, with a rule of its own on [0, a]
+        inner += wj * tj * np.outer([1 - tj, tj], (np.stack([1 - tj * t, tj * t]) * w) @ np.exp(-x * tj * (1 - t)))
+    passed, total = 0.0, 0.0
+    for left, right in pairwise(values):
+        pair = np.array([left, right])
+        total += 2 * (np.conj(to_left @ pair) * passed * h).real + 2 * (pair.conj() @ inner @ pair).real * h**2
+        passed = passed * np.exp(-x) + to_right @ pair * h
+    return total
+
+
+# the sum over the cable
+
+
+def polynomial(mesh, function):
+    """`collect` of a function."""
+    found = rod(mesh, np.ones((mesh.elements, mesh.order)))
+    place = mesh.edges[:-1, None] + mesh.sizes[:, None] * found.points
+    return found, found.collect @ function(place).ravel()
+
+
+@pytest.mark.parametrize("ratio", [1e-250, 1e-9, 1e-3, 1.0, 30.0, 400.0])
+@pytest.mark.parametrize(("elements", "order"), [(1, 16), (3, 10), (1, 48)])
+def test_a_load_on_high_orders_against_a_fine_integration(ratio, elements, order):
+    def load(s):
+        return np.cos(5 * s + 0.3) + 1j * s**2
+
+    found, collected = polynomial(Mesh(np.linspace(0, 1, elements + 1) ** 1.3, order), load)
+    value = found.variance(collected[None, None], np.array([ratio]))[0]
+    # a layer at the ends that no node resolves has the share l/L of the sum
+    assert value == pytest.approx(integral(load, ratio), rel=1e-5 if ratio < 100 else 1 / ratio)
+
+
+def test_a_load_on_bars_converges_with_their_square():
+    errors = []
+    for elements in (10, 20, 40):
+        found, collected = polynomial(Mesh(np.linspace(0, 1, elements + 1), 1), lambda s: np.sin(np.pi * s))
+        value = found.variance(collected[None, None] + 0j, np.array([12.0]))[0]
+        # closed form: 2 times the integral of sin against its decaying sum
+        k, r = np.pi, 12.0
+        exact = r / (r**2 + k**2) + 2 * k**2 * (1 + np.exp(-r)) / (r**2 + k**2) ** 2
+        errors.append(abs(value / exact - 1))
+    assert errors[0] < 0.03
+    assert np.log2(errors[0] / errors[1]) > 1.8
+    assert np.log2(errors[1] / errors[2]) > 1.8
+
+
+def test_whole_coherence_is_the_square_of_the_sum_and_none_is_the_sum_of_squares():
+    found, collected = polynomial(Mesh(np.linspace(0, 1, 21), 2), lambda s: 1 + s**2)
+    whole, none = found.variance(collected[None, None] + 0j * np.ones((1, 2, 1)), np.array([1e-300, 1e12]))
+    assert whole == pytest.approx((4 / 3) ** 2, rel=1e-10)
+    assert none == pytest.approx(2e-12 * (1 + 2 / 3 + 1 / 5), rel=1e-4)
+
+
+def test_many_nodes_are_thinned_without_loss():
+    found, collected = polynomial(Mesh(np.linspace(0, 1, 2001), 1), lambda s: np.cos(9 * s))
+    assert len(found.square) == 800
+    for ratio in (0.1, 12.0):
+        value = found.variance(collected[None, None] + 0j, np.array([ratio]))[0]
+        assert value == pytest.approx(integral(lambda s: np.cos(9 * s), ratio), rel=2e-5)
+
+
+def test_a_stretched_cable_counts_by_its_stretched_length():
+    mesh = Mesh(np.linspace(0, 1, 9), 4)
+    stretch = 1 + mesh.point_positions  # of the mean 1.5
+    found = rod(mesh, stretch)
+    assert found.length == pytest.approx(1.5, rel=1e-12)
+    collected = found.collect @ np.ones(found.points.size)
+    value = found.variance(collected[None, None] + 0j, np.array([2.0]))[0]
+    assert value == pytest.approx(2 * (2 - 1 + np.exp(-2)) / 4, rel=1e-8)  # of a constant
+
+
+def test_coherence_length():
+    wind = SimpleNamespace(speed=6.0, length_scale=25.0, coherence_length=None)
+    frequency, distance = np.array([0.0, 0.1, 3.0]), 7.0
+    coherence = np.exp(-ratio_of(wind, 185.0)(frequency) * distance / 185.0)
+    # IEC 61400-1, typed in
+    assert coherence == pytest.approx(
+        np.exp(-12 * np.sqrt((frequency * distance / 6.0) ** 2 + (0.12 * distance / 25.0) ** 2)), rel=1e-12
+    )
+    wind.coherence_length = 10.0
+    assert ratio_of(wind, 185.0)(frequency) == pytest.approx(18.5)
+    wind.coherence_length = 1e-200
+    with pytest.raises(NoSolutionError, match="coherent over too small a part"):
+        ratio_of(wind, 185.0)
+
+
+# drag
+
+
+def drag(tangent, wind):
+    """|u_n| u_n / 2."""
+    normal = wind - tangent * (tangent @ wind)
+    return np.linalg.norm(normal) * normal / 2
+
+
+@pytest.mark.parametrize("blowing", [(0, 1, 0), (1, 0, 0), (0.6, 0.8, 0)])
+@pytest.mark.parametrize("tangent", [(1, 0, 0), (0, 0, 1), (0.8, 0, 0.6), (0.36, 0.48, 0.8)])
+def test_the_linear_drag_is_the_derivative_of_the_drag(blowing, tangent):
+    tangent, blowing = np.array(tangent, dtype=float), np.array(blowing, dtype=float)
+    found = drag_matrices(tangent, blowing)
+    step = 1e-6
+    for axis in np.eye(3):
+        derivative = (drag(tangent, blowing + step * axis) - drag(tangent, blowing - step * axis)) / (2 * step)
+        assert found @ axis == pytest.approx(derivative, abs=1e-6)
+
+
+def test_wind_across_and_along_bound_any_other_on_a_straight_cable():
+    case = case_of(INCLINED, "gravity=1e-3")
+    reach = cable_wind.CableWind(case)
+    frequency = np.array([0.01, 0.5, 2.0])
+    found = {}
+    for angle in (0, 20, 45, 70, 90):
+        turned = np.radians(angle)
+        reach._blowing["some"] = case.span.frame @ np.array([np.cos(turned), np.sin(turned), 0.0])
+        found[angle] = reach.spectrum("some")(frequency)
+    assert found[0] == pytest.approx(reach.spectrum("along")(frequency), rel=1e-12)
+    assert found[90] == pytest.approx(reach.spectrum("across")(frequency), rel=1e-12)
+    # linear in the square of the sine
+    for angle in (20, 45, 70):
+        square = np.sin(np.radians(angle)) ** 2
+        assert found[angle] == pytest.approx((1 - square) * found[0] + square * found[90], rel=1e-3)
+
+
+# the whole way, by dense matrices
+
+
+def dense(case, frequency, direction):
+    """Spectrum of the gondola's place without control by the wind on the cable: all nodes, all at once, each frequency.
+
+    Global axes, ends held but for x of end 2; damping in the matrices; covariance of Gauss points, two to an element.
+    """
+    state, span, scene_ = case.discrete[0], case.span, case.scene
+    force, length = state.force, float(span.unstretched_length)
+    nodes, mesh = state.mesh.nodes, state.mesh
+    K, E, M = (np.zeros((3 * nodes, 3 * nodes)) for _ in range(3))
+    for system in case.dynamics.systems:
+        index = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
+        whole = system.full_stiffness().toarray()
+        shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
+        K[np.ix_(index, index)] = whole * force / length
+        E[np.ix_(index, index)] = system.strain_energy(shapes)[0] * force / length
+        M[np.ix_(index, index)] = system.full_mass().toarray() * float(span.mass) * length
+    turn = np.kron(np.eye(nodes), span.frame)
+    K, E, M = (turn.T @ matrix @ turn for matrix in (K, E, M))
+    # modal damping of the modes with fixed ends, of absolute movement: 2 zeta M sqrt(M^-1 K) inside
+    inner = np.arange(3, 3 * nodes - 3)
+    C = np.zeros_like(K)
+    damping = scene_.cable.damping
+    if damping.model == "modal":
+        root = np.sqrt(np.diagonal(M)[inner])
+        value, vector = np.linalg.eigh(K[np.ix_(inner, inner)] / np.outer(root, root))
+        C[np.ix_(inner, inner)] = (vector * 2 * damping.ratio * np.sqrt(value)) @ vector.T * np.outer(root, root)
+    # Gauss points of each bar, their place along the stretched cable
+    t, w = np.array([0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)]), np.array([0.5, 0.5])
+    sizes = mesh.sizes * state.stretch[:, 0] * length
+    start = np.concatenate([[0.0], np.cumsum(sizes)])[:-1]
+    place, weight = (start[:, None] + sizes[:, None] * t).ravel(), (sizes[:, None] * w).ravel()
+    tangent = np.repeat(state.direction[:, 0] @ span.frame, 2, axis=0)
+    to_nodes = np.zeros((nodes, len(place)))
+    for e in range(mesh.elements):
+        to_nodes[e, 2 * e : 2 * e + 2], to_nodes[e + 1, 2 * e : 2 * e + 2] = 1 - t, t
+    wind = np.array([0.0, 1.0, 0.0]) if direction == "across" else np.array([1.0, 0.0, 0.0])
+    drags = np.zeros((3 * nodes, 3 * len(place)))
+    for k in range(len(place)):
+        n = wind - tangent[k] * (tangent[k] @ wind)
+        a = np.linalg.norm(n)
+        G = a * (np.eye(3) - np.outer(tangent[k], tangent[k])) / 2 + (np.outer(n, n) / a / 2 if a else 0)
+        drags[:, 3 * k : 3 * k + 3] = np.kron(to_nodes[:, [k]], G * weight[k])
+    v, sigma, L = scene_.wind.speed, scene_.wind.turbulence, scene_.wind.length_scale
+    drags *= scene_.wind.air_density * scene_.wind.cable_drag_coefficient * scene_.cable.section_diameter * v * sigma
+    free = np.append(inner, 3 * nodes - 3)
+    M[-3, -3] += scene_.gondola.mass
+    apart = np.abs(place[:, None] - place)
+    found = []
+    for f in frequency:
+        omega = 2 * np.pi * f
+        viscous = {"modal": omega * C, "hysteretic": (damping.loss_factor or 0) * E,
+                   "kelvin_voigt": (damping.time or 0) * omega * E}[damping.model]  # fmt: skip
+        A = (K + 1j * viscous - omega**2 * M)[np.ix_(free, free)]
+        # the row of the inverse that belongs to the gondola
+        row = np.zeros(3 * nodes, dtype=complex)
+        row[free] = np.linalg.solve(A.T, np.eye(len(free))[-1])
+        h = (row @ drags).reshape(-1, 3)
+        given = scene_.wind.coherence_length
+        decay = 1 / given if given else 12 * np.hypot(f / v, 0.12 / L)
+        covariance = np.exp(-decay * apart)
+        # beside each other in one interval the corner of exp counts: exact for constant loads, cell by cell
+        spectrum = 4 * L / v / (1 + 70.7 * (f * L / v) ** 2) ** (5 / 6)
+        found.append(spectrum * np.einsum("ka,kl,la->", h.conj(), covariance, h).real)
+    return np.array(found)
+
+
+SMOOTH = "wind.coherence_length=60 m"
+
+
+@pytest.mark.parametrize("direction", ["across", "along"])
+@pytest.mark.parametrize("damping", [None, HYSTERETIC, VISCOUS])
+@pytest.mark.parametrize("form", [None, INCLINED, VERTICAL, SAGGING, ASIDE])
+def test_the_spectrum_is_that_of_the_dense_matrices(direction, damping, form):
+    case = case_of("winch.controller.gain=0", SMOOTH, *filter(None, (damping, form)))
+    main = case.gondola_frequency
+    frequency = np.array([0.01, 0.5 * main, 1.01 * main, 1.6, 3.18, 4.76, 9.0, 20.0])
+    if form != VERTICAL:  # a pendulum strains nothing, and damped strain leaves its resonance without bound
+        frequency = np.append(frequency, main)
+    reach = cable_wind.CableWind(case)
+    wind = case.scene.wind
+    size = wind.air_density * 1.2 * case.scene.cable.section_diameter * wind.speed * wind.turbulence * reach.length
+    held = np.abs(case.loop.compliances(2j * np.pi * frequency)[0]) ** 2
+    found = reach.spectrum(direction)(frequency) * held * size**2
+    # two points to a bar see the corner of exp(-r/l) with an error (h/l)^2/6 of the sum: half a percent here
+    assert found == pytest.approx(dense(case, frequency, direction), rel=0.02)
+
+
+@pytest.mark.parametrize("form", [None, INCLINED])
+def test_whole_coherence_is_the_dense_matrices_to_rounding(form):
+    case = case_of("winch.controller.gain=0", "wind.coherence_length=1e12 m", *filter(None, (form,)))
+    frequency = np.array([0.01, 0.3, 0.7, 1.6, 3.18, 9.0])
+    reach, wind = cable_wind.CableWind(case), case.scene.wind
+    size = wind.air_density * 1.2 * case.scene.cable.section_diameter * wind.speed * wind.turbulence * reach.length
+    held = np.abs(case.loop.compliances(2j * np.pi * frequency)[0]) ** 2
+    found = reach.spectrum("across")(frequency) * held * size**2
+    assert found == pytest.approx(dense(case, frequency, "across"), rel=1e-7)
+
+
+@pytest.mark.parametrize("sets", [(), (HYSTERETIC,), (INCLINED,)])
+def test_the_rms_is_that_of_the_dense_matrices_over_many_frequencies(sets):
+    case = case_of("winch.controller.gain=0", SMOOTH, "model.elements=16", *sets)
+    poles = case.loop.open_poles
+    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
+    near = centre < 5
+    grid = [np.geomspace(1e-5, 60, 400)]
+    for c, w in zip(centre[near], width[near], strict=True):
+        grid.append(c + w * np.sinh(np.linspace(-np.arcsinh(0.2 * c / w), np.arcsinh(0.2 * c / w), 201)))
+    frequency = np.unique(np.concatenate(grid))
+    best = 0.0
+    for direction in ("across", "along"):
+        spectrum = dense(case, frequency, direction)
+        best = max(best, np.trapezoid(spectrum * frequency, np.log(frequency)))
+    assert case.cable_response.displacement == pytest.approx(np.sqrt(best), rel=0.02)
+
+
+@pytest.mark.parametrize("sets", [(), (VISCOUS,), (INCLINED,)])
+def test_forces_along_the_cable_act_as_in_the_state_space(sets):
+    """One node after the other pushed: B_wind of the coupled model against h at that node."""
+    from cablestudy.study.ssm import _nodal
+
+    case = case_of("winch.controller.gain=0", *sets)
+    modes = case.dynamics.modes(case.dynamics.dof)
+    forces = _nodal(SimpleNamespace(case=case, modes=modes))
+    system = statespace.coupled(case.end_model, 50.0, forces=forces)
+    s = 2j * np.pi * np.array([0.05, 0.7, 1.6, 5.0])
+    pushed = system.response(s)[:, 0, 2:]  # of each node along x, y, z
+    reach = cable_wind.CableWind(case)
+    from cablestudy.control.reach import modal_shares
+
+    shares = np.concatenate([np.ones((len(s), 1)), modal_shares(reach._model, s)], axis=1)
+    size = np.abs(case.end_model.participation[:, [3, 0]]).max(axis=1)
+    felt = np.flatnonzero(size > 1e-9 * size.max())
+    shapes = np.zeros((case.discrete[0].mesh.nodes, 3, len(felt) + 1))
+    for system_ in case.dynamics.systems:
+        axes = list(system_.axes)
+        shapes[:, axes, 0] = system_.end_shapes @ case.span.frame[axes, 0]
+    shapes[..., 1:] = modes.shapes[..., felt]
+    shapes = np.einsum("nak,ag->ngk", shapes, case.span.frame)[1:-1]
+    expected = case.loop.compliances(s)[0][:, None] * np.einsum("ngk,mk->mng", shapes, shares).reshape(len(s), -1)
+    assert pushed == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
+
+
+# what follows from linearity, and what converges
+
+
+def test_the_force_is_proportional_to_drag_and_turbulence():
+    names = ("gondola_rms_cable_wind", "gondola_rms_velocity_open_loop_cable_wind")
+    plain = cells(scene(), *names)
+    for sets, factor in (("wind.cable_drag_coefficient=2.4", 2), ("wind.turbulence_intensity=0.3", 2),
+                         ("wind.air_density=0.6", 0.5)):  # fmt: skip
+        changed = cells(scene(sets), *names)
+        for name in names:
+            assert changed[name] == pytest.approx(factor * plain[name], rel=2e-6)
+    # twice the diameter on the same cable: the force alone doubles
+    wide = case_of("winch.controller.gain=0")
+    size = wide.cable_response.open_displacement
+    wide = Case(scene("winch.controller.gain=0", "wind.cable_drag_coefficient=1.2"))
+    cable = wide.scene.cable
+    object.__setattr__(wide, "scene", SimpleNamespace(
+        wind=wide.scene.wind, gondola=wide.scene.gondola, winch=wide.scene.winch, model=wide.scene.model,
+        gravity=wide.scene.gravity, cable=cable))  # fmt: skip
+    _ = wide.span, wide.discrete, wide.end_model
+    wide.scene.cable = SimpleNamespace(section_diameter=2 * cable.section_diameter, damping=cable.damping)
+    assert wide.cable_response.open_displacement == pytest.approx(2 * size, rel=1e-9)
+
+
+def test_short_coherence_makes_the_variance_proportional_to_it():
+    numbers = [cells(scene(f"wind.coherence_length={length}"), "gondola_rms_cable_wind")["gondola_rms_cable_wind"]
+               for length in ("1 mm", "4 mm")]  # fmt: skip
+    assert numbers[1] / numbers[0] == pytest.approx(2, rel=1e-3)
+
+
+def test_gondola_and_cable_together():
+    row = cells(scene(), *(f"gondola_rms{part}{name}" for part in ("", "_velocity", "_open_loop")
+                           for name in ("", "_cable_wind", "_all_wind")))  # fmt: skip
+    for part in ("", "_velocity", "_open_loop"):
+        one, other, both = (row[f"gondola_rms{part}{name}"] for name in ("", "_cable_wind", "_all_wind"))
+        assert both**2 == pytest.approx(one**2 + other**2, rel=1e-12)
+
+
+def test_a_straight_weightless_cable_passes_nothing_on():
+    assert cells(scene("gravity=0"), "gondola_rms_cable_wind") == {"gondola_rms_cable_wind": 0.0}
+    assert table_of("windrms", CARLINA, "--on", "both", "--set", "gravity=0", "--quiet")[0]["gondola_rms_mm"] > 0
+
+
+def test_accuracy_and_bars_agree():
+    names = ("gondola_rms_cable_wind", "gondola_rms_open_loop_cable_wind")
+    accurate = cells(scene(HYSTERETIC, SLOW_LOOP, "model.accuracy=1e-3"), *names)
+    bars = [cells(scene(HYSTERETIC, SLOW_LOOP, f"model.elements={n}"), *names) for n in (40, 80)]
+    for name in names:
+        assert bars[1][name] == pytest.approx(accurate[name], rel=5e-3)
+        assert abs(bars[1][name] - accurate[name]) < 0.5 * abs(bars[0][name] - accurate[name])
+
+
+def test_the_paper_s_sentence_the_wind_on_the_gondola_dominates():
+    row = table_of("windrms", CARLINA, "--on", "both", "--quiet")[0]
+    assert row["gondola_rms_cable_wind_mm"] < 0.01 * row["gondola_rms_mm"]
+    assert row["gondola_rms_all_wind_mm"] == pytest.approx(
+        np.hypot(row["gondola_rms_mm"], row["gondola_rms_cable_wind_mm"]), rel=1e-12
+    )
+
+
+# the command
+
+
+def test_what_the_wind_acts_on():
+    both, cable, gondola = (
+        table_of("windrms", CARLINA, "--quiet", "--on", on)[0] for on in ("both", "cable", "gondola")
+    )
+    assert both["gondola_rms_mm"] == gondola["gondola_rms_mm"]
+    assert both["gondola_rms_cable_wind_mm"] == cable["gondola_rms_cable_wind_mm"]
+    assert "gondola_rms_mm" not in cable
+    assert not [name for name in gondola if "cable_wind" in name or "all_wind" in name]
+    bare = table_of("windrms", CARLINA, "--quiet", "--on", "cable", "--set", "gondola={mass: 50}")[0]
+    assert bare["gondola_rms_cable_wind_mm"] == pytest.approx(cable["gondola_rms_cable_wind_mm"], rel=1e-9)
+    outcome = run("windrms", CARLINA, "--on", "both", "--set", "gondola={mass: 50}", code=2)
+    assert "gondola.area" in outcome.err
+    assert "--on" in run("windrms", CARLINA, "--on", "cable", "--plot", "x.svg", code=2).err
+    assert "wind on the cable" in run("windrms", CARLINA, "--on", "cable", "--explain").err
+
+
+# vortices
+
+
+def test_shedding_frequencies():
+    wind = SimpleNamespace(speed=6.0, turbulence=0.9)
+    assert shedding_frequencies(wind, 0.002) == pytest.approx((330.0, 600.0, 870.0))
+    wind.turbulence = 3.0
+    assert shedding_frequencies(wind, 0.002) == pytest.approx((0.0, 600.0, 1500.0))
+    row = cells(scene(), "shedding_frequency", "shedding_frequency_low", "shedding_frequency_high")
+    diameter = np.sqrt(4 * 2.69e-6 / np.pi)
+    assert list(row.values()) == pytest.approx([0.2 * v / diameter for v in (6.0, 3.3, 8.7)], rel=1e-12)
+
+
+def test_the_paper_s_hundred_to_six_hundred_hertz():
+    """Its winds, 3 m/s (Fig. 6) and 6 m/s (Tables), on its thin cable and on that of Table 6."""
+    found = [
+        cells(scene(f"cable.diameter={d} mm", f"wind.speed={v}"), "shedding_frequency")["shedding_frequency"]
+        for d in (1.85, 5.55) for v in (3, 6)
+    ]  # fmt: skip
+    assert round(min(found), -2) == 100
+    assert round(max(found), -2) == 600
+
+
+def test_the_range_needs_no_model():
+    # a cable that would break, and one that has no equilibrium: the column is there
+    row = cells(scene("cable.strength=1 Pa"), "shedding_frequency")
+    assert row["shedding_frequency"] > 0
+
+
+@pytest.mark.parametrize("sets", [(), (INCLINED,), (SAGGING,), ("cable.diameter=7.4 mm",)])
+def test_the_estimated_count_of_modes_is_the_computed_one(sets, monkeypatch):
+    case = case_of(*sets)
+    time = cable_wind.transverse_travel_time(case)
+    low, high = 20.4 / (2 * time), 60.4 / (2 * time)
+    estimate, spacing = cable_wind.modes_between(case, low, high)
+    assert spacing == pytest.approx(1 / (2 * time))
+    monkeypatch.setattr(cable_wind, "COUNTED", 1000)
+    counted, none = cable_wind.modes_between(case, low, high)
+    assert none is None
+    assert estimate == 80
+    assert abs(counted - estimate) <= 2
+
+
+def test_travel_time_of_a_taut_cable():
+    case = case_of("gravity=0")
+    tension = case.statics.mean_tension
+    # c over the stretched chord, with the mass that a stretched metre has
+    speed = np.sqrt(tension / (1440 * 2.69e-6 * 184.4883 / 185.8))
+    assert cable_wind.transverse_travel_time(case) == pytest.approx(185.8 / speed, rel=1e-6)
+
+
+def test_a_note_says_which_modes_the_vortices_meet():
+    outcome = run("windrms", CARLINA, "--format", "json")
+    assert len(outcome.lines) == 1
+    assert outcome.err.startswith("note: the cable sheds vortices at 357 to 940 Hz, where it has about 73")
+    slow = run("windrms", CARLINA, "--set", "wind.speed=0.05 m/s", "--format", "json")
+    # 2.97 to 7.83 Hz: modes at 3.18, 4.77, 6.36 Hz and no other, in each plane
+    assert slow.err.startswith(
+        "note: the cable sheds vortices at 2.97 to 7.83 Hz, where it has 6 modes across its axis"
+    )
+    none = run("windrms", CARLINA, "--set", "wind.speed=0.01 m/s", "--set", "wind.turbulence_rms=1 mm/s")
+    assert none.err == ""
+    assert run("windrms", CARLINA, "--quiet").err == ""
+
+
+# extremes
+
+TINY, HUGE = ("1e-300", "1e-150", "1e-30"), ("1e30", "1e150", "1e300")
+
+
+@pytest.mark.parametrize("key", ["speed", "length_scale", "air_density", "turbulence_rms", "coherence_length",
+                                 "cable_drag_coefficient"])  # fmt: skip
+@pytest.mark.parametrize("value", TINY + HUGE)
+def test_extreme_winds_have_a_number_or_a_refusal(key, value):
+    outcome = run("windrms", CARLINA, "--on", "both", "--set", f"wind.{key}={value}", "--format", "json", code=None)
+    check(outcome)
+
+
+@pytest.mark.parametrize("speed", ["1e-300", "1e-150", "1e150", "1e300"])
+@pytest.mark.parametrize("scale", ["1e-300", "1e-150", "1e150", "1e300"])
+@pytest.mark.parametrize("body", [("1e300", "1e-300"), ("1e-300", "1e300"), ("1e-300", "1e-300"), ("1e300", "1e300")])
+def test_extreme_winds_of_several_kinds(speed, scale, body):
+    sets = (f"wind.speed={speed}", f"wind.length_scale={scale}", f"wind.air_density={body[0]}",
+            f"gondola.area={body[1]}")  # fmt: skip
+    outcome = run("windrms", CARLINA, *(part for one in sets for part in ("--set", one)), "--format", "json", code=None)
+    check(outcome)
+
+
+@pytest.mark.parametrize("spectrum", ["von_karman", "von_karman_exact", "davenport", "kaimal"])
+@pytest.mark.parametrize("admittance", ["vickery", "vickery_squared", "none"])
+@pytest.mark.parametrize("area", ["1e-300", "1e-150", "1e150", "1e300"])
+def test_extreme_areas(spectrum, admittance, area):
+    sets = (f"wind.spectrum={spectrum}", f"wind.admittance={admittance}", f"gondola.area={area}")
+    outcome = run("windrms", CARLINA, *(part for one in sets for part in ("--set", one)), "--format", "json", code=None)
+    check(outcome)
+
+
+@pytest.mark.parametrize("key", ["wind.turbulence_rms", "wind.air_density", "gondola.area", "wind.speed"])
+@pytest.mark.parametrize("value", ["1e-300", "1e300"])
+def test_a_picture_of_an_extreme_wind_is_refused_in_a_line(key, value, tmp_path):
+    outcome = run("windrms", CARLINA, "--set", f"{key}={value}", "--plot", tmp_path / "x.svg", "--quiet", code=3)
+    assert len(outcome.lines) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def check(outcome):
+    """A finite number, or one line that says why not; numpy's warnings are errors here."""
+    row = table_of_text(outcome.out)
+    if outcome.code == 3:
+        assert row["status"] in outcome.err
+        return
+    assert outcome.code == 0
+    for name, number in row.items():
+        if name.startswith("gondola_rms"):
+            assert 0 <= number < np.inf, name
+
+
+def table_of_text(text):
+    from command import rows_of
+
+    return rows_of(text, "json")[0]
+
+
+def test_balanced_extremes_are_scaled_and_not_lost():
+    plain = cells(scene("wind.admittance=none"), "gondola_rms")["gondola_rms"]
+    found = cells(scene("wind.admittance=none", "wind.air_density=1.2e300", "gondola.area=0.6e-300"), "gondola_rms")
+    assert found["gondola_rms"] == pytest.approx(plain, rel=1e-9)
+
+
+def test_a_mesh_of_the_ladder():
+    mesh = mesh_segments(np.array([0.3, 0.7]), 4, 8)
+    found = rod(mesh, np.ones((4, 8)))
+    assert found.collect @ np.ones(found.points.size) == pytest.approx(
+        np.eye(len(found.square))[0] * found.ends[0, 0], abs=1e-9
+    )
