@@ -65,7 +65,7 @@ def say(lines, quiet=False):
 
 def show(table, style):
     """The table on standard output, and nothing else."""
-    sys.stdout.write(table.render(style))
+    sys.stdout.writelines(table.pieces(style))
 
 
 def check_picture(path):
@@ -339,6 +339,8 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
     study.check_file(out)
     wish = study.Wish(count, upto, error, kinds, not no_residual, attached, wind, moved, felt)
     frequency = study.span_of_frequencies(span) if span else None
+    if span and style == "md" and len(frequency) > study.MAX_MARKDOWN:
+        raise SceneError(f"--response {span}: Markdown for at most {study.MAX_MARKDOWN} rows; --format csv takes more")
     document, model = load_scene(scene, sets)
     choice = study.choose(document, model, wish)
     say(choice.notes if explain else (), quiet)

@@ -204,7 +204,7 @@ def test_response_of_the_loop_is_that_of_the_state_space():
 def test_a_response_without_a_number_is_an_empty_cell():
     curve = ssm_tables.Curve("", "", "N/m", np.array([1.0, np.inf]), np.array([0.0, np.nan]))
     table = ssm_tables.response_table(np.array([1.0, 2.0]), [curve])
-    assert table.rows[1] == {"frequency_Hz": 2.0, "magnitude_N_per_m": None, "phase_deg": None}
+    assert list(table.rows)[1] == {"frequency_Hz": 2.0, "magnitude_N_per_m": None, "phase_deg": None}
     assert "null" in table.json()
 
 
@@ -254,6 +254,7 @@ def test_bode_plot_draws_the_curves():
         (["--response", "1:10:1"], "COUNT"),
         (["--response", "1:10:10000001"], "COUNT"),
         (["--response", "1:10:2.5"], "COUNT"),
+        (["--response", "1:10:100001"], "--format csv"),
         (["--response", "1:10:²"], "COUNT"),
         (["--out", "model.txt"], ".npz, .mat, .json"),
         (["--out", "model"], ".npz, .mat, .json"),

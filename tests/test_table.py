@@ -191,3 +191,13 @@ def test_the_time_that_a_row_took_is_not_compared(tmp_path):
     (tmp_path / "stored.csv").write_text("solve_time_ms\n1.0\n", encoding="utf-8")
     table = Table((Field("solve_time_ms", "solve time", "ms"),), [{"solve_time_ms": 2.0}])
     assert compare(table, str(tmp_path / "stored.csv"), 0.0) == []
+
+
+@pytest.mark.parametrize("rows", [[], [{"a": 1.5, "b": "x"}], [{"a": 1.5, "b": "x\ny"}, {"a": None}]], ids=len)
+def test_pieces_are_what_the_standard_library_writes_at_once(rows):
+    table = Table((Field("a", "a", "m"), Field("b", "b")), iter(rows))
+    plain = [{"a": row["a"], "b": row.get("b")} for row in rows]
+    expected = json.dumps({"columns": {"a": "m", "b": ""}, "rows": plain}, ensure_ascii=False, indent=1) + "\n"
+    assert "".join(table.pieces("json")) == expected
+    lines = "".join(Table(table.fields, iter(rows)).pieces("jsonl"))
+    assert lines == "".join(json.dumps(row, ensure_ascii=False) + "\n" for row in plain)

@@ -15,9 +15,12 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.errors import NoSolutionError
+
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 BLOCK = 8192  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
+TRUSTED = 1e-10  # difference between the sum over poles and solved systems up to which the sum is an answer
 
 
 @dataclass(frozen=True)
@@ -114,20 +117,43 @@ class EndModel:
         """(values, left, right) of the strain-damped modes, so that no system is solved per frequency.
 
         q = sum of left (right a)/(s^2 + value), or over (s - value) for Kelvin-Voigt, for a right-hand side a.
+
+        Raises
+        ------
+        NoSolutionError
+            So much damping that rounding spoils the sum.
         """
-        n = len(self.omega)
+        poles = self._poles
+        self._check(poles)
+        return poles
+
+    @cached_property
+    def _poles(self):
+        # of the inverse: the lowest modes are then the most accurate, however fast others die out
+        n, unit = len(self.omega), np.outer(self.omega, self.omega)
+        elastic = self.strain.amount * self.strain.modes / unit
         if self.strain.law == "hysteretic":
-            # of the inverse: the lowest modes are then the most accurate
-            unit = np.outer(self.omega, self.omega)
-            value, vector = np.linalg.eig(
-                np.linalg.inv(np.eye(n) + 1j * self.strain.amount * self.strain.modes / unit) / unit
-            )
+            value, vector = np.linalg.eig(np.linalg.inv(np.eye(n) + 1j * elastic) / unit)
             return 1 / value, vector, np.linalg.inv(vector)
-        first_order = np.block(
-            [[np.zeros((n, n)), np.eye(n)], [-np.diag(self.omega**2), -self.strain.amount * self.strain.modes]]
-        )
-        value, vector = np.linalg.eig(first_order)
-        return value, vector[:n], np.linalg.inv(vector)[:, n:]
+        # for W q and q': symmetric but for a sign, entries no larger than they must be
+        slowness = np.diag(1 / self.omega)
+        value, vector = np.linalg.eig(np.block([[-elastic, -slowness], [slowness, np.zeros((n, n))]]))
+        return 1 / value, vector[:n] / self.omega[:, None], np.linalg.inv(vector)[:, n:]
+
+    def _check(self, poles):
+        """Refuse poles whose sum is not the solution of the systems that it stands for, at some s."""
+        if not len(self.omega):
+            return
+        # up to where the model means something, off the axis: a resonance has no more digits than its frequency
+        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)[:, None]
+        summed, solved = _summed(self, poles, s, slice(None), slice(None)), _solved(self, s)
+        at_rest = self.stiffness + self.inertia * s[..., None] ** 2
+        size = np.sqrt(np.abs(np.diagonal(at_rest + solved, axis1=1, axis2=2)))
+        if not (np.abs(summed - solved) <= TRUSTED * size[:, :, None] * size[:, None, :]).all():
+            raise NoSolutionError(
+                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
+                f"response: cable.damping must be less"
+            )
 
 
 def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
@@ -147,7 +173,9 @@ def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
         [N/m]
     """
     s = np.asarray(s)[:, None]
-    modal = _of_modes(model, s, rows, columns) if model.strain is None else _of_strain(model, s, rows, columns)
+    modal = (
+        _of_modes(model, s, rows, columns) if model.strain is None else _summed(model, model.poles, s, rows, columns)
+    )
     own = model.residual_inertia if model.strain is None else model.inertia
     return model.stiffness[rows][:, columns] + own[rows][:, columns] * s[..., None] ** 2 + modal
 
@@ -180,15 +208,15 @@ def _on_axis(s, square, drag, products):
     return ((loss**2 - omega**2 * gap) * size) @ products + 1j * ((loss * size * square) @ products)
 
 
-def _of_strain(model, s, rows, columns):
-    """Damped strain: c S - (c R + s^2 m)^T (s^2 + W^2 + c E)^-1 (c R + s^2 m)."""
-    value, left, right = model.poles
+def _summed(model, poles, s, rows, columns):
+    """Damped strain: c S - (c R + s^2 m)^T (s^2 + W^2 + c E)^-1 (c R + s^2 m), by the poles."""
+    value, left, right = poles
     hysteretic, below = model.strain.law == "hysteretic", np.imag(s) < 0
     s = np.where(below, np.conj(s), s) if hysteretic else s  # the poles are those of the upper half-plane
     carried = -model.participation / model.omega[:, None] ** 2
     factor, square = model.strain.factor(s), s**2
     weight = 1 / (square + value if hysteretic else s - value)
-    # (c a + s^2 b)(c d + s^2 e), term by term: one matrix product over the modes for each power
+    # (c a + s^2 b)(c d + s^2 e), term by term
     a, b = ((source[:, rows].T @ left).T[:, :, None] for source in (model.strain.coupling, carried))
     d, e = ((right @ source[:, columns])[:, None, :] for source in (model.strain.coupling, carried))
     shape = (len(s), a.shape[1], d.shape[2])
@@ -198,6 +226,14 @@ def _of_strain(model, s, rows, columns):
     )
     total = factor[..., None] * model.strain.ends[rows][:, columns] - modal
     return np.where(below[..., None], total.conj(), total) if hysteretic else total
+
+
+def _solved(model, s):
+    """The same for all ends, by a system for each s."""
+    strain, factor, square = model.strain, model.strain.factor(s)[..., None], s[..., None] ** 2
+    force = factor * strain.coupling - square * (model.participation / model.omega[:, None] ** 2)
+    inside = factor * strain.modes + (square + model.omega**2) * np.eye(len(model.omega))
+    return factor * strain.ends - force.swapaxes(1, 2) @ np.linalg.solve(inside, force)
 
 
 def of_cable(dynamics, modes, frame, damping):

@@ -1,6 +1,7 @@
 """What `ssm` prints: the modes that were kept, and frequency responses."""
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -108,15 +109,29 @@ def response_table(frequency, shown):
     Table
         Without a number at the pole of an undamped mode.
     """
-    fields, data = [Field("frequency_Hz", "frequency", "Hz")], [frequency.tolist()]
+    fields, data = [Field("frequency_Hz", "frequency", "Hz")], [frequency]
     for curve in shown:
         before, title = (f"{curve.name}_", f"{curve.name} ") if curve.name else ("", "")
         suffix = {"N/m": "_N_per_m", "m/N": "_m_per_N", "": ""}[curve.unit]
         fields += [Field(f"{before}magnitude{suffix}", f"{title}magnitude", curve.unit)]
         fields += [Field(f"{before}phase_deg", f"{title}phase", "deg")]
-        for values in (curve.magnitude, curve.phase):
-            data.append(
-                [value if known else None for value, known in zip(values.tolist(), np.isfinite(values), strict=True)]
-            )
-    names = [field.name for field in fields]
-    return Table(tuple(fields), [dict(zip(names, cells, strict=True)) for cells in zip(*data, strict=True)])
+        data += [curve.magnitude, curve.phase]
+    rows = _Rows([field.name for field in fields], data)
+    return Table(tuple(fields), rows)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows made when they are asked for: a long response would not fit in memory as so many dicts."""
+
+    names: list
+    data: list
+
+    def __len__(self):
+        return len(self.data[0])
+
+    def __iter__(self):
+        for begin in range(0, len(self), response.BLOCK):
+            block = [values[begin : begin + response.BLOCK].tolist() for values in self.data]
+            for cells in zip(*block, strict=True):
+                yield {n: c if isfinite(c) else None for n, c in zip(self.names, cells, strict=True)}

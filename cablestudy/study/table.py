@@ -1,7 +1,6 @@
 """Rows -> Markdown, CSV, JSON and JSON lines; files written whole or not at all; comparison with a stored table."""
 
 import csv
-import io
 import json
 import os
 import tempfile
@@ -45,7 +44,7 @@ class Table:
     ----------
     fields : tuple of Field
     rows : list of dict
-        Name -> number, text or None.
+        Name -> number, text or None. For all but Markdown any iterable.
     single : bool
         One row by nature: Markdown then lists quantities downwards.
     """
@@ -65,36 +64,56 @@ class Table:
         -------
         str
         """
-        return {"md": self.markdown, "csv": self.csv, "json": self.json, "jsonl": self.jsonl}[style]()
+        return "".join(self.pieces(style))
+
+    def pieces(self, style):
+        """The same text piece by piece; but for Markdown, no more than one row at once is in memory.
+
+        Parameters
+        ----------
+        style : {"md", "csv", "json", "jsonl"}
+
+        Yields
+        ------
+        str
+        """
+        if style == "md":
+            yield self.markdown()
+        elif style == "csv":
+            yield from self._csv_lines()
+        elif style == "jsonl":
+            yield from (_json(row) + "\n" for row in self._plain_rows())
+        else:
+            yield '{\n "columns": ' + _json({field.name: field.unit for field in self.fields}, indent=1, margin=" ")
+            between = ',\n "rows": ['
+            for row in self._plain_rows():
+                yield between + "\n  " + _json(row, indent=1, margin="  ")
+                between = ","
+            yield (between + "]" if between != "," else "\n ]") + "\n}\n"
 
     def csv(self):
         """Comma-separated, full precision."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow([field.name for field in self.fields])
-        for row in self.rows:
-            writer.writerow([exact(row.get(field.name)) for field in self.fields])
-        return out.getvalue()
+        return self.render("csv")
 
     def json(self):
         """One object: columns with their units, and rows."""
-        return (
-            json.dumps(
-                {"columns": {field.name: field.unit for field in self.fields}, "rows": self._plain_rows()},
-                ensure_ascii=False,
-                allow_nan=False,
-                indent=1,
-            )
-            + "\n"
-        )
+        return self.render("json")
 
     def jsonl(self):
         """One object a line for each row."""
-        lines = (json.dumps(row, ensure_ascii=False, allow_nan=False) for row in self._plain_rows())
-        return "".join(line + "\n" for line in lines)
+        return self.render("jsonl")
+
+    def _csv_lines(self):
+        line = _Last()
+        writer = csv.writer(line, lineterminator="\n")
+        writer.writerow([field.name for field in self.fields])
+        yield line.text
+        for row in self.rows:
+            writer.writerow([exact(row.get(field.name)) for field in self.fields])
+            yield line.text
 
     def _plain_rows(self):
-        return [{field.name: row.get(field.name) for field in self.fields} for row in self.rows]
+        return ({field.name: row.get(field.name) for field in self.fields} for row in self.rows)
 
     def markdown(self):
         """Four significant digits."""
@@ -121,6 +140,18 @@ class Table:
         if printed is None:
             return ""
         return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"
+
+
+class _Last:
+    """A file that keeps only what was written last."""
+
+    def write(self, text):
+        self.text = text
+
+
+def _json(value, indent=None, margin=""):
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, indent=indent)
+    return text.replace("\n", "\n" + margin)
 
 
 def exact(value):
