@@ -16,6 +16,7 @@ from cablestudy.study.batch import FOLDED, Batch, ClosedStatics, along
 from cablestudy.study.shelf import Shelf, frozen, shared
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
+RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
 FELT = ("end_inertia", "end_model_along_x", "gondola_frequency", "loop")  # made of what a moved end stirs
 GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
 MAX_MODES = 600  # of a large model, for its dynamics
@@ -246,6 +247,12 @@ class Case:
         loop = self.loop
         stable = not loop.gain or not loop.passages.unstable_poles(loop.gain)
         return self.cable_response if stable else windrms.cable_response_of(self, loop.at_rest)
+
+    @property
+    def integration_error(self):
+        """Largest estimated relative error of the RMS values that were computed, by integration. [-]"""
+        found = [self.__dict__[name].error for name in RESPONSES if name in self.__dict__]
+        return max(found, default=0.0) / 2  # of the root of a variance
 
     @cached_property
     def gondola_damping_ratio(self):

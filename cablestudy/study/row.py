@@ -17,10 +17,10 @@ ROUNDING = 1e-12  # of the closed forms, held by the tests against 50 digits
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
-# error and notes of what takes no elements: without a cable, and with one
+# notes on what takes no elements: without a cable, and with one
 CHEAPEST = {
-    True: (0.0, ("nothing to model",)),
-    False: (ROUNDING, (CLOSED_FORM, "left out: mass and modes, which no column needs")),
+    True: ("nothing to model",),
+    False: (CLOSED_FORM, "left out: mass and modes, which no column needs"),
 }
 CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")
@@ -38,11 +38,14 @@ class Row:
         For what a caller wants besides, pictures for example.
     notes : tuple of str
         What was modelled and what was left out.
+    errors : dict
+        Header -> estimated relative error against the continuous cable; None where none was asked for or can be had.
     """
 
     cells: dict
     case: Case
     notes: tuple
+    errors: dict
 
     @property
     def failed(self):
@@ -104,6 +107,7 @@ class Wanted:
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
         self.scene_only = all(column.needs == "scene" for column in self.physical)
         self.estimate = any(column.name == "error_estimate" for column in columns)
+        self.exact = {column.header: 0.0 if column.needs == "scene" else ROUNDING for column in self.physical}
         self.empty = dict.fromkeys(column.header for column in columns)
 
 
@@ -154,7 +158,7 @@ def closed_form(batch, scenes, wanted):
 def _row(case, wanted, known, failure, spent):
     """One row, from what is known of it in closed form."""
     begin, cells = time.perf_counter() - spent, dict(wanted.empty)
-    status, dof, error, notes = "ok", 0, None, ()
+    status, dof, errors, notes = "ok", 0, {}, ()
     try:
         if failure is not None:
             raise failure
@@ -162,48 +166,52 @@ def _row(case, wanted, known, failure, spent):
             reason = broken(case)
             if reason:
                 raise NoSolutionError(reason)
-        numbers, dof, error, notes = _values(case, wanted, known)
+        numbers, dof, errors, notes = _values(case, wanted, known)
         cells.update(numbers)
     except CablestudyError as problem:
         status = " ".join(str(problem).split())
     run = {
         "dof": dof,
         "solve_time_ms": 1e3 * (time.perf_counter() - begin),
-        "error_estimate": error,
+        "error_estimate": None if None in errors.values() else max(errors.values(), default=0.0),
         "status": status,
     }
     for header, number in run.items():
         if header in cells and (status == "ok" or header in ("solve_time_ms", "status")):
             cells[header] = number
     cells["status"] = status
-    return Row(cells, case, tuple(notes))
+    return Row(cells, case, tuple(notes), errors)
 
 
 def _values(case, wanted, known):
-    """Values of the columns, degrees of freedom, estimated error, notes."""
+    """Values of the columns, degrees of freedom, estimated errors, notes."""
     if len(known) == len(wanted.physical):
-        return known, 0, *CHEAPEST[wanted.scene_only]
+        return known, 0, wanted.exact, CHEAPEST[wanted.scene_only]
     rest = [column for column in wanted.physical if column.header not in known]
     if wanted.scene_only:
-        return {column.header: value(column, case) for column in rest}, 0, *CHEAPEST[True]
+        return {column.header: value(column, case) for column in rest}, 0, wanted.exact, CHEAPEST[True]
     if not case.exact_statics:
         numbers = {column.header: value(column, case) for column in rest}
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
         notes.append(f"statics: {case.discrete[1]}")
-        error = _error_of_fixed(case, wanted.physical, numbers) if wanted.estimate else None
-        return numbers, case.dof if wanted.motion else _static_dof(case), error, notes
+        errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
+        return numbers, case.dof if wanted.motion else _static_dof(case), errors, notes
     numbers = {**known, **{column.header: value(column, case) for column in rest if column not in wanted.motion}}
     if not wanted.motion:
-        return numbers, 0, *CHEAPEST[False]
+        return numbers, 0, wanted.exact, CHEAPEST[False]
     try:
-        finer, moving, error = _ladder(case, lambda other: {c.header: value(c, other) for c in wanted.motion})
+        finer, moving, errors = _ladder(case, lambda other: {c.header: value(c, other) for c in wanted.motion})
     except ConvergenceError as failure:
         damped = any(column.needs in ("loop", "wind") for column in wanted.motion)
         if damped and case.scene.cable.damping.model == "modal":
             raise ConvergenceError(f"{failure} ({MODAL})", failure.record) from None
         raise
-    return {**numbers, **moving}, finer.dof, error, (CLOSED_FORM, _about(finer, error))
+    for column in wanted.motion:
+        if column.needs == "wind":
+            errors[column.header] += finer.integration_error
+    notes = (CLOSED_FORM, _about(finer, max(errors.values())))
+    return {**numbers, **moving}, finer.dof, {**wanted.exact, **errors}, notes
 
 
 def _about(case, error):
@@ -232,11 +240,11 @@ def _ladder(case, sample):
     -------
     case : Case
         The finer one.
-    values : dict
-    error : float
+    values, errors : dict
+        The numbers and their estimated relative errors.
     """
     accuracy = case.scene.model.accuracy
-    before, error, failure = None, None, None
+    before, errors, failure = None, None, None
     for elements, order in LADDER:
         finer = case.refined(elements, order)
         try:
@@ -245,14 +253,15 @@ def _ladder(case, sample):
             failure = problem
             continue
         if before is not None and before.keys() == values.keys():
-            error = max((_relative(values[name], before[name]) for name in values), default=0.0)
-            error = max(error, ROUNDING)
-            if error <= accuracy:
-                return finer, values, error
+            errors = {name: max(_relative(values[name], before[name]), ROUNDING) for name in values}
+            if max(errors.values(), default=0.0) <= accuracy:
+                return finer, values, errors
         before = values
     if failure is not None and before is None:
         raise failure
-    reached = "the finest model is too coarse" if error is None else f"the error reached is about {error:.1e}"
+    reached = "the finest model is too coarse"
+    if errors is not None:
+        reached = f"the error reached is about {max(errors.values()):.1e}"
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
@@ -296,8 +305,8 @@ def modes(case, count=None, upto=None):
         model = case.scene.model
         note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
         return case, wanted(case), (note, f"statics: {case.discrete[1]}")
-    finer, _, error = _ladder(case, lambda other: dict(enumerate(wanted(other).frequency)))
-    return finer, wanted(finer), (_about(finer, error),)
+    finer, _, errors = _ladder(case, lambda other: dict(enumerate(wanted(other).frequency)))
+    return finer, wanted(finer), (_about(finer, max(errors.values(), default=0.0)),)
 
 
 def _relative(value, reference):
@@ -306,10 +315,11 @@ def _relative(value, reference):
     return abs(value - reference) / abs(reference) if reference else float(value != reference)
 
 
-def _error_of_fixed(case, columns, values):
-    """Error of a fixed model, against the continuous cable to REFERENCE; None where that cannot be had."""
+def _errors_of_fixed(case, columns, values):
+    """Errors of a fixed model, against the continuous cable to REFERENCE; None where that cannot be had."""
     model = case.scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
     exact = evaluate(case.scene.model_copy(update={"model": model}), columns)
+    counted = [name for name in values if name != "iterations"]
     if exact.failed:
-        return None
-    return max((_relative(values[name], exact.cells[name]) for name in values if name != "iterations"), default=0.0)
+        return dict.fromkeys(counted)
+    return {name: _relative(values[name], exact.cells[name]) for name in counted}

@@ -109,6 +109,11 @@ def force_of(case):
     return lambda frequency: force_spectrum(frequency, wind, gondola.area, gondola.drag_coefficient)
 
 
+def tolerance_of(scene):
+    """How well the variances of a scene are integrated: better than its model is, and TOLERANCE at least. [-]"""
+    return min(TOLERANCE, (scene.model.accuracy or 1.0) / 10)
+
+
 def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     """RMS of the gondola under a force spectrum.
 
@@ -187,7 +192,7 @@ def response_of(case, loop):
         return turbulence * admittance(frequency, wind.speed, gondola.area, wind.admittance)
 
     # the response is linear in the force, whose square might not be a number
-    found = respond(loop, unit, wind.speed / wind.length_scale)
+    found = respond(loop, unit, wind.speed / wind.length_scale, tolerance_of(case.scene))
     return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
 
 
@@ -215,7 +220,8 @@ def cable_response_of(case, loop):
     loop.check_stable()
     wind, reach = case.scene.wind, CableWind(case)
     spectra = filter(None, [reach.spectrum(direction) for direction in DIRECTIONS])
-    found = [respond(loop, spectrum, wind.speed / wind.length_scale, cable=True) for spectrum in spectra]
+    corner, tolerance = wind.speed / wind.length_scale, tolerance_of(case.scene)
+    found = [respond(loop, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
     if not found:  # a straight cable without weight does not pass on what is normal to it
         return Response(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW), 0)
     worst = max(found, key=lambda response: response.displacement)
