@@ -1,0 +1,125 @@
+"""Only what a scene requires: solutions, systems and masses are counted while rows are computed."""
+
+import pytest
+from command import CARLINA, SLACK
+from scenes import scene
+
+from cablestudy.cable import assembly, catenary, equilibrium, modes
+from cablestudy.control import winch
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import batch
+from cablestudy.study.columns import COLUMNS, find, lacks
+from cablestudy.study.row import evaluate, evaluate_cases
+
+STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
+WIND = [find(name) for name in ("preload", "end_stiffness", "gondola_frequency", "gondola_rms", "gain_margin")]
+
+
+@pytest.fixture
+def counts(monkeypatch):
+    """Calls of what costs something, by name; and the axes of every system that is set up."""
+    found = {"axes": []}
+
+    def count(module, name):
+        function = getattr(module, name)
+
+        def call(*arguments, **options):
+            found[name] = found.get(name, 0) + 1
+            return function(*arguments, **options)
+
+        monkeypatch.setattr(module, name, call)
+
+    count(batch, "solve")
+    count(equilibrium, "solve")
+    count(equilibrium, "closed_form")
+    count(modes.Dynamics, "_solve")
+    count(assembly, "masses")
+    count(winch, "_between")
+    begin = assembly.System.__init__
+
+    def system(self, state, axes):
+        found["axes"].append(axes)
+        begin(self, state, axes)
+
+    monkeypatch.setattr(assembly.System, "__init__", system)
+    assembly.masses.cache_clear() if hasattr(assembly.masses, "cache_clear") else None
+    return found
+
+
+def vary(path, key, values, *sets):
+    return [load_scene(path, (*sets, f"{key}={value}"))[1] for value in values]
+
+
+@pytest.mark.parametrize("path", [CARLINA, SLACK])
+def test_static_columns_cost_no_modes_and_no_mass(counts, path):
+    _, model = load_scene(path, ("model={accuracy: 1e-6}",))
+    columns = [column for column in STATIC if not lacks(model, column)]
+    assert len(columns) > 10
+    assert not evaluate(model, columns).failed
+    assert counts == {"solve": 1, "axes": []}  # one closed form for all columns, no elements at all
+
+
+def test_fixed_elements_cost_one_solution_and_no_mass(counts):
+    columns = [find(name) for name in ("preload", "sag", "max_tension", "end_stiffness", "gondola_frequency_static")]
+    assert not evaluate(scene("model.elements=40"), columns).failed
+    assert counts["solve"] == 2  # the closed form to begin with, and the elements
+    assert "masses" not in counts
+    assert "_solve" not in counts
+
+
+@pytest.mark.parametrize("model", ["model={elements: 40}", "model={accuracy: 1e-6}"])
+def test_a_gondola_along_x_moves_nothing_across_the_plane(counts, model):
+    sets = (model, "cable.damping={model: hysteretic, loss_factor: 0.02}", "winch.controller.gain=0.01")
+    _, calm = load_scene(CARLINA, sets)
+    row = evaluate(calm, [*WIND, find("cable_frequency"), find("dof")])
+    assert not row.failed, row.cells["status"]
+    assert set(counts["axes"]) == {assembly.IN_PLANE}
+    # the out-of-plane frequency is what brings the other plane in
+    evaluate(calm, [find("outofplane_frequency_1")])
+    assert set(counts["axes"]) == {assembly.IN_PLANE, assembly.OUT_OF_PLANE}
+
+
+def test_a_sweep_over_wind_speed_solves_the_cable_once(counts):
+    rows = evaluate_cases(vary(CARLINA, "wind.speed", [3, 6, 9, 12, 20]), WIND)
+    assert not any(row.failed for row in rows)
+    assert len({row.cells["gondola_rms_mm"] for row in rows}) == 5
+    assert counts["_solve"] == 1  # modes
+    assert counts["solve"] == 2  # the closed form of all cables in one call, and the elements
+    assert counts["_between"] == 1  # stability of the loop
+
+
+def test_a_sweep_over_the_gondola_solves_the_cable_once(counts):
+    rows = evaluate_cases(vary(CARLINA, "gondola.mass", [10, 50, 100]), WIND)
+    assert len({row.cells["gondola_rms_mm"] for row in rows}) == 3
+    assert counts["_solve"] == 1
+    assert counts["_between"] == 3  # each mass has a loop of its own
+
+
+@pytest.mark.parametrize(("key", "values"), [
+    ("cable.unstretched_length", [184.0, 184.4883, 185.8, 186.5]),
+    ("cable.preload", [60, 1000, 1344.75, 3000]),
+    ("cable.sag", [0.1, 0.12, 4.0, 9.0]),
+    ("gondola.mass", [10, 50, 100]),
+    ("winch.controller.gain", [0.1, 0.2, 0.3]),
+    ("cable.damping.ratio", [0.01, 0.02]),
+    ("model.elements", [10, 40]),
+    ("gravity", [1.6, 9.81]),
+    ("cable.loads", ["[]", "[{at: 100, force: [0, 0, -3]}]", "[{at: 90, force: [1, 2, -3]}]"]),
+])  # fmt: skip
+@pytest.mark.parametrize("closed", [False, True], ids=["elements", "closed form"])
+def test_rows_are_those_of_each_scene_alone_to_the_last_digit(key, values, closed):
+    """Whatever cases share, and however many are solved at once."""
+    sets = ("model={accuracy: 1e-4}",) if closed and key != "model.elements" else ()
+    columns = [column for column in STATIC if not column.key] if closed else [*WIND, find("cable_frequency")]
+    several = vary(CARLINA, key, values * 2, *sets)
+    together = evaluate_cases(several, columns)
+    assert [row.cells for row in together] == [evaluate(one, columns).cells for one in several]
+    assert any(not row.failed for row in together)
+
+
+def test_a_case_without_an_answer_fails_alone():
+    scenes = vary(CARLINA, "cable.unstretched_length", [150, 184.4883, 186.5], "model={accuracy: 1e-4}")
+    rows = evaluate_cases(scenes, [find("preload"), find("sag")])
+    assert [row.failed for row in rows] == [True, False, False]
+    assert rows[0].cells["status"].startswith("broken cable")
+    assert catenary.solve(rows[1].case.span).mean_tension == rows[1].cells["preload_N"]
