@@ -139,13 +139,15 @@ def respond(loop, force, corner, tolerance=TOLERANCE):
     return Response(*map(float, np.sqrt(variance)), float((found.error / variance).max()), shares, found.evaluations)
 
 
-def response_of(case, loop):
+def response_of(case, loop, tolerance=TOLERANCE):
     """RMS of the gondola of a case in its wind.
 
     Parameters
     ----------
     case : Case
     loop : Loop
+    tolerance : float
+        Relative, of each variance.
 
     Returns
     -------
@@ -166,7 +168,7 @@ def response_of(case, loop):
         return turbulence * admittance(frequency, wind.speed, gondola.area, wind.admittance)
 
     # the response is linear in the force, whose square might not be a number
-    found = respond(loop, unit, wind.speed / wind.length_scale)
+    found = respond(loop, unit, wind.speed / wind.length_scale, tolerance)
     size = wind.air_density * gondola.drag_coefficient * gondola.area * wind.speed * wind.turbulence
     names = ("displacement", "velocity", "open_displacement", "open_velocity")
     return replace(found, **{name: size * getattr(found, name) for name in names})
