@@ -333,6 +333,7 @@ def test_a_model_that_fails_is_a_row():
     loaded = trade.compare(scene(f"cable.loads=[{loads}]"), columns("sag"), 1, named("5 lumped bars", "1 x order 8"))
     assert "7 point loads need at least 8 elements, got 5" in loaded.entries[0].status
     assert loaded.entries[0].time is None
+    assert loaded.entries[0].dof is None
     assert loaded.entries[1].status == "ok"
 
 

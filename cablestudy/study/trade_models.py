@@ -43,14 +43,14 @@ class Answer:
         Column name -> reason, of the others.
     case : Case or None
         Whose degrees of freedom count.
-    freedom : int
-        Degrees of freedom where there is no case. [-]
+    freedom : int or None
+        Degrees of freedom where there is no case; None where nothing was modelled. [-]
     """
 
     values: dict
     failures: dict = field(default_factory=dict)
     case: Case | None = None
-    freedom: int = 0
+    freedom: int | None = 0
 
     @property
     def dof(self):
@@ -136,7 +136,7 @@ def _from_case(build, scene, columns):
     try:
         case = build(scene, columns)
     except CablestudyError as failure:
-        return Answer({}, dict.fromkeys((column.name for column in columns), _words(failure)))
+        return Answer({}, dict.fromkeys((column.name for column in columns), _words(failure)), freedom=None)
     return Answer(*read(case, columns), case)
 
 
@@ -191,7 +191,7 @@ def with_accuracy(scene, accuracy):
 def _controlled(accuracy, scene, columns):
     row = evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
     if row.failed:
-        return Answer({}, dict.fromkeys((column.name for column in columns), row.cells["status"]))
+        return Answer({}, dict.fromkeys((column.name for column in columns), row.cells["status"]), freedom=None)
     return Answer({column.name: row.cells[column.header] for column in columns}, freedom=row.cells["dof"])
 
 
