@@ -1,15 +1,18 @@
 # make study   a first look: installs into .venv and computes the paper's preload study
 # make test    everything that CI checks
 # make docs    regenerates what the documentation shows of the program's output
+# make trade   measures error against time: results/trade-*.csv and .md, and their pictures
 # make bench   measures how effort grows with the number of elements: docs/benchmarks.md
 
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
-STUDIES := $(wildcard results/*.csv)
+# the trade tables hold times, which no two runs agree on: tests/test_trade.py compares their errors
+STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
+DAMPED := cable.damping={model: hysteretic, loss_factor: 0.02}
 
-.PHONY: study test tables docs bench clean
+.PHONY: study test tables docs trade bench clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml
@@ -28,6 +31,13 @@ tables: $(VENV)/.study
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/refresh.py
+
+# damped strain instead of the paper's modal damping, for which the continuous cable has no response
+trade: $(VENV)/.study
+	for scene in carlina slack; do \
+	    $(BIN)/cablestudy trade configs/$$scene.yaml --set "$(DAMPED)" --out results \
+	        --plot docs/pictures/trade-$$scene.svg || exit 1; \
+	done
 
 bench: $(VENV)/.study
 	$(BIN)/python benchmarks/scaling.py > docs/benchmarks.new

@@ -60,7 +60,9 @@ def folder(tmp_path, monkeypatch):
         (["columns"], 0),
         (["ssm", CARLINA], 0),
         (["windrms", CARLINA], 0),
-        (["trade", CARLINA], 2),  # a later issue: no stub is registered
+        (["trade", CARLINA, "--columns", "dof"], 2),
+        (["trade", CARLINA, "--repeats", "0"], 2),
+        (["trade", CARLINA, *BROKEN], 3),
     ],
 )
 def test_exit_codes(arguments, code):

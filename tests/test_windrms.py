@@ -249,13 +249,18 @@ def test_damped_strain_gives_the_gondola_what_a_spring_would_have_whatever_the_b
     assert abs(ratios[2] - ratios[1]) < 0.4 * abs(ratios[1] - ratios[0])
 
 
-@pytest.mark.parametrize("time", ["1 us", "1 ms", "1 s", "1000 s", "1e6 s"])
+@pytest.mark.parametrize("time", ["1 us", "1 ms", "1 s", "1000 s"])
 def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
     case = Case(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
     assert 0 < case.gondola_damping_ratio <= 1
     poles = case.loop.open_poles
-    # exaggeration leaves only the large ones their digits
-    assert time == "1e6 s" or (poles.real < 1e-15 * np.abs(poles).max()).all()
+    assert (poles.real < 1e-15 * np.abs(poles).max()).all()
+
+
+def test_damping_that_rounding_would_spoil_is_refused():
+    case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
+    with pytest.raises(NoSolutionError, match="rounding spoils the response: cable.damping must be less"):
+        _ = case.gondola_damping_ratio
 
 
 # no answer, rather than a wrong one

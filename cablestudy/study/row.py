@@ -35,7 +35,7 @@ class Row:
     cells : dict
         Header -> float, or None where there is no answer; `status` is a text.
     case : Case
-        For what a caller wants besides, pictures for example.
+        With the model that was used, for what a caller wants besides, pictures for example.
     notes : tuple of str
         What was modelled and what was left out.
     errors : dict
@@ -105,6 +105,7 @@ class Wanted:
         self.physical = [column for column in columns if column.needs != "run"]
         self.closed = [column for column in self.physical if column.needs in CLOSED and not column.each]
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
+        self.damped = any(column.needs in ("loop", "wind") for column in self.motion)
         self.scene_only = all(column.needs == "scene" for column in self.physical)
         self.estimate = any(column.name == "error_estimate" for column in columns)
         self.exact = {column.header: 0.0 if column.needs == "scene" else ROUNDING for column in self.physical}
@@ -158,7 +159,7 @@ def closed_form(batch, scenes, wanted):
 def _row(case, wanted, known, failure, spent):
     """One row, from what is known of it in closed form."""
     begin, cells = time.perf_counter() - spent, dict(wanted.empty)
-    status, dof, errors, notes = "ok", 0, {}, ()
+    status, used, dof, errors, notes = "ok", case, 0, {}, ()
     try:
         if failure is not None:
             raise failure
@@ -166,7 +167,7 @@ def _row(case, wanted, known, failure, spent):
             reason = broken(case)
             if reason:
                 raise NoSolutionError(reason)
-        numbers, dof, errors, notes = _values(case, wanted, known)
+        numbers, used, dof, errors, notes = _values(case, wanted, known)
         cells.update(numbers)
     except CablestudyError as problem:
         status = " ".join(str(problem).split())
@@ -180,38 +181,34 @@ def _row(case, wanted, known, failure, spent):
         if header in cells and (status == "ok" or header in ("solve_time_ms", "status")):
             cells[header] = number
     cells["status"] = status
-    return Row(cells, case, tuple(notes), errors)
+    return Row(cells, used, tuple(notes), errors)
 
 
 def _values(case, wanted, known):
-    """Values of the columns, degrees of freedom, estimated errors, notes."""
+    """Values of the columns, the case with the model used, degrees of freedom, estimated errors, notes."""
     if len(known) == len(wanted.physical):
-        return known, 0, wanted.exact, CHEAPEST[wanted.scene_only]
+        return known, case, 0, wanted.exact, CHEAPEST[wanted.scene_only]
     rest = [column for column in wanted.physical if column.header not in known]
     if wanted.scene_only:
-        return {column.header: value(column, case) for column in rest}, 0, wanted.exact, CHEAPEST[True]
+        return {column.header: value(column, case) for column in rest}, case, 0, wanted.exact, CHEAPEST[True]
     if not case.exact_statics:
         numbers = {column.header: value(column, case) for column in rest}
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
         notes.append(f"statics: {case.discrete[1]}")
         errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
-        return numbers, case.dof if wanted.motion else _static_dof(case), errors, notes
+        return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
     numbers = {**known, **{column.header: value(column, case) for column in rest if column not in wanted.motion}}
     if not wanted.motion:
-        return numbers, 0, wanted.exact, CHEAPEST[False]
-    try:
-        finer, moving, errors = _ladder(case, lambda other: {c.header: value(c, other) for c in wanted.motion})
-    except ConvergenceError as failure:
-        damped = any(column.needs in ("loop", "wind") for column in wanted.motion)
-        if damped and case.scene.cable.damping.model == "modal":
-            raise ConvergenceError(f"{failure} ({MODAL})", failure.record) from None
-        raise
+        return numbers, case, 0, wanted.exact, CHEAPEST[False]
+    if wanted.damped and case.scene.cable.damping.model == "modal":
+        raise NoSolutionError(MODAL)
+    finer, moving, errors = _ladder(case, lambda other: {c.header: value(c, other) for c in wanted.motion})
     for column in wanted.motion:
         if column.needs == "wind":
             errors[column.header] += finer.integration_error
     notes = (CLOSED_FORM, _about(finer, max(errors.values())))
-    return {**numbers, **moving}, finer.dof, {**wanted.exact, **errors}, notes
+    return {**numbers, **moving}, finer, finer.dof, {**wanted.exact, **errors}, notes
 
 
 def _about(case, error):

@@ -45,13 +45,17 @@ class Place:
             raise SceneError(f"{self.csv}: no such file to compare with (run the sweep without --check first)")
 
     def write(self, study, table):
+        """Write a study's table to both files."""
+        self.write_texts(table.csv(), f"# {study.title or self.stem}\n\n{table.markdown()}")
+
+    def write_texts(self, csv, markdown):
         """Write both files, each whole or not at all; make the folder if need be."""
         try:
             os.makedirs(self.folder, exist_ok=True)
         except OSError as error:
             raise SceneError(f"--out {self.folder}: cannot be made ({error.strerror})") from None
-        write_whole(self.csv, table.csv())
-        write_whole(self.md, f"# {study.title or self.stem}\n\n{table.markdown()}")
+        write_whole(self.csv, csv)
+        write_whole(self.md, markdown)
 
     def compare(self, table, rtol):
         """Differences from the stored table; see `table.compare`."""

@@ -165,13 +165,15 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     return Response(*numbers, float((found.error / variance).max()), shares, found.evaluations)
 
 
-def response_of(case, loop):
+def response_of(case, loop, tolerance=None):
     """RMS of the gondola of a case by the wind on the gondola.
 
     Parameters
     ----------
     case : Case
     loop : Loop
+    tolerance : float
+        Relative, of each variance.
 
     Returns
     -------
@@ -192,7 +194,7 @@ def response_of(case, loop):
         return turbulence * admittance(frequency, wind.speed, gondola.area, wind.admittance)
 
     # the response is linear in the force, whose square might not be a number
-    found = respond(loop, unit, wind.speed / wind.length_scale, tolerance_of(case.scene))
+    found = respond(loop, unit, wind.speed / wind.length_scale, tolerance or tolerance_of(case.scene))
     return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
 
 

@@ -1,0 +1,330 @@
+"""The models that `trade` compares: closed forms, bars, high orders, error control, kept modes, frequency grids."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from cablestudy.cable import taut
+from cablestudy.control import ends, reduction
+from cablestudy.control.winch import Loop
+from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.study import windrms
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find, value
+from cablestudy.study.row import DISCRETE, evaluate
+
+PAPER = 40  # bars
+BARS = (5, 10, 20, 40, 80, 160, 320, 640)
+MASSES = ("lumped", "consistent", "blended")
+ORDERS = (8, 12, 16, 24, 32)  # of one element a segment
+SEVERAL = ((2, 8), (4, 8), (2, 16), (4, 16))  # elements a segment, order
+ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
+BASE = (1, 32)  # elements a segment and order under the rows that keep modes or lay a grid
+MODES = (1, 3, 10, 30, 90)
+TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8)
+POINTS = (100, 1000, 10_000, 100_000)
+GRID = (1e-5, 1e2)  # reach of a grid, over the static frequency of the gondola
+BLOCK = 4096  # frequencies at once, for memory
+OPEN = "open_loop"  # in the names of the columns that leave the winch at rest
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a model gives.
+
+    Attributes
+    ----------
+    values : dict
+        Column name -> number, of the columns that it has.
+    failures : dict
+        Column name -> reason, of the others.
+    case : Case or None
+        Whose degrees of freedom count.
+    freedom : int or None
+        Degrees of freedom where there is no case; None where nothing was modelled. [-]
+    """
+
+    values: dict
+    failures: dict = field(default_factory=dict)
+    case: Case | None = None
+    freedom: int | None = 0
+
+    @property
+    def dof(self):
+        """Free displacements. [-]"""
+        try:
+            return self.freedom if self.case is None else self.case.dof or self.case.dynamics.dof
+        except CablestudyError:
+            return None
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A model that a user can choose.
+
+    Attributes
+    ----------
+    family : str
+        What it has in common with its neighbours in the table.
+    name : str
+    solve : callable
+        Scene, columns -> Answer; everything from the scene on, nothing remembered.
+    needs : tuple of str
+        The kinds of columns (`Column.needs`) that it makes a difference for.
+    """
+
+    family: str
+    name: str
+    solve: Callable
+    needs: tuple = ("statics", "stiffness", *DISCRETE)
+
+    def concerns(self, column):
+        """Whether the model differs from its base for a column."""
+        return column.needs in self.needs
+
+
+def choices(columns):
+    """Every model that makes a difference for some columns.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+
+    Returns
+    -------
+    list of Choice
+    """
+    found = [
+        Choice("closed form", "catenary", _catenary, ("statics", "stiffness")),
+        Choice("closed form", "Irvine", _irvine, ("modes",)),
+        *(Choice("error control", f"accuracy {_power(a)}", partial(_controlled, a)) for a in ACCURACIES),
+    ]
+    for mass in MASSES:
+        found += [_of_case(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass)) for n in BARS]
+    found += [_of_case("high order", f"1 x order {p}", partial(_spectral, 1, p)) for p in ORDERS]
+    found += [_of_case("several of high order", f"{n} x order {p}", partial(_spectral, n, p)) for n, p in SEVERAL]
+    for family, build in (("modes + residual", _kept), ("modes alone", _truncated)):
+        found += [_of_case(family, f"{n} {family}", partial(build, n), DISCRETE[1:]) for n in MODES]
+    rules = [("adaptive", f"adaptive {_power(t)}", partial(windrms.response_of, tolerance=t)) for t in TOLERANCES]
+    for family, space in (("uniform grid", np.linspace), ("log grid", np.geomspace)):
+        rules += [(family, f"{family.split()[0]} {n} points", partial(_on_grid, space, n)) for n in POINTS]
+    found += [_of_case(family, name, partial(_integrated, rule), DISCRETE[-1:]) for family, name, rule in rules]
+    return [choice for choice in found if any(choice.concerns(column) for column in columns)]
+
+
+def _of_case(family, name, build, *needs):
+    return Choice(family, name, partial(_from_case, build), *needs)
+
+
+def _power(number):
+    return f"{number:.0e}".replace("e-0", "e-")
+
+
+def segments_of(scene):
+    """Pieces of the cable between point loads. [-]"""
+    return 1 + len({load.at for load in scene.cable.loads})
+
+
+# ------------------------------------------------------------------------------------------------ models of elements
+
+
+def _from_case(build, scene, columns):
+    """Answer of a case, column by column."""
+    try:
+        case = build(scene, columns)
+    except CablestudyError as failure:
+        return Answer({}, dict.fromkeys((column.name for column in columns), _words(failure)), freedom=None)
+    return Answer(*read(case, columns), case)
+
+
+def read(case, columns):
+    """Numbers of a case.
+
+    Parameters
+    ----------
+    case : Case
+    columns : sequence of Column
+
+    Returns
+    -------
+    values : dict
+        Column name -> number.
+    failures : dict
+        Column name -> why there is none.
+    """
+    values, failures = {}, {}
+    for column in columns:
+        try:
+            values[column.name] = value(column, case)
+        except CablestudyError as failure:
+            failures[column.name] = _words(failure)
+    return values, failures
+
+
+def _words(failure):
+    return " ".join(str(failure).split())
+
+
+def fixed(elements, order, mass, scene, _=()):
+    """A case of so many elements, as `model: {elements: ..., order: ..., mass: ...}` asks for."""
+    model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
+    return Case(scene.model_copy(update={"model": scene.model.model_copy(update=model)}))
+
+
+def _spectral(elements, order, scene, _):
+    return fixed(elements * segments_of(scene), order, "lumped", scene)
+
+
+def _base(scene):
+    return Case(with_accuracy(scene, ACCURACIES[-1])).refined(*BASE)
+
+
+def with_accuracy(scene, accuracy):
+    """The same scene with error control."""
+    model = scene.model.model_copy(update={"accuracy": accuracy, "elements": None, "order": 1, "mass": "lumped"})
+    return scene.model_copy(update={"model": model})
+
+
+def _controlled(accuracy, scene, columns):
+    row = evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
+    if row.failed:
+        return Answer({}, dict.fromkeys((column.name for column in columns), row.cells["status"]), freedom=None)
+    return Answer({column.name: row.cells[column.header] for column in columns}, freedom=row.cells["dof"])
+
+
+# ------------------------------------------------------------------------------------------------------ closed forms
+
+
+def _catenary(scene, columns):
+    known = [column for column in columns if column.needs not in DISCRETE]
+    values, failures = read(Case(with_accuracy(scene, ACCURACIES[-1])), known)
+    missing = {column.name: "nothing moves" for column in columns if column not in known}
+    return Answer(values, failures | missing)
+
+
+def _irvine(scene, columns):
+    case = Case(with_accuracy(scene, ACCURACIES[-1]))
+    values, failures = {}, {}
+    for column in columns:
+        try:
+            values[column.name] = _irvine_value(case, column.name)
+        except CablestudyError as failure:
+            failures[column.name] = _words(failure)
+    return Answer(values, failures)
+
+
+def _irvine_value(case, name):
+    """A frequency of the taut cable in closed form. [Hz]"""
+    match = re.fullmatch(r"(inplane|outofplane|symmetric|axial)_frequency_(\d+)", name)
+    family, count = (match[1], int(match[2])) if match else ("inplane", 1)
+    if not match and name != "cable_frequency":
+        raise NoSolutionError("no formula of Irvine's")
+    if case.scene.cable.loads:
+        raise NoSolutionError("Irvine's cable carries no point loads")
+    span, tension = case.span, case.catenary.mean_tension
+    if family == "axial":
+        return float(taut.axial_frequencies(count, span)[-1])
+    if family == "symmetric":
+        return float(taut.symmetric_frequencies(count, span, tension)[-1])
+    mass, _ = taut.per_deformed_length(span)
+    if family == "outofplane":
+        return float(taut.string_frequencies(count, span.chord, tension, mass)[-1])
+    odd = taut.symmetric_frequencies(count, span, tension)
+    even = taut.string_frequencies(2 * count, span.chord, tension, mass)[1::2]
+    return float(np.sort(np.concatenate([odd, even]))[count - 1])
+
+
+# -------------------------------------------------------------------------------------------------------- kept modes
+
+
+def _kept(count, scene, _):
+    """The lowest modes, and the static part of all others: what `ssm --modes` gives."""
+    case = _base(scene)
+    modes = case.dynamics.modes(count).first(count)
+    return _with_ends(case, ends.of_cable(case.dynamics, modes, case.span.frame, scene.cable.damping))
+
+
+def _truncated(count, scene, _):
+    """The lowest modes of the paper's bars alone: what `ssm --modes --no-residual` gives."""
+    case = fixed(PAPER, 1, "lumped", scene)
+    whole = case.end_model
+    return _with_ends(case, reduction.truncated(whole, np.arange(min(count, len(whole.omega)))))
+
+
+def _with_ends(case, model):
+    """The case as its ends feel it through another end model."""
+    case.end_model = case.end_model_along_x = model
+    case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
+    if case.scene.gondola is not None and case.scene.gondola.mass is not None:
+        frequency, share = Loop(model, case.scene.gondola.mass).coupled
+        if not len(frequency):
+            raise NoSolutionError("gondola and kept modes have no motion in common")
+        case.gondola_frequency = float(frequency[np.argmax(share)])
+    return case
+
+
+# ---------------------------------------------------------------------------------------------- frequency integration
+
+
+def _integrated(rule, scene, columns):
+    return integrate_by(_base(scene), columns, rule)
+
+
+def integrate_by(case, columns, rule):
+    """Let a rule integrate the response to the wind.
+
+    Parameters
+    ----------
+    case : Case
+    columns : sequence of Column
+    rule : callable
+        Case, loop -> Response.
+
+    Returns
+    -------
+    Case
+        The same.
+    """
+    names = [column.name for column in columns if column.needs == "wind"]
+    if any(OPEN not in name for name in names):
+        case.response = rule(case, case.loop)
+    elif names:
+        case.open_response = rule(case, case.loop.at_rest)
+    return case
+
+
+def _on_grid(space, points, case, loop):
+    """Trapezoids on so many frequencies about the gondola's, in equal steps or equal ratios."""
+    return by_trapezoids(case, loop, space(*(np.array(GRID) * case.gondola_frequency_static), points))
+
+
+def by_trapezoids(case, loop, frequency):
+    """RMS of the gondola from a grid of frequencies.
+
+    Parameters
+    ----------
+    case : Case
+    loop : Loop
+    frequency : ndarray, shape (n,)
+        Ascending. [Hz]
+
+    Returns
+    -------
+    Response
+        Without an estimate of its error.
+
+    Raises
+    ------
+    NoSolutionError
+        The loop is unstable.
+    """
+    from scipy.integrate import trapezoid
+
+    loop.check_stable()
+    spectra = windrms.spectra_of(loop, windrms.force_of(case))
+    blocks = [spectra(frequency[i : i + BLOCK]) for i in range(0, len(frequency), BLOCK)]
+    variance = trapezoid(np.concatenate(blocks, axis=1), frequency, axis=1)
+    return windrms.Response(*map(float, np.sqrt(variance)), np.nan, (), len(frequency))

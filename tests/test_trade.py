@@ -1,0 +1,493 @@
+"""`trade`: the errors it states, against truth that it did not make; its Pareto front; its tables; never its times."""
+
+import itertools
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import CARLINA, CONFIGS, SLACK, rows_of, run
+from references import bars, continuous_cable
+from scenes import GONDOLA, INCLINED, MODULUS, PAPER, SAGGING, G, scene
+from scipy.optimize import brentq
+
+from cablestudy.errors import ConvergenceError, SceneError
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import batch, plots, trade, trade_models, trade_tables
+from cablestudy.study import case as case_module
+from cablestudy.study.columns import find
+from cablestudy.study.trade_models import Answer, Choice, choices
+
+RESULTS = Path(__file__).parents[1] / "results"
+ETA = 0.02
+HYSTERETIC = f"cable.damping={{model: hysteretic, loss_factor: {ETA}}}"
+MOTION = ("end_stiffness", "cable_frequency", "inplane_frequency_8")
+TWINS = pytest.mark.parametrize("twin", [PAPER, SAGGING, INCLINED], ids=["paper", "sagging", "inclined"])
+
+
+def columns(*names):
+    return [find(name) for name in names]
+
+
+def named(*patterns, of=("end_stiffness", "cable_frequency", "gondola_rms_open_loop")):
+    """Models by name."""
+    return [choice for choice in choices(columns(*of)) if any(re.fullmatch(p, choice.name) for p in patterns)]
+
+
+def errors(scene, names, *patterns):
+    """Model -> column -> error."""
+    found = trade.compare(scene, columns(*names), 1, named(*patterns))
+    return {entry.name: entry.errors for entry in found.entries}
+
+
+def in_plane(twin, elements):
+    """Transverse in-plane frequencies of a dense chain of bars. [Hz]"""
+    found = bars.modes(twin.chain(elements), twin.length, twin.stiffness, twin.mass)
+    sideways = (found.vectors[1::3] ** 2).sum(axis=0) / (found.vectors**2).sum(axis=0)
+    return found.frequencies[(sideways < 0.5) & (found.axial < 0.5)]
+
+
+# ------------------------------------------------------------------------------------------------------ the reference
+
+
+@TWINS
+def test_the_reference_is_the_continuous_cable(twin):
+    reference = trade.reference_of(twin.scene(), columns(*MOTION))
+    exact, own = continuous_cable.frequencies(*twin.cable, 8, full_output=True)
+    truth = {
+        "end_stiffness": continuous_cable.static_end_stiffness(*twin.cable)[0, 0],
+        "cable_frequency": exact[0],
+        "inplane_frequency_8": exact[7],
+    }
+    for name, value in truth.items():
+        assert reference.values[name] == pytest.approx(value, rel=reference.errors[name] + own + 1e-12), name
+        assert reference.errors[name] < 1e-10
+
+
+@TWINS
+def test_the_reference_of_the_gondola_balances_the_continuous_cable(twin):
+    reference = trade.reference_of(twin.scene(), columns("gondola_frequency"))
+    found = reference.values["gondola_frequency"]
+
+    def balance(frequency):
+        return twin.dynamic_stiffness(frequency) - GONDOLA * (2 * np.pi * frequency) ** 2
+
+    exact = brentq(balance, found * (1 - 1e-5), found * (1 + 1e-5), xtol=1e-14, rtol=1e-14)
+    assert found == pytest.approx(exact, rel=reference.errors["gondola_frequency"] + 1e-11)
+
+
+def test_a_reference_with_point_loads():
+    twin = type(PAPER)(PAPER.a, PAPER.b, PAPER.length, loads=((40.0, (0.0, 0.0, -30.0)), (120.0, (5.0, 0.0, -10.0))))
+    reference = trade.reference_of(twin.scene(), columns("cable_frequency", "inplane_frequency_3"))
+    exact = twin.frequencies(3)
+    assert reference.values["cable_frequency"] == pytest.approx(exact[0], rel=1e-10)
+    assert reference.values["inplane_frequency_3"] == pytest.approx(exact[2], rel=1e-10)
+
+
+def test_modal_damping_has_no_truth():
+    found = trade.reference_of(scene(), columns("gondola_rms_open_loop", "largest_gain", "cable_frequency"))
+    assert set(found.failures) == {"gondola_rms_open_loop", "largest_gain"}
+    assert all("modal damping grows with the number of modes" in reason for reason in found.failures.values())
+    assert set(found.values) == {"cable_frequency"}
+
+
+def test_the_reference_of_the_wind_is_the_integral_over_the_continuous_cable():
+    """By a rule of its own, but for the cable's own resonances, which the gondola hardly feels."""
+    windy = PAPER.scene(HYSTERETIC)
+    reference = trade.reference_of(windy, columns("gondola_rms_open_loop"))
+    main = trade.reference_of(windy, columns("gondola_frequency")).values["gondola_frequency"]
+    half = ETA / 2 * main
+    node, weight = np.polynomial.legendre.leggauss(40)
+    variance = 0.0
+    for low, high in ((1e-6, 1e-3), (1e-3, 0.05), (0.05, 0.5 * main), (2 * main, 1.55), (1.62, 12)):  # in log f
+        frequency = np.exp(np.log(low) + np.log(high / low) * (node + 1) / 2)
+        variance += (weight * np.log(high / low) / 2 * frequency) @ response(frequency)
+    low, high = np.arctan(-0.5 * main / half), np.arctan(main / half)  # about the resonance f = main + half tan(t)
+    t = low + (high - low) * (node + 1) / 2
+    variance += (weight * (high - low) / 2 * half / np.cos(t) ** 2) @ response(main + half * np.tan(t))
+    assert reference.values["gondola_rms_open_loop"] == pytest.approx(1e3 * np.sqrt(variance), rel=1e-4)
+
+
+def response(frequency):
+    """Spectrum of the gondola of carlina.yaml on the continuous cable, the strain damped. [m^2/Hz]"""
+    omega = 2 * np.pi * frequency
+    stiffness = np.array([continuous_cable.dynamic_end_stiffness(*PAPER.cable, w, n=24, eta=ETA)[0, 0] for w in omega])
+    speed, turbulence, length, area = 6.0, 0.15 * 6.0, 25.0, 0.6
+    wind = turbulence**2 * 4 * length / speed / (1 + 70.7 * (frequency * length / speed) ** 2) ** (5 / 6)
+    felt = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    force = (1.2 * 1.17 * area * speed) ** 2 * felt * wind
+    return force / np.abs(stiffness - GONDOLA * omega**2) ** 2
+
+
+# --------------------------------------------------------------------------------------------------- errors of models
+
+
+@TWINS
+def test_error_of_forty_bars_is_that_of_the_dense_chain(twin):
+    stated = errors(twin.scene(), MOTION, "40 lumped bars")["40 lumped bars"]
+    exact, discrete = continuous_cable.frequencies(*twin.cable, 8), in_plane(twin, 40)
+    chain = twin.chain(40)
+    stiffness = continuous_cable.static_end_stiffness(*twin.cable)[0, 0]
+    assert stated["cable_frequency"] == pytest.approx(abs(discrete[0] / exact[0] - 1), rel=1e-5)
+    assert stated["inplane_frequency_8"] == pytest.approx(abs(discrete[7] / exact[7] - 1), rel=1e-5)
+    assert stated["end_stiffness"] == pytest.approx(abs(chain.end_stiffness[0, 0] / stiffness - 1), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("twin", "mass", "name", "order"),
+    [
+        (PAPER, "lumped", "cable_frequency", 2),
+        (PAPER, "consistent", "inplane_frequency_2", 2),
+        (PAPER, "blended", "inplane_frequency_8", 4),  # the even part is a string, where blended mass has order 4
+        (PAPER, "lumped", "end_stiffness", 2),
+        (SAGGING, "lumped", "cable_frequency", 2),
+        (SAGGING, "blended", "end_stiffness", 2),
+    ],
+)
+def test_errors_of_bars_fall_with_their_order(twin, mass, name, order):
+    stated = errors(twin.scene(), [name], rf"(40|80|160) {mass} bars")
+    sizes = [found[name] for found in stated.values()]
+    assert len(sizes) == 3
+    slopes = np.log2(sizes[:-1]) - np.log2(sizes[1:])
+    np.testing.assert_allclose(slopes, order, atol=0.1)
+
+
+@pytest.mark.parametrize(("order", "elements"), [(2, (8, 16, 32)), (3, (8, 16)), (4, (8, 12))])
+def test_errors_of_order_p_fall_with_2p(order, elements):
+    models = [
+        Choice("", str(n), lambda scene, wanted, n=n: trade_models._from_case(
+            lambda scene, _: trade_models.fixed(n, order, "lumped", scene), scene, wanted))
+        for n in elements
+    ]  # fmt: skip
+    found = trade.compare(SAGGING.scene(), columns("inplane_frequency_3"), 1, models)
+    sizes = [entry.errors["inplane_frequency_3"] for entry in found.entries]
+    slopes = (np.log(sizes[:-1]) - np.log(sizes[1:])) / (np.log(elements[1:]) - np.log(elements[:-1]))
+    np.testing.assert_allclose(slopes[-1], 2 * order, atol=0.4)
+
+
+def test_catenary_is_exact_and_does_not_move():
+    (entry,) = trade.compare(SAGGING.scene(), columns("sag", *MOTION), 1, named("catenary")).entries
+    assert entry.errors == {"sag": trade.ROUNDING, "end_stiffness": trade.ROUNDING}
+    assert entry.status == "cable_frequency, inplane_frequency_8: nothing moves"
+    assert entry.dof == 0
+
+
+def test_irvine_is_his_formula():
+    """Roots of his transcendental equation as he wrote it; strings for all others."""
+    twin = PAPER
+    strain = (twin.chord - twin.length) / twin.length
+    tension = float(np.mean(twin.chain(40).tensions))
+    per_length, stiffness = twin.mass / (1 + strain), twin.stiffness * (1 + strain)
+    weight = per_length * G
+    effective = twin.chord * (1 + (weight * twin.chord / tension) ** 2 / 8)
+    squared = weight**2 * twin.chord**3 * stiffness / (tension**3 * effective)
+    rate = np.sqrt(tension / per_length) / twin.chord
+    y = brentq(lambda y: np.tan(y) - y + 4 * y**3 / squared, 2.5 * np.pi + 1e-7, 3.4 * np.pi, xtol=1e-14)
+    wanted = {
+        "symmetric_frequency_3": 2 * y * rate / (2 * np.pi),
+        "inplane_frequency_5": 2 * y * rate / (2 * np.pi),
+        "inplane_frequency_6": 6 * rate / 2,
+        "outofplane_frequency_3": 3 * rate / 2,
+        "axial_frequency_2": 2 * np.sqrt(MODULUS / 1440.0) / (2 * twin.length),
+    }
+    answer = named("Irvine")[0].solve(twin.scene(), columns(*wanted))
+    assert answer.failures == {}
+    for name, value in wanted.items():
+        assert answer.values[name] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
+    loaded = scene("cable.loads=[{at: 50 m, force: [0, 0, -1]}]")
+    answer = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
+    assert answer.values == {}
+    assert "no point loads" in answer.failures["cable_frequency"]
+
+
+def test_modes_alone_have_the_stiffness_of_the_papers_truncation():
+    found = errors(PAPER.scene(HYSTERETIC), ["end_stiffness", "gondola_frequency"], "(10|30|90) modes alone")
+    chain = PAPER.chain(40)
+    exact = continuous_cable.static_end_stiffness(*PAPER.cable)[0, 0]
+    K, _ = bars.matrices(chain, PAPER.length, PAPER.stiffness, PAPER.mass)
+    modes = bars.modes(chain, PAPER.length, PAPER.stiffness, PAPER.mass)
+    softening = modes.participation[:, 0] ** 2 / (2 * np.pi * modes.frequencies) ** 2
+    for count in (10, 30, 90):
+        stiffness = K[-3, -3] - softening[:count].sum()
+        stated = found[f"{count} modes alone"]["end_stiffness"]
+        assert stated == pytest.approx(abs(stiffness / exact - 1), rel=1e-6), count
+        assert stated > 1
+
+
+def test_residual_stiffness_pays():
+    found = errors(PAPER.scene(HYSTERETIC), ["end_stiffness", "gondola_frequency"], r"(1|30|90) modes \+ residual")
+    size = [found[f"{n} modes + residual"]["gondola_frequency"] for n in (1, 30, 90)]
+    assert size[0] > 10 * size[1] > 100 * size[2]
+    assert all(entry["end_stiffness"] < 1e-11 for entry in found.values())
+
+
+def test_trapezoids_are_trapezoids():
+    """On the continuous cable, point by point."""
+    case = case_module.Case(PAPER.scene(HYSTERETIC)).refined(1, 32)
+    frequency = np.geomspace(0.05, 5, 25)
+    found = trade_models.by_trapezoids(case, case.loop.at_rest, frequency).open_displacement
+    values = response(frequency)
+    variance = sum((b - a) * (u + v) / 2 for (a, b), (u, v) in
+                   zip(itertools.pairwise(frequency), itertools.pairwise(values), strict=True))  # fmt: skip
+    assert found == pytest.approx(np.sqrt(variance), rel=1e-8)
+
+
+def test_grids_converge_to_the_reference_and_adaptive_integration_is_there():
+    found = errors(PAPER.scene(HYSTERETIC), ["gondola_rms_open_loop"], "log .*", "uniform .*", "adaptive .*")
+    size = {name: value["gondola_rms_open_loop"] for name, value in found.items()}
+    for kind in ("log", "uniform"):
+        assert size[f"{kind} 100 points"] > 0.1
+        assert size[f"{kind} 100 points"] > size[f"{kind} 1000 points"] > size[f"{kind} 10000 points"]
+        assert size[f"{kind} 10000 points"] < 1e-4
+    assert size["adaptive 1e-6"] < 1e-6
+
+
+def test_error_control_holds_what_it_says():
+    found = errors(SAGGING.scene(), MOTION, "accuracy .*")
+    assert len(found) == 5
+    for name, stated in found.items():
+        assert max(stated.values()) <= float(name.split()[1])
+
+
+def test_errors_are_relative_and_a_zero_is_right_or_wrong():
+    assert trade.deviation(1.1, 1.0) == pytest.approx(0.1)
+    assert trade.deviation(-1.0, 1.0) == 2.0
+    assert trade.deviation(0.0, 0.0) == 0.0
+    assert trade.deviation(1e-9, 0.0) == 1.0
+    assert trade.deviation(None, None) == 0.0
+    assert trade.deviation(None, 1.0) == 1.0
+
+
+# ------------------------------------------------------------------------------------------------------- Pareto front
+
+
+def test_front_by_brute_force():
+    random = np.random.default_rng(3)
+    for size in (0, 1, 2, 5, 40):
+        for _ in range(40):
+            times, errors = random.integers(1, 9, (2, size)).astype(float)  # with ties
+            beaten = [
+                any(
+                    times[j] <= times[i] and errors[j] <= errors[i] and (times[j], errors[j]) != (times[i], errors[i])
+                    for j in range(size)
+                )
+                for i in range(size)
+            ]
+            assert trade.pareto(times, errors) == [i for i in range(size) if not beaten[i]]
+
+
+def test_only_models_with_every_column_are_on_the_front():
+    def answer(**values):
+        return Choice("", f"{sorted(values.items())}", lambda scene, wanted: Answer(
+            {c.name: values[c.name] for c in wanted if c.name in values},
+            {c.name: "no" for c in wanted if c.name not in values}))  # fmt: skip
+
+    models = [answer(sag=1.0), answer(sag=0.121, end_stiffness=1000.0)]
+    found = trade.compare(PAPER.scene(), columns("sag", "end_stiffness"), 1, models)
+    assert found.front == {models[1].name}
+    assert [entry.largest is None for entry in found.entries] == [True, False]
+    assert [entry.name for entry in found.front_of(find("end_stiffness"))] == [models[1].name]
+
+
+# ------------------------------------------------------------------------------------------------------------- timing
+
+
+def test_every_timing_solves_the_statics_anew(monkeypatch):
+    calls = []
+    solve = batch.solve
+    (choice,) = named("1 x order 8")
+    reference = trade.reference_of(PAPER.scene(), columns(*MOTION[:2]))
+    monkeypatch.setattr(trade, "reference_of", lambda *_: reference)
+    monkeypatch.setattr(batch, "solve", lambda span: calls.append(1) or solve(span))
+    trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, [choice])
+    # once for the answer; then three times, both columns together and each alone, each time after one untimed
+    assert len(calls) == 1 + 3 * 3 * 2 + 1  # one looks whether the cable breaks
+
+
+def test_a_slow_model_is_not_repeated(monkeypatch):
+    calls = []
+    monkeypatch.setattr(trade, "BUDGET", 0.0)
+    choice = Choice("", "slow", lambda scene, wanted: calls.append(1) or Answer({"sag": 1.0}))
+    (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [choice]).entries
+    assert len(calls) == 1
+    assert entry.time > 0
+
+
+# ------------------------------------------------------------------------------------------------- failures and tables
+
+
+def test_a_model_that_fails_is_a_row():
+    found = trade.compare(
+        scene(), columns("cable_frequency", "inplane_frequency_8"), 1, named("5 .* bars", "10 .* bars")
+    )
+    rows = {row["model"]: row for row in trade_tables.table_of(found).rows}
+    row = rows["5 lumped bars"]
+    assert row["status"] == "inplane_frequency_8: the model has 4 in-plane modes, not 8"
+    assert row["cable_frequency_error"] > 0
+    assert row.get("inplane_frequency_8_error") is None
+    assert row["largest_error"] is None
+    assert row["pareto"] == "no"
+    assert rows["10 lumped bars"]["status"] == "ok"
+    loads = ", ".join(f"{{at: {10 * k} m, force: [0, 0, -1]}}" for k in range(1, 8))
+    loaded = trade.compare(scene(f"cable.loads=[{loads}]"), columns("sag"), 1, named("5 lumped bars", "1 x order 8"))
+    assert "7 point loads need at least 8 elements, got 5" in loaded.entries[0].status
+    assert loaded.entries[0].time is None
+    assert loaded.entries[0].dof is None
+    assert loaded.entries[1].status == "ok"
+
+
+def test_a_sharp_bend_fails_bar_by_bar_at_most():
+    """The cable hangs almost folded: some models have no answer, the others stand."""
+    sharp = scene("cable.ends=[[0, 0, 0], [0.06 m, 0, 0]]", "cable.unstretched_length=10 m", "model={accuracy: 1e-4}")
+    found = trade.compare(sharp, columns("end_stiffness"), 1)
+    assert found.entries[0].errors == {"end_stiffness": trade.ROUNDING}
+    assert len(found.entries) == len(choices(columns("end_stiffness")))
+    for entry in found.entries:
+        assert (entry.status == "ok") == ("end_stiffness" in entry.errors)
+
+
+def test_no_answer_at_all():
+    with pytest.raises(ConvergenceError, match="broken cable"):
+        trade.compare(scene("cable.unstretched_length=150 m"), columns("sag"))
+    with pytest.raises(ConvergenceError, match="modal damping"):
+        trade.compare(scene(), columns("gondola_rms"))
+
+
+def test_small_errors_drown_in_the_reference(tmp_path):
+    found = trade.compare(scene(), columns("end_stiffness"), 1, named("catenary", "40 lumped bars"))
+    plain, shown = trade_tables.table_of(found), trade_tables.table_of(found, shown=True)
+    assert [row["end_stiffness_error"] for row in plain.rows[:2]] == [1e-12, 1e-12]
+    assert [row["end_stiffness_error"] for row in shown.rows[:2]] == ["< 1e-12", "< 1e-12"]
+    assert re.fullmatch(r"\d\.\de-07", shown.rows[2]["end_stiffness_error"])
+    assert [row["family"] for row in plain.rows] == ["reference", "closed form", "lumped bars"]
+
+
+@pytest.mark.parametrize("style", ["csv", "json", "jsonl"])
+def test_formats(style):
+    outcome = run("trade", CARLINA, "--columns", "sag,end_stiffness_N_per_m", "--repeats", 1, "--format", style)
+    rows = rows_of(outcome.out, style)
+    assert outcome.err == ""
+    assert rows[0]["model"] == "continuous cable"
+    assert {row["family"] for row in rows[1:]} == {choice.family for choice in choices(columns("sag"))}
+    for row in rows[1:]:
+        assert row["time_ms"] > 0
+        assert row["pareto"] in ("yes", "no")
+    assert {"model", "dof", "time_ms", "sag_error", "sag_time_ms", "largest_error", "pareto", "status"} < set(rows[0])
+
+
+def test_defaults_are_what_the_scene_has_keys_for(tmp_path):
+    document, windy = load_scene(CARLINA, [HYSTERETIC])
+    found, notes = trade.wanted(document, windy)
+    assert [column.name for column in found] == list(trade.DEFAULT)
+    assert notes == []
+    found, notes = trade.wanted(*load_scene(CARLINA))
+    assert [column.name for column in found] == list(trade.DEFAULT[:4])
+    assert "gondola_rms_open_loop: modal damping" in notes[0]
+    text = Path(CARLINA).read_text(encoding="utf-8")
+    bare = tmp_path / "bare.yaml"
+    bare.write_text(text[: text.index("\ngondola:") + 1], encoding="utf-8")
+    found, notes = trade.wanted(*load_scene(str(bare)))
+    assert [column.name for column in found] == list(trade.DEFAULT[:3])
+    assert notes[0] == "left out: gondola_frequency: needs the key gondola.mass"
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ("sagg", "--columns: unknown column 'sagg' (did you mean sag?)"),
+        ("sag,", "--columns: names separated by commas, e.g. end_stiffness,cable_frequency"),
+        ("sag,sag_m", "--columns: sag is listed twice"),
+        ("dof", "--columns: dof is nothing that a model computes more or less well"),
+        ("chord", "--columns: chord is nothing that a model computes more or less well"),
+        ("deflection", f"{CARLINA}:3:3: cable.loads: missing key: 'cablestudy trade' needs it"),
+    ],
+)
+def test_mistakes_in_columns(names, message):
+    assert run("trade", CARLINA, "--columns", names, code=2).lines == [message]
+
+
+def test_a_column_without_truth_leaves_the_others():
+    outcome = run("trade", CARLINA, "--columns", "sag,gondola_rms", "--repeats", 1, "--format", "csv", code=3)
+    assert outcome.lines == [
+        f"{CARLINA}: gondola_rms: modal damping grows with the number of modes: take hysteretic or kelvin_voigt"
+    ]
+    assert "sag_error" in outcome.out
+    assert "gondola_rms" not in outcome.out
+
+
+def test_files_and_picture(tmp_path):
+    place, picture = tmp_path / "tables", tmp_path / "trade.svg"
+    outcome = run("trade", SLACK, "--columns", "sag", "--repeats", 1, "--out", place, "--plot", picture, "--explain",
+                  "--set", "cable.area=20 mm^2", "--format", "csv")  # fmt: skip
+    assert sorted(path.name for path in place.iterdir()) == ["trade-slack.csv", "trade-slack.md"]
+    assert (place / "trade-slack.csv").read_text(encoding="utf-8") == outcome.out
+    text = (place / "trade-slack.md").read_text(encoding="utf-8")
+    assert text.startswith(f"# Error against time: {SLACK} --set 'cable.area=20 mm^2'\n")
+    assert "## The fastest model below an error" in text
+    assert picture.read_bytes().startswith(b"<?xml")
+    assert "reference: sag " in outcome.err
+    assert "one thread" in outcome.err
+    assert "fastest below 1e-10: sag: " in outcome.err
+    assert run("trade", SLACK, "--columns", "sag", "--out", picture, code=2).lines[0].startswith("--out")
+    assert run("trade", "-", "--columns", "sag", "--repeats", 1, "--quiet", stdin=Path(CARLINA).read_text()).err == ""
+
+
+def test_file_names():
+    assert trade_tables.file_name("configs/slack.yaml") == "trade-slack.yaml"
+    assert trade_tables.file_name("-") == "trade-stdin"
+
+
+def test_picture_shows_every_model_and_the_front():
+    wanted = columns("end_stiffness", "cable_frequency", "gondola_frequency")
+    found = trade.compare(scene(), wanted, 1, named("(5|10|20) .* bars", "1 x.*", "2 x.*", "Irvine", ".* modes .*",
+                                                    "catenary", "accuracy 1e-[48]"))  # fmt: skip
+    figure = plots.trade_plot(found, "title")
+    figure.draw_without_rendering()
+    for axes, column in zip(figure.axes, wanted, strict=False):
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+        lines = {line.get_label(): line for line in axes.lines}
+        drawn = np.concatenate([lines[e].get_xydata() for e in lines if e in plots.trade.LOOK])
+        known = [(1e3 * e.times[column.name], e.errors[column.name]) for e in found.entries if column.name in e.times]
+        np.testing.assert_allclose(sorted(map(tuple, drawn)), sorted(known))
+        front = [(1e3 * e.times[column.name], e.errors[column.name]) for e in found.front_of(column)]
+        np.testing.assert_allclose(lines["Pareto front"].get_xydata()[1:-1], front)
+        heights = sorted(text.get_position()[1] for text in axes.texts if text.get_transform() == axes.transAxes)
+        assert len(heights) >= 3
+        assert np.diff(heights).min() > 0.055
+        assert 0 <= heights[0] <= heights[-1] <= 1
+
+
+# ------------------------------------------------------------------------------------------------------ stored results
+
+
+@pytest.mark.parametrize("name", ["carlina", "slack"])
+def test_stored_errors_are_the_computed_ones(name):
+    stored = {row["model"]: row for row in rows_of((RESULTS / f"trade-{name}.csv").read_text(encoding="utf-8"), "csv")}
+    title = (RESULTS / f"trade-{name}.md").read_text(encoding="utf-8").splitlines()[0]
+    path, *sets = shlex.split(title.removeprefix("# Error against time: "))
+    document, model = load_scene(str(CONFIGS.parent / path), [word for word in sets if word != "--set"])
+    wanted, _ = trade.wanted(document, model)
+    assert [key for key in stored["catenary"] if key.endswith("_error")] == [
+        *(f"{column.name}_error" for column in wanted), "largest_error"
+    ]  # fmt: skip
+    assert list(stored) == [trade_tables.CONTINUOUS, *(choice.name for choice in choices(wanted))]
+    cheap = named("catenary", "Irvine", "(5|10|20|40) .* bars", "1 x order.*", "(1|10) modes.*", ".* 1000 points")
+    assert len(cheap) > 20
+    found = trade.compare(model, wanted, 1, cheap)
+    for column in wanted:
+        assert stored[trade_tables.CONTINUOUS][f"{column.name}_error"] < 1e-9
+    for entry in found.entries:
+        row = stored[entry.name]
+        assert row["status"] == entry.status
+        for column in wanted:
+            now, then = entry.errors.get(column.name), row[f"{column.name}_error"]
+            assert (now is None) == (then is None)
+            # what is next to rounding differs from one processor to another
+            assert now is None or now == pytest.approx(then, rel=0.01, abs=1e-10), (entry.name, column.name)
+
+
+def test_unknown_scene_keys_are_places():
+    document, bare = load_scene(CARLINA, ["gondola.area=null"])
+    with pytest.raises(SceneError, match=r"gondola\.area: missing key: 'cablestudy trade' needs it"):
+        trade.wanted(document, bare, "gondola_rms_open_loop")
