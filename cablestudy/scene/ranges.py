@@ -17,6 +17,7 @@ _DIGITS = 15
 _KEPT = 10_000  # values of a range kept at most: in a grid each is met many times
 _LARGEST_EXPONENT = 700  # exp of it is still a float
 _COUNT = re.compile(r"\s*([0-9]{1,12})\s*(log|linear)?\s*")
+_BRACKET = re.compile(r"""["'\[{]""")
 _VARY = "expected KEY=FROM:TO:COUNT, KEY=FROM:TO:COUNTlog or KEY=A,B,C, for example cable.preload=100N:2kN:20log"
 
 
@@ -255,7 +256,7 @@ def read_vary(text):
         raise refuse(Place(f"--vary {text}"), _VARY)
     try:
         split_key(key)
-        return key, _range(written) if ":" in written and written[0] not in "[{\"'" else _list(written)
+        return key, _range(written) if ":" in written and not _BRACKET.search(written) else _list(written)
     except ValueError as error:
         raise refuse(place, str(error)) from None
     except SceneError as error:

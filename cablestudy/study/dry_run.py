@@ -8,6 +8,7 @@ from cablestudy.study.sweep import written
 from cablestudy.study.table import exact, short
 
 CASE = "case"
+PADDING = 2  # beside a heading, as tabulate has it
 
 
 def lines(study, style):
@@ -53,10 +54,10 @@ def _json(names, rows):
 
 def _markdown(study, names, rows):
     """As wide as the widest value of each key: its values are counted once, not in every case."""
-    widths, texts = [max(len(CASE), len(str(study.count)))], [False]
+    widths, texts = [max(len(CASE) + PADDING, len(str(study.count)))], [False]
     for entry in study.entries:
         for key, values, _ in entry.columns:
-            width, text = len(key), False
+            width, text = len(key) + PADDING, False
             for value in values:
                 cell = written({key: value})[key]
                 width, text = max(width, len(_cell(cell))), text or isinstance(cell, str)
