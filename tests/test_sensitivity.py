@@ -162,7 +162,7 @@ def sensitivity(folder, text, *arguments, code=0):
 
 @pytest.mark.parametrize(("over", "log"), [(UNIFORM, False), (LOG, True)])
 def test_the_mass_of_a_cable_is_a_product(folder, over, log):
-    text = f"columns: [mass]\nsample: {{method: saltelli, count: 2048, over: {{{over}}}}}\n{SLACK}"
+    text = f"columns: [mass]\nsample: {{method: saltelli, count: 512, over: {{{over}}}}}\n{SLACK}"
     found, _ = sensitivity(folder, text)
     area, density = moments(1 if log else 2, 9 if log else 6, log), moments(1000, 1500)
     for key, (first, total) in {
@@ -170,8 +170,8 @@ def test_the_mass_of_a_cable_is_a_product(folder, over, log):
         "cable.density": product_indices(density, area),
     }.items():
         row = found["mass_kg", key]
-        assert row["first_order"] == pytest.approx(first, abs=0.01)
-        assert row["total"] == pytest.approx(total, abs=0.01)
+        assert row["first_order"] == pytest.approx(first, abs=0.02)
+        assert row["total"] == pytest.approx(total, abs=0.02)
         assert row["first_order_low"] <= first <= row["first_order_high"]
         assert row["total_low"] <= total <= row["total_high"]
 
@@ -209,7 +209,7 @@ def test_other_entries_have_indices_of_their_own(folder):
 
 def test_a_failed_case_leaves_its_column_without_indices(folder):
     over = "cable.preload: {from: 500 N, to: 20 kN}, cable.density: {from: 1000, to: 1500}"
-    text = f"columns: [mass, sag]\nsample: {{method: saltelli, count: 32, over: {{{over}}}}}\n"
+    text = f"columns: [mass, sag]\nset: {{model: null}}\nsample: {{method: saltelli, count: 32, over: {{{over}}}}}\n"
     found, outcome = sensitivity(folder, text, code=3)
     broken = [line for line in outcome.lines if "broken cable" in line]
     assert 0 < len(broken) < 128
@@ -235,8 +235,10 @@ def test_the_rows_are_stored_and_the_indices_shown(folder):
          "study.yaml:3:18: --sensitivity needs a sample of the method saltelli"),
         ("sample: {method: saltelli, count: 4, over: {gravity: {from: 1, to: 2}}}\n",
          "study.yaml:3:35: --sensitivity needs at least 8 points, got 4"),
+        ("sample: {method: saltelli, count: 8, over: {cable.sag: {from: 1, to: 2}}}\n#",
+         "study.yaml:2:10: --sensitivity: none of the columns depends on the scene alone"),
     ],
 )  # fmt: skip
 def test_sensitivity_of_what_has_none(folder, sample, message):
-    study_file(folder, f"columns: [mass]\n{sample}")
+    study_file(folder, f"columns: [{'solve_time, status' if sample.endswith('#') else 'mass'}]\n{sample}")
     assert run("sweep", "study.yaml", "--sensitivity", code=2).lines[0].startswith(message)

@@ -7,12 +7,12 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.document import apply_sets, lazily, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
 from cablestudy.scene.fields import Switch, Text
 from cablestudy.scene.layers import REPLACES, split_key
-from cablestudy.scene.mistakes import collect, located
+from cablestudy.scene.mistakes import MAX_SHOWN, collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.strict_yaml import refuse
@@ -172,7 +172,7 @@ class Study:
         Raises
         ------
         SceneError
-            All mistakes of all cases checked, each once.
+            The mistakes of all cases checked, each once; at most 100.
         """
         mistakes = {}
         for steps in self._steps_to_check():
@@ -181,7 +181,9 @@ class Study:
             except SceneError as error:
                 mistakes.update(dict.fromkeys(error.mistakes))
         if mistakes:
-            raise SceneError(*mistakes)
+            shown = list(mistakes)[:MAX_SHOWN]
+            more = len(mistakes) - len(shown)
+            raise SceneError(*shown, *([Mistake(self.name, "", f"and {more} more mistakes")] if more else ()))
 
     def _steps_to_check(self):
         if self.count <= CHECK_ALL:

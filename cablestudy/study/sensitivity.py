@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.study.columns import find
-from cablestudy.study.sweep import written
+from cablestudy.study.sweep import columns_of, written
 from cablestudy.study.table import Field, Table
 
 RESAMPLES = 1000
@@ -91,7 +90,7 @@ class Sensitivity:
     Raises
     ------
     SceneError
-        The study has no such sample.
+        The study has no such sample, or no column that has indices.
     """
 
     def __init__(self, study):
@@ -104,7 +103,10 @@ class Sensitivity:
             message = f"--sensitivity needs at least {FEWEST} points, got {sample.count}"
             raise SceneError(Mistake(study.where(("sample", "count")), "", message))
         self.study = study
-        self.columns = [column for column in map(find, study.columns) if column.needs != "run"]
+        self.columns = [column for column in columns_of(study) if column.needs != "run"]
+        if not self.columns:
+            where = study.where(("columns",))
+            raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, rows):
         """The table of the indices.
