@@ -1,5 +1,6 @@
 """Samples of a study: the points, the cases they give, and every mistake at its place."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -101,6 +102,12 @@ def test_the_design_of_saltelli_exchanges_one_key_at_a_time():
         assert with_second == (a[0], b[1])
         assert a[0] != b[0]
         assert a[1] != b[1]
+
+
+def test_what_the_values_follow_from_is_plain():
+    for values in (column[1] for column in sampled("sobol", 8, ", seed: 3").entries[0].columns):
+        assert json.loads(json.dumps(values.written)) == values.written
+        assert (values.written["sample"]["method"], values.written["sample"]["seed"]) == ("sobol", 3)
 
 
 def test_a_sample_multiplies_with_vary_and_with_options():

@@ -112,6 +112,11 @@ class Range(Sequence):
     spacing : str
         `linear`, or `log` for equal ratios.
 
+    Attributes
+    ----------
+    written : dict
+        The range as a study file says it.
+
     Raises
     ------
     ValueError
@@ -122,6 +127,7 @@ class Range(Sequence):
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_COUNT:
             raise ValueError(f"count: expected a whole number from 1 to {MAX_COUNT}, got {show(count)}")
         self._interval, self._count, self._known = Interval(first, last, spacing), count, {}
+        self.written = {"from": first, "to": last, "count": count, "spacing": spacing}
         if count == 1 and self._interval.low != self._interval.high:
             raise ValueError("count: a range of one value needs equal ends")
 

@@ -98,10 +98,16 @@ class Sampled(Sequence):
     key : int
         Which of its keys.
     interval : Interval
+
+    Attributes
+    ----------
+    written : dict
+        What the values follow from, as a study file says it.
     """
 
     def __init__(self, sample, key, interval):
         self._sample, self._key, self._interval = sample, key, interval
+        self.written = {"sample": sample.model_dump(), "key": key}
 
     def __len__(self):
         return self._sample.cases

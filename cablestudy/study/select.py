@@ -1,6 +1,7 @@
 """Rows of a study that are wanted: --where, --sort and --best."""
 
 import operator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from cablestudy.errors import NoSolutionError, SceneError
@@ -27,12 +28,8 @@ class Selection:
     descending: bool = False
     best: bool = False
 
-    def matching(self, rows):
-        """Iterator over the rows that satisfy the condition, in their order."""
-        return (row for row in rows if self.condition is None or self.condition(row) is True)
-
-    def rows(self, rows):
-        """The rows that are shown.
+    def places(self, rows):
+        """Where the rows are that are shown.
 
         Parameters
         ----------
@@ -41,33 +38,33 @@ class Selection:
 
         Returns
         -------
-        list of dict
-            Equal ones keep their order; those whose cell is empty are last.
+        list of int
+            From 0. Equal rows keep their order; those whose cell is empty are last.
 
         Raises
         ------
         NoSolutionError
             There is no best one.
         """
-        matching = self.matching(rows)
+        condition, key = self.condition, self.key
+        matching = ((place, row) for place, row in enumerate(rows) if condition is None or condition(row) is True)
+        if key is None:
+            return [place for place, _ in matching]
+        matching = ((key.value(row), place) for place, row in matching)
         if self.best:
             return [self._best(matching)]
-        if self.key is None:
-            return list(matching)
-        matching = [(self.key.value(row), row) for row in matching]
-        empty = [row for value, row in matching if value is None]
+        matching = list(matching)
         known = [pair for pair in matching if pair[0] is not None]
         known.sort(key=lambda pair: (isinstance(pair[0], str), pair[0]), reverse=self.descending)
-        return [row for _, row in known] + empty
+        return [place for _, place in known] + [place for value, place in matching if value is None]
 
-    def _best(self, rows):
-        """The first row with the smallest or largest value."""
+    def _best(self, values):
+        """The first place with the smallest or largest number."""
         better = operator.gt if self.descending else operator.lt
         found, best = None, None
-        for row in rows:
-            value = self.key.value(row)
+        for value, place in values:
             if isinstance(value, float) and (found is None or better(value, best)):
-                found, best = row, value
+                found, best = place, value
         if found is None:
             where = "" if self.condition is None else " that --where lets pass"
             raise NoSolutionError(f"--best: no row{where} has a value of {self.key.shown}")
@@ -75,7 +72,29 @@ class Selection:
 
     def table(self, table):
         """A table with only the rows that are shown."""
-        return replace(table, rows=self.rows(table.rows))
+        return replace(table, rows=Chosen(table.rows, self.places(table.rows)))
+
+
+class Chosen(Sequence):
+    """Some rows of others, which are not copied.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+    places : list of int
+        From 0, in the order in which they are shown.
+    """
+
+    def __init__(self, rows, places):
+        self._rows, self._places = rows, places
+
+    def __len__(self):
+        return len(self._places)
+
+    def __getitem__(self, place):
+        if isinstance(place, slice):
+            return Chosen(self._rows, self._places[place])
+        return self._rows[self._places[place]]
 
 
 def read_selection(study, where=None, sort=None, best=None):
