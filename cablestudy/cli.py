@@ -14,7 +14,22 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 PICTURES = (".png", ".svg", ".pdf")
 ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 
-SCENE = click.argument("scene", metavar="SCENE")
+
+def complete_file(context, parameter, incomplete):
+    """Shell completion: files."""
+    from click.shell_completion import CompletionItem
+
+    return [CompletionItem(incomplete, type="file")]
+
+
+def complete_column(context, parameter, incomplete):
+    """Shell completion: names of columns."""
+    from cablestudy.study.columns import COLUMNS
+
+    return [column.header for column in COLUMNS if column.header.startswith(incomplete)]
+
+
+SCENE = click.argument("scene", metavar="SCENE", shell_complete=complete_file)
 SET = click.option(
     "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change one key, e.g. cable.diameter=3.7mm. Repeatable."
 )
@@ -77,6 +92,13 @@ def check_picture(path):
     folder = os.path.dirname(path) or "."
     if not os.access(folder, os.W_OK) or os.path.isdir(path):
         raise SceneError(f"--plot {path}: cannot be written")
+
+
+def refuse_together(option, given, others):
+    """Refuse an option beside others that would have no effect."""
+    idle = [other for other, there in others.items() if given and there]
+    if idle:
+        raise SceneError(*(f"{option} and {other} exclude each other" for other in idle))
 
 
 class OneLine(click.Group):
@@ -216,8 +238,24 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
 
 
 @main.command()
-@click.argument("study", metavar="STUDY")
+@click.argument("study", metavar="STUDY", shell_complete=complete_file)
 @SET
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="KEY=VALUES",
+    help="One more dimension, e.g. cable.preload=100N:2kN:20log or gondola.mass=10kg,50kg. Repeatable.",
+)
+@click.option("--dry-run", is_flag=True, help="Print the cases; compute and write nothing.")
+@click.option("--where", metavar="CONDITION", help="Show only such rows, e.g. 'gondola_rms < 1 mm and sag < 0.5'.")
+@click.option(
+    "--sort",
+    metavar="COLUMN",
+    shell_complete=complete_column,
+    help="Show the rows in this order; -COLUMN: largest first.",
+)
+@click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'.")
+@click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows.")
 @click.option("--out", default="results", metavar="DIR", help="Where NAME.csv and NAME.md go. Default: results.")
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
@@ -228,16 +266,41 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
 @EXPLAIN
 @QUIET
 @edge
-def sweep(study, sets, out, no_write, check, rtol, jobs, style, plot, explain, quiet):
+def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtol, jobs, style, plot,
+          explain, quiet):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed."""
     check_picture(plot)
     if not rtol < float("inf"):
         raise SceneError(f"--rtol: must be finite, got {rtol}")
+    asked = {"--where": where is not None, "--sort": sort is not None, "--best": best is not None}
+    refuse_together("--dry-run", dry_run, asked | {"--sensitivity": sensitivity, "--check": check, "--plot": plot})
+    refuse_together("--check", check, asked | {"--sensitivity": sensitivity})
+    refuse_together("--sensitivity", sensitivity, asked)
     from cablestudy.scene.study import read_study
     from cablestudy.study import store
-    from cablestudy.study.sweep import run
+    from cablestudy.study.sweep import prepare, run
 
-    wanted = read_study(study, sets)
+    wanted = read_study(study, sets, vary)
+    say(wanted.notes, quiet)
+    if dry_run:
+        from cablestudy.study.dry_run import lines
+
+        prepare(wanted)
+        for line in lines(wanted, style):
+            sys.stdout.write(line)
+        return
+    selection = indices = None
+    if any(asked.values()):
+        from cablestudy.study.select import read_selection
+
+        selection = read_selection(wanted, where, sort, best)
+    if sensitivity:
+        from cablestudy.study.sensitivity import Sensitivity
+
+        indices = Sensitivity(wanted)
+    if wanted.asked and not no_write:
+        no_write = True
+        say([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
     place = store.Place(out, wanted.name)
     place.check_stored() if check else no_write or place.check_writable()
     table, notes = run(wanted, jobs)
@@ -258,6 +321,13 @@ def sweep(study, sets, out, no_write, check, rtol, jobs, style, plot, explain, q
     if not no_write:
         place.write(wanted, table)
         say([f"written: {place.csv}, {place.md}"], quiet)
+    if selection:
+        chosen = selection.table(table)
+        say([f"shown: {len(chosen.rows)} of {len(table.rows)} rows"], quiet)
+        table = chosen
+    if indices:
+        table, notes = indices.table(table.rows)
+        say(notes, quiet)
     show(table, style)
     if failed:
         sys.stdout.flush()
@@ -315,7 +385,7 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
 
 
 @main.command()
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=complete_file)
 @SET
 @FORMAT
 @QUIET

@@ -22,6 +22,8 @@ ALLOWED = {
     "__init__": set(),
 }
 LIBRARIES = {"cable": {"numpy", "scipy"}, "errors": set()}
+# reading a file needs no arrays; who draws the points of a sample imports them there and then
+WITHOUT_ARRAYS, DRAWS = "scene", ("scene", "sampling.py")
 MODULES = sorted(ROOT.rglob("*.py"))
 
 
@@ -29,10 +31,15 @@ def layer_of(path):
     return path.relative_to(ROOT).parts[0].removesuffix(".py")
 
 
-def imports(path):
-    """Every imported name with dots, inside functions too; relative imports made absolute."""
+def imports(path, inside=True):
+    """Every imported name with dots, inside functions too unless told otherwise; relative imports made absolute."""
     package = ("cablestudy", *path.relative_to(ROOT).parts[:-1])
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    functions = [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    hidden = set() if inside else {inner for function in functions for inner in ast.walk(function)}
+    for node in ast.walk(tree):
+        if node in hidden:
+            continue
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -62,6 +69,15 @@ def test_imports_point_one_way(path):
             assert parts[0] in LIBRARIES[layer], f"{layer} must not import {name}"
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / WITHOUT_ARRAYS).rglob("*.py")), ids=lambda path: path.name)
+def test_the_scene_layer_has_no_arrays(path):
+    allowed = path.relative_to(ROOT).parts == DRAWS
+    names = {name.split(".")[0] for name in imports(path, inside=not allowed)}
+    assert not names & {"numpy", "scipy"}
+
+
 def test_there_is_something_to_check():
+    drawing = set(imports(ROOT.joinpath(*DRAWS))) - set(imports(ROOT.joinpath(*DRAWS), inside=False))
+    assert drawing == {"warnings", "numpy.random", "scipy.stats"}
     assert {"errors", "cable", "scene", "study"} <= {layer_of(path) for path in MODULES}
     assert "numpy" in set(imports(ROOT / "cable" / "assembly.py"))

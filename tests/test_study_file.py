@@ -199,6 +199,12 @@ def test_a_study_upon_a_study_is_refused():
     assert mistakes_of(HEAD) == ["scene.yaml:7:1: this is a study (it has the key vary): use 'cablestudy sweep'"]
 
 
+def test_a_flood_of_mistakes_is_cut_off():
+    found = mistakes_of(HEAD + "vary: [{gravity: {from: -1, to: -2, count: 500}}]\n")
+    assert len(found) == 101
+    assert found[-1] == "study.yaml: and 400 more mistakes"
+
+
 def test_many_cases_are_checked_entry_by_entry():
     masses = ", ".join(str(mass) for mass in range(1, 1200))
     text = HEAD + f"vary:\n- {{gravity: [1, 2]}}\n- {{gondola.mass: [{masses}, -7]}}\n"

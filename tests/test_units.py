@@ -163,6 +163,13 @@ def test_a_range_runs_evenly_from_end_to_end(low, high, count, spacing):
     assert values == pytest.approx(even, rel=1e-12, abs=1e-15 * max(low, high))
 
 
+def test_a_range_over_more_than_a_double_can_tell():
+    for first, last in (("1e-299 N", "1e299 N"), ("1e299 N", "1e-299 N")):
+        values = list(Range(first, last, 5, "log"))
+        exponents = [math.log10(float(value.split()[0])) for value in values]
+        assert exponents == pytest.approx(sorted([-299, -149.5, 0, 149.5, 299], reverse=first == "1e299 N"), abs=1e-9)
+
+
 def test_a_long_range_is_not_stored():
     values = Range(0, 1, 10_000_000)
     assert len(values) == 10_000_000

@@ -259,7 +259,7 @@ def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
 
 def test_damping_that_rounding_would_spoil_is_refused():
     case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
-    with pytest.raises(NoSolutionError, match="rounding spoils the response: cable.damping must be less"):
+    with pytest.raises(NoSolutionError, match="rounding spoils the response"):
         _ = case.gondola_damping_ratio
 
 

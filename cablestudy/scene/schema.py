@@ -54,7 +54,12 @@ def study_schema():
         "anyOf": [{"type": "array", "minItems": 1}, {"$ref": "#/$defs/Range"}],
         "description": "List of values, or a range",
     }
-    definitions["Range"] = _range_schema()
+    definitions["Range"] = _range_schema("from", "to", "count", "spacing")
+    definitions["Interval"] = _range_schema("from", "to", "spacing")
+    definitions["Sample"]["properties"]["over"] |= {
+        "propertyNames": dotted,
+        "additionalProperties": {"$ref": "#/$defs/Interval"},
+    }
     properties = schema["properties"]
     properties["set"] |= {"propertyNames": dotted}
     properties["vary"]["items"] = {
@@ -70,19 +75,20 @@ def study_schema():
     return {"$schema": DIALECT, "title": "cablestudy study", **schema, "$defs": definitions}
 
 
-def _range_schema():
-    """A range of values."""
+def _range_schema(*keys):
+    """A range of values, or the interval that a sample draws from."""
     end = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+    known = {
+        "from": {**end, "description": "First value, e.g. 10 kg"},
+        "to": {**end, "description": "Last value"},
+        "count": {"type": "integer", "minimum": 1, "maximum": MAX_COUNT, "description": "How many values"},
+        "spacing": {"enum": list(SPACINGS), "default": "linear", "description": "Equal steps or equal ratios"},
+    }
     return {
         "type": "object",
-        "description": "count values, ends included",
-        "properties": {
-            "from": {**end, "description": "First value, e.g. 10 kg"},
-            "to": {**end, "description": "Last value"},
-            "count": {"type": "integer", "minimum": 1, "maximum": MAX_COUNT, "description": "How many values"},
-            "spacing": {"enum": list(SPACINGS), "default": "linear", "description": "Equal steps or equal ratios"},
-        },
-        "required": ["from", "to", "count"],
+        "description": "count values, ends included" if "count" in keys else "Interval that is sampled",
+        "properties": {key: known[key] for key in keys},
+        "required": [key for key in keys if key != "spacing"],
         "additionalProperties": False,
     }
 

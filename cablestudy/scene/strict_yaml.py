@@ -93,7 +93,7 @@ def mistake(place, key, message):
     key, message : str
         The dotted key, and what is wrong with it.
     """
-    return Mistake(str(place), "" if key and str(place) == f"--set {key}" else key, message)
+    return Mistake(str(place), "" if key and str(place) in (f"--set {key}", f"--vary {key}") else key, message)
 
 
 def refuse(place, message, key=""):

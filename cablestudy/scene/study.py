@@ -3,25 +3,22 @@
 import math
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.document import apply_sets, lazily, read_base, read_file
+from cablestudy.scene.entries import entries_of, with_options
 from cablestudy.scene.fields import Switch, Text
 from cablestudy.scene.layers import REPLACES, split_key
-from cablestudy.scene.mistakes import collect, located
-from cablestudy.scene.ranges import MAX_COUNT, Range, read_range
+from cablestudy.scene.mistakes import MAX_SHOWN, collect, located
+from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.tables import Table
-from cablestudy.scene.units import show
 
 CHECK_ALL = 1000
-_RANGE_SAMPLES = 50
 
 Name = Annotated[str, Text(empty=False)]
 
@@ -53,39 +50,13 @@ class StudyTable(Table):
     vary: tuple[dict[str, Any], ...] = Field(
         (), description="What varies: entries multiply (grid), keys inside one entry go together (zip)"
     )
+    sample: Sample | None = Field(None, description="What is sampled: one more entry beside those of vary")
     columns: tuple[Name, ...] = Field(min_length=1, description="Columns of the table, with or without their unit")
     reference: Name | None = Field(None, description="CSV file of values to compare with, relative to this file")
     plot: Plot | None = Field(None, description="What to draw")
 
 
-TABLES = {(): StudyTable, ("plot",): Plot}
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One entry of `vary`: keys that go together.
-
-    Attributes
-    ----------
-    columns : tuple of (str, sequence, callable)
-        Dotted key, its values, and index -> place (looked up only on a mistake).
-    """
-
-    columns: tuple[tuple[str, Any, Any], ...]
-
-    def __len__(self):
-        return len(self.columns[0][1])
-
-    def settings(self, index):
-        """List of (key, value, place) of one step."""
-        return [(key, values[index], partial(place, index)) for key, values, place in self.columns]
-
-    def steps(self):
-        """The steps worth checking: all, but of ranges only some, since every limit of a quantity is an interval."""
-        if all(isinstance(values, Range) for _, values, _ in self.columns):
-            last = len(self) - 1
-            return sorted({round(i * last / _RANGE_SAMPLES) for i in range(_RANGE_SAMPLES + 1)})
-        return range(len(self))
+TABLES = {(): StudyTable, ("plot",): Plot, ("sample",): Sample}
 
 
 class Study:
@@ -98,6 +69,11 @@ class Study:
     title : str
     columns : tuple of str
         As written; whether they exist is for the registry of columns to say.
+    asked : tuple of str
+        Columns among them that only an option of the command line names, the last ones.
+    sample : Sample or None
+    notes : tuple of str
+        What the user should know about the cases.
     plot : Plot or None
     reference_path : str or None
         An existing file.
@@ -106,20 +82,39 @@ class Study:
     source : Document
         The study file itself.
     entries : tuple of Entry
+        Those of `vary`, the sample, those of the options `--vary`.
     count : int
         How many cases. [-]
     """
 
-    def __init__(self, source, table, document, entries):
-        self.name, self.source, self.document, self.entries = source.name, source, document, entries
+    def __init__(self, source, table, document, entries, options=()):
+        self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
         self.title, self.columns, self.plot = table.title, table.columns, table.plot
-        self.base, self.set = table.base, table.set
-        self.reference_path = _beside(source, table.reference) if table.reference else None
-        self.count = math.prod(len(entry) for entry in entries)
+        self.base, self.set, self.asked = table.base, table.set, ()
+        self.reference_path = _beside(source, table.reference) if table.reference and not options else None
+        self.count = math.prod(len(entry) for entry in self.entries)
+        self.sample = table.sample
+        self.sample_entry = len(entries) - 1  # where it is, when there is one
+        self.notes = table.sample.notes if table.sample else ()
+        if table.reference and options:
+            self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
+        self._options = {}
 
     def where(self, path):
-        """`file:line:column` of a value of the study file, for example of `("columns", 3)`."""
-        return self.source.where(path)
+        """`file:line:column` of a value of the study file, for example of `("columns", 3)`, or an option's name."""
+        return self._options.get(path) or self.source.where(path)
+
+    def ask(self, name, option):
+        """One more column, which an option of the command line needs.
+
+        Parameters
+        ----------
+        name, option : str
+            The column, and for messages the option.
+        """
+        self._options[("columns", len(self.columns))] = option
+        self.columns += (name,)
+        self.asked += (name,)
 
     @property
     def varied(self):
@@ -139,7 +134,8 @@ class Study:
         dict
             Dotted key -> value as written.
         """
-        return {key: value for key, value, _ in self._settings(self._steps(index))}
+        steps = zip(self.entries, self._steps(index), strict=True)
+        return {key: values[step] for entry, step in steps for key, values, _ in entry.columns}
 
     def case(self, index):
         """One case.
@@ -176,7 +172,7 @@ class Study:
         Raises
         ------
         SceneError
-            All mistakes of all cases checked, each once.
+            The mistakes of all cases checked, each once; at most 100.
         """
         mistakes = {}
         for steps in self._steps_to_check():
@@ -185,7 +181,9 @@ class Study:
             except SceneError as error:
                 mistakes.update(dict.fromkeys(error.mistakes))
         if mistakes:
-            raise SceneError(*mistakes)
+            shown = list(mistakes)[:MAX_SHOWN]
+            more = len(mistakes) - len(shown)
+            raise SceneError(*shown, *([Mistake(self.name, "", f"and {more} more mistakes")] if more else ()))
 
     def _steps_to_check(self):
         if self.count <= CHECK_ALL:
@@ -215,7 +213,7 @@ class Study:
         return self.document.with_sets(self._settings(steps))
 
 
-def read_study(path, sets=()):
+def read_study(path, sets=(), vary=()):
     """Read a study file, its base scene and its reference's name.
 
     Parameters
@@ -224,6 +222,8 @@ def read_study(path, sets=()):
         `-` is standard input; names in it are then relative to the working directory.
     sets : sequence of str
         `key=value` each: changes of the scene.
+    vary : sequence of str
+        `key=from:to:count` or `key=a,b,c` each: more entries, after those of the study.
 
     Returns
     -------
@@ -234,16 +234,16 @@ def read_study(path, sets=()):
     SceneError
         All that is wrong with the study file itself; the cases are checked by `Study.check`.
     """
-    return study_of(read_file(path), sets)
+    return study_of(read_file(path), sets, vary)
 
 
-def study_of(source, sets=()):
+def study_of(source, sets=(), vary=()):
     """Study of a document whose `base:` is still unread; see `read_study`.
 
     Parameters
     ----------
     source : Document
-    sets : sequence of str
+    sets, vary : sequence of str
 
     Returns
     -------
@@ -257,17 +257,18 @@ def study_of(source, sets=()):
         table = StudyTable.model_validate(_listed(source.value))
     except ValidationError as error:
         raise collect(error, source, TABLES) from None
-    entries, found = _entries(table, source)
+    entries, found = entries_of(table, source)
     found += _repeated(table.columns, "columns")
     if table.reference and not os.path.isfile(_beside(source, table.reference)):
         found.append((("reference",), f"{_beside(source, table.reference)}: no such file"))
     if found:
         raise located(found, source)
+    everything = with_options(entries, vary)
     document = read_base(source)
     settings = [(key, value, lazily(source, ("set", key))) for key, value in table.set.items()]
     document = apply_sets(document.with_sets(settings), sets)
-    study = Study(source, table, document, entries)
-    _refuse_idle(study, table.set, sets)
+    study = Study(source, table, document, entries, everything[len(entries) :])
+    _refuse_idle(study, entries, sets)
     return study
 
 
@@ -284,66 +285,25 @@ def _beside(source, name):
     return os.path.join(os.path.dirname(source.name), name)
 
 
-def _entries(table, source):
-    """The entries of `vary`, and what is wrong with them as (path, message)."""
-    entries, found, seen = [], [], set()
-    for number, mapping in enumerate(table.vary):
-        columns = []
-        if not mapping:
-            found.append((("vary", number), "an entry without a key"))
-        for key, written in mapping.items():
-            path = ("vary", number, key)
-            try:
-                split_key(key)
-                columns.append((key, _values(written), partial(_value_place, source, path)))
-            except ValueError as error:
-                found.append((path, str(error)))
-            if key in seen:
-                found.append((path, "varies in an entry above already"))
-            seen.add(key)
-        lengths = {key: len(values) for key, values, _ in columns}
-        if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{key} {length}" for key, length in lengths.items())
-            found.append((("vary", number), f"keys of one entry go together and need equally many values: {listed}"))
-        elif columns:
-            entries.append(Entry(tuple(columns)))
-    if math.prod(map(len, entries)) > MAX_COUNT:
-        found.append((("vary",), f"{math.prod(map(len, entries))} cases (at most {MAX_COUNT})"))
-    return tuple(entries), found
-
-
-def _value_place(source, path, index):
-    """Place of one varied value; a range has a single one."""
-    return source.place((*path, index))
-
-
-def _values(written):
-    """The values of a varied key: a list as it is, a mapping as a range."""
-    if isinstance(written, dict):
-        return read_range(written)
-    if not isinstance(written, list):
-        raise ValueError(f"expected a list of values, or a range {{from, to, count}}, got {show(written)}")
-    if not written:
-        raise ValueError("expected at least one value")
-    return written
-
-
 def _repeated(names: Iterable[str], key):
     """Names that occur twice."""
     first = {}
     return [((key, i), f"{name} is given twice") for i, name in enumerate(names) if first.setdefault(name, i) != i]
 
 
-def _refuse_idle(study, fixed, sets):
-    """Refuse what the varied keys make void: a fixed value that no case would show."""
-    varied = [split_key(key) for key in study.varied]
-    removed = [path for key in study.varied for path in REPLACES.get(key, ())]
-    options = [text.partition("=")[0].strip() for text in sets]
-    written = [(key, study.where(("set", key))) for key in fixed] + [(key, f"--set {key}") for key in options]
+def _refuse_idle(study, entries, sets):
+    """Refuse what the varied keys make void: a fixed value that no case would show.
+
+    The options --vary are a layer upon the study, and may replace what its `set:` fixes; the options --set are none.
+    """
+    written = [(key, study.where(("set", key)), entries) for key in study.set]
+    written += [(key, f"--set {key}", study.entries) for key in (text.partition("=")[0].strip() for text in sets)]
     found = []
-    for key, place in written:
+    for key, place, varying in written:
         path = split_key(key)
-        if any(path[: len(other)] == other for other in (*varied, *removed)):
+        varied = [other for entry in varying for other, _, _ in entry.columns]
+        void = [split_key(other) for other in varied] + [path for other in varied for path in REPLACES.get(other, ())]
+        if any(path[: len(other)] == other for other in void):
             found += refuse(place, "has no effect: the study varies this key, or one that replaces it", key).mistakes
     if found:
         raise SceneError(*found)

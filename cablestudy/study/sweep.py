@@ -46,17 +46,18 @@ def columns_of(study):
     columns, mistakes = [], []
     _, scene = study.case(0)
     for place, name in enumerate(study.columns):
-        where = study.where(("columns", place))
+        asked = place >= len(study.columns) - len(study.asked)
+        about = study.where(("columns", place)), "" if asked else f"columns.{place}"
         try:
             column = find(name)
         except ValueError as error:
-            mistakes.append(Mistake(where, f"columns.{place}", str(error)))
+            mistakes.append(Mistake(*about, str(error)))
             continue
         if any(column.header == other.header for other in columns):
-            mistakes.append(Mistake(where, f"columns.{place}", f"{column.name} is listed twice"))
+            mistakes.append(Mistake(*about, f"{column.name} is listed twice"))
         elif lacks(scene, column) and _every_case_lacks(study, column):
             message = f"{column.name} needs the key {lacks(scene, column)}, which the scene does not have"
-            mistakes.append(Mistake(where, f"columns.{place}", message))
+            mistakes.append(Mistake(*about, message))
         columns.append(column)
     if mistakes:
         raise SceneError(*mistakes)
@@ -178,7 +179,7 @@ def run(study, jobs=1):
         results = [compute(scene) for scene in scenes]
     rows = []
     for place, ((overrides, _), (cells, _)) in enumerate(zip(cases, results, strict=True)):
-        rows.append({**_written(overrides), **cells, **_printed(cells, reference, place)})
+        rows.append({**written(overrides), **cells, **_printed(cells, reference, place)})
     return Table(_fields(study, columns, reference[0]), rows), [notes for _, notes in results]
 
 
@@ -188,8 +189,18 @@ def _cells(scene, names):
     return row.cells, row.notes
 
 
-def _written(overrides):
-    """What varies, as the user wrote it."""
+def written(overrides):
+    """What varies, as the user wrote it: numbers and text, and JSON of anything else.
+
+    Parameters
+    ----------
+    overrides : dict
+        As from `Study.overrides`.
+
+    Returns
+    -------
+    dict
+    """
     plain = {}
     for key, value in overrides.items():
         number_or_text = isinstance(value, (str, int, float)) and not isinstance(value, bool)

@@ -1,0 +1,168 @@
+"""What varies in a study, as entries whose steps multiply: of `vary`, of `sample`, of the options `--vary`."""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from cablestudy.errors import Mistake, SceneError
+from cablestudy.scene.layers import REPLACES, split_key
+from cablestudy.scene.ranges import MAX_COUNT, read_interval, read_range, read_vary
+from cablestudy.scene.sampling import Sampled
+from cablestudy.scene.units import show
+
+_FEW = 50
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry of `vary`: keys that go together.
+
+    Attributes
+    ----------
+    columns : tuple of (str, sequence, callable)
+        Dotted key, its values, and index -> place (looked up only on a mistake).
+    """
+
+    columns: tuple[tuple[str, Any, Any], ...]
+
+    def __len__(self):
+        return len(self.columns[0][1])
+
+    def settings(self, index):
+        """List of (key, value, place) of one step."""
+        return [(key, values[index], partial(place, index)) for key, values, place in self.columns]
+
+    def steps(self):
+        """The steps worth checking: all, but of ranges and samples only some."""
+        if any(isinstance(values, list) for _, values, _ in self.columns):
+            return range(len(self))
+        return sorted(set().union(*(values.worth_checking(_FEW) for _, values, _ in self.columns)))
+
+
+def entries_of(table, source):
+    """The entries of a study file.
+
+    Parameters
+    ----------
+    table : StudyTable
+    source : Document
+
+    Returns
+    -------
+    entries : tuple of Entry
+        The sample is the last one.
+    found : list of (tuple, str)
+        What is wrong: path and message.
+    """
+    entries, found, seen = [], [], set()
+
+    def column(path, key, values_of):
+        if key in seen:
+            found.append((path, "varies in an entry above already"))
+        seen.add(key)
+        try:
+            split_key(key)
+            return [(key, values_of(), partial(_value_place, source, path))]
+        except ValueError as error:
+            found.append((path, str(error)))
+            return []
+
+    for number, mapping in enumerate(table.vary):
+        columns = []
+        if not mapping:
+            found.append((("vary", number), "an entry without a key"))
+        for key, written in mapping.items():
+            columns += column(("vary", number, key), key, partial(_values, written))
+        lengths = {key: len(values) for key, values, _ in columns}
+        if len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{key} {length}" for key, length in lengths.items())
+            found.append((("vary", number), f"keys of one entry go together and need equally many values: {listed}"))
+        elif columns:
+            entries.append(Entry(tuple(columns)))
+    if table.sample:
+        columns = []
+        for number, (key, written) in enumerate(table.sample.over.items()):
+            columns += column(("sample", "over", key), key, partial(_sampled, table.sample, number, written))
+        if columns:
+            entries.append(Entry(tuple(columns)))
+    count = math.prod(map(len, entries))
+    if count > MAX_COUNT:
+        found.append((("vary" if table.vary else "sample",), f"{count} cases (at most {MAX_COUNT})"))
+    return tuple(entries), found
+
+
+def _value_place(source, path, index):
+    """Place of one varied value; a range has a single one."""
+    return source.place((*path, index))
+
+
+def _values(written):
+    """The values of a varied key: a list as it is, a mapping as a range."""
+    if isinstance(written, dict):
+        return read_range(written)
+    if not isinstance(written, list):
+        raise ValueError(f"expected a list of values, or a range {{from, to, count}}, got {show(written)}")
+    if not written:
+        raise ValueError("expected at least one value")
+    return written
+
+
+def _sampled(sample, number, written):
+    return Sampled(sample, number, read_interval(written))
+
+
+def with_options(entries, texts):
+    """The entries of a study and those of the options `--vary`.
+
+    Parameters
+    ----------
+    entries : tuple of Entry
+    texts : sequence of str
+        `key=from:to:count` or `key=a,b,c` each.
+
+    Returns
+    -------
+    tuple of Entry
+
+    Raises
+    ------
+    SceneError
+        An option that cannot be read, or whose key the study or an option before it varies already.
+    """
+    added, mistakes = [], []
+    for text in texts:
+        try:
+            key, values = read_vary(text)
+        except SceneError as error:
+            mistakes += error.mistakes
+            continue
+        option = f"--vary {key}"
+        taken = [other for entry in (*entries, *added) for other, _, _ in entry.columns]
+        reason = next(filter(None, (_clash(key, other) for other in taken)), None)
+        if reason:
+            mistakes.append(Mistake(option, "", reason))
+        added.append(Entry(((key, values, partial(_option, option)),)))
+    count = math.prod(map(len, (*entries, *added)))
+    if count > MAX_COUNT and not mistakes:
+        mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
+    if mistakes:
+        raise SceneError(*mistakes)
+    return (*entries, *added)
+
+
+def _option(option, index):
+    return option
+
+
+def _clash(key, other):
+    """Why a key cannot vary beside another one, or None."""
+    path, taken = split_key(key), split_key(other)
+    if path == taken:
+        return "varies already"
+    shared = min(len(path), len(taken))
+    if path[:shared] == taken[:shared]:
+        return f"cannot vary beside {other}: one of them contains the other"
+    if taken in REPLACES.get(key, ()) and path in REPLACES.get(other, ()):
+        return f"cannot vary beside {other}: they exclude each other"
+    return None

@@ -1,0 +1,143 @@
+"""Sampling: points that fill the space of some keys better than a grid does."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from cablestudy.scene.fields import Count, Word
+from cablestudy.scene.ranges import MAX_COUNT
+from cablestudy.scene.tables import Table
+
+METHODS = ("sobol", "latin_hypercube", "saltelli")
+MAX_NUMBERS = 50_000_000  # drawn at once: 400 MB
+MAX_SEED = 2**63 - 1
+
+
+class Sample(Table):
+    """The key `sample` of a study.
+
+    Attributes
+    ----------
+    method : str
+        `sobol`, `latin_hypercube`, or `saltelli`: the design of sensitivity indices upon Sobol points.
+    count : int
+        How many points. [-]
+    seed : int
+        The same seed gives the same points. [-]
+    over : dict
+        Dotted key -> {from, to, spacing}.
+    """
+
+    method: Annotated[str, Word(METHODS)] = Field(
+        description="sobol or latin_hypercube: count cases; saltelli: count x (keys + 2), for --sensitivity"
+    )
+    count: Annotated[int, Count(1, MAX_COUNT)] = Field(description="How many points; a power of two is best for sobol")
+    seed: Annotated[int, Count(0, MAX_SEED)] = Field(0, description="The same seed gives the same points")
+    over: dict[str, Any] = Field(min_length=1, description="Dotted key -> {from, to, spacing}")
+
+    @property
+    def pages(self):
+        """How many cases a point gives."""
+        return len(self.over) + 2 if self.method == "saltelli" else 1
+
+    @property
+    def cases(self):
+        """How many cases."""
+        return self.count * self.pages
+
+    @property
+    def dimension(self):
+        """How many numbers a point has: twice as many as keys where a design needs two independent samples."""
+        return len(self.over) * (2 if self.method == "saltelli" else 1)
+
+    def together(self):
+        """The points fit into memory."""
+        if self.count * self.dimension > MAX_NUMBERS:
+            yield ("count",), f"{self.count} points of {self.dimension} numbers (at most {MAX_NUMBERS} numbers)"
+
+    def points(self):
+        """Points of the unit cube, shape (count, dimension)."""
+        return _points(self.method, self.count, self.dimension, self.seed)
+
+    def coordinate(self, case, key):
+        """Where in its interval a key is in a case, from 0 to 1.
+
+        A design of Saltelli has, for each point, with a and b its halves: a; a with the first number of b, a with the
+        second, ...; b.
+
+        Parameters
+        ----------
+        case, key : int
+            From 0.
+
+        Returns
+        -------
+        float
+        """
+        point, page = divmod(case, self.pages)
+        other = self.method == "saltelli" and page in (key + 1, self.pages - 1)
+        return float(self.points()[point, key + len(self.over) * other])
+
+    @property
+    def notes(self):
+        """What the user should know about it, as sentences."""
+        if self.method == "latin_hypercube" or self.count & (self.count - 1) == 0:
+            return ()
+        power = 1 << self.count.bit_length()
+        return (f"sample: {self.count} points; Sobol points are balanced for powers of two ({power // 2} or {power})",)
+
+
+class Sampled(Sequence):
+    """The values of one key of a sample, computed one by one.
+
+    Parameters
+    ----------
+    sample : Sample
+    key : int
+        Which of its keys.
+    interval : Interval
+
+    Attributes
+    ----------
+    written : dict
+        What the values follow from, as a study file says it.
+    """
+
+    def __init__(self, sample, key, interval):
+        self._sample, self._key, self._interval = sample, key, interval
+        self.written = {"sample": sample.model_dump(), "key": key}
+
+    def __len__(self):
+        return self._sample.cases
+
+    def __getitem__(self, index):
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        return self._interval.between(self._sample.coordinate(index, self._key))
+
+    def worth_checking(self, few):
+        """Some of the places in it, those of the smallest and the largest value among them."""
+        pages, keys = self._sample.pages, len(self._sample.over)
+        places = {round(i * (len(self) - 1) / few) for i in range(few + 1)}
+        points = self._sample.points()
+        for column in range(self._key, self._sample.dimension, keys):
+            page = 0 if column < keys else pages - 1
+            for point in (points[:, column].argmin(), points[:, column].argmax()):
+                places.add(int(point) * pages + page)
+        return places
+
+
+@lru_cache(maxsize=2)
+def _points(method, count, dimension, seed):
+    """Points of the unit cube. scipy is imported by whoever samples, and by nobody else who reads a study."""
+    import warnings
+
+    from numpy.random import default_rng
+    from scipy.stats import qmc
+
+    kind = qmc.LatinHypercube if method == "latin_hypercube" else qmc.Sobol
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # no power of two: `Sample.notes` says so
+        return kind(dimension, rng=default_rng(seed)).random(count)

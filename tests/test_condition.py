@@ -1,0 +1,225 @@
+"""The language of --where: against Python's own evaluation, with empty cells, with units, and what it refuses."""
+
+import itertools
+import time
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cablestudy.errors import SceneError
+from cablestudy.study.condition import Names, parse
+
+KEYS = ("cable.preload", "cable.material", "gondola.mass", "winch.controller.notch.frequency")
+STUDY = SimpleNamespace(columns=("sag", "mass", "gondola_rms", "status"), varied=KEYS)
+ROW = {
+    "sag_m": 0.3,
+    "mass_kg": 2.0,
+    "gondola_rms_mm": 0.5,
+    "stress_MPa": 300.0,
+    "sag_ratio": 0.04,
+    "phase_margin_deg": 60.0,
+    "gain_margin_dB": None,
+    "status": "ok",
+    "cable.preload": "1.5 kN",
+    "cable.material": "stainless-steel",
+    "gondola.mass": 50,
+    "winch.controller.notch.frequency": "coupled",
+}
+
+
+def holds(text, row=ROW):
+    return parse(text, Names(STUDY))(row)
+
+
+COLUMNS = ("sag", "mass", "stress")
+HEADERS = {"sag": "sag_m", "mass": "mass_kg", "stress": "stress_MPa"}
+VALUES = (-1, 0, 0.5, 2)
+OPERANDS = st.sampled_from([*COLUMNS, *map(str, VALUES)])
+
+
+@st.composite
+def comparisons(draw):
+    signs = draw(st.lists(st.sampled_from(["<", "<=", ">", ">=", "==", "!="]), min_size=1, max_size=2))
+    operands = [draw(st.sampled_from(COLUMNS)), *(draw(OPERANDS) for _ in signs)]
+    # columns of three dimensions are not compared with each other
+    operands[1:] = [operand if operand not in COLUMNS else operands[0] for operand in operands[1:]]
+    return operands[0] + "".join(f" {sign} {operand}" for sign, operand in zip(signs, operands[1:], strict=True))
+
+
+CONDITIONS = st.recursive(
+    comparisons(),
+    lambda inner: st.one_of(
+        st.tuples(inner, st.sampled_from(["and", "or"]), inner).map(" ".join),
+        inner.map("({})".format),
+        inner.map("not ({})".format),
+        inner.map("not {}".format),
+    ),
+    max_leaves=6,
+)
+
+
+@given(text=CONDITIONS, cells=st.tuples(*[st.sampled_from(VALUES)] * 3))
+def test_a_condition_means_what_it_means_in_python(text, cells):
+    named = dict(zip(COLUMNS, cells, strict=True))
+    expected = eval(text, {"__builtins__": {}}, named)
+    assert holds(text, {HEADERS[name]: value for name, value in named.items()}) is expected
+
+
+@settings(max_examples=50)
+@given(text=CONDITIONS, empty=st.sets(st.sampled_from(COLUMNS), min_size=1))
+def test_an_empty_cell_decides_nothing(text, empty):
+    """What is true or false with empty cells is so whatever they might hold."""
+    row = dict.fromkeys(HEADERS.values(), 0.5) | {HEADERS[name]: None for name in empty}
+    found = holds(text, row)
+    if found is not None:
+        for filled in itertools.product(VALUES, repeat=len(empty)):
+            cells = {HEADERS[name]: value for name, value in zip(sorted(empty), filled, strict=True)}
+            assert holds(text, row | cells) is found
+
+
+@pytest.mark.parametrize("sign", ["<", "<=", ">", ">=", "==", "!="])
+def test_a_comparison_with_an_empty_cell_is_never_true(sign):
+    for text in (
+        f"gain_margin {sign} 5",
+        f"5 {sign} gain_margin",
+        f"not gain_margin {sign} 5",
+        f"1 < 2 {sign} gain_margin",
+    ):
+        assert holds(text) is None
+    assert holds(f"gain_margin {sign} 5 or sag < 1") is True
+    assert holds(f"gain_margin {sign} 5 and sag > 1") is False
+
+
+@pytest.mark.parametrize(
+    ("text", "truth"),
+    [
+        ("sag < 0.5", True),
+        ("sag_m < 0.5", True),
+        ("sag < 300 mm", False),
+        ("sag <= 300mm", True),
+        ("sag == 300 mm", True),
+        ("sag < 1 ft", True),  # 0.3048 m
+        ("gondola_rms == 0.0005 m", True),
+        ("gondola_rms < sag", True),  # 0.5 mm, 300 mm
+        ("sag > gondola_rms", True),
+        ("sag < gondola_rms", False),
+        ("stress >= 0.3 GPa", True),
+        ("stress > 300 N/mm^2", False),
+        ("sag_ratio < 5 %", True),
+        ("sag_ratio < 3%", False),
+        ("phase_margin > 1 rad", True),  # 57.3 deg
+        ("phase_margin > 1.1 rad", False),
+        ("0.1 < sag <= 0.3 < 1", True),
+        ("0.1 < sag < 0.3", False),
+        ("-1<sag", True),
+        ("+.25e0 < sag", True),
+        ("status == ok", True),
+        ("status != ok", False),
+        ("status == 'ok'", True),
+        ('status != "broken cable: stress"', True),
+        ("ok == status", True),
+        ("cable.preload < 2000", True),
+        ("cable.preload == 1500", True),
+        ("cable.preload > 1.4 kN", True),
+        ("1 kN < cable.preload < 2 kN", True),
+        ("cable.material == stainless-steel", True),
+        ("cable.material == steel", False),
+        ("cable.material != 'steel'", True),
+        ("gondola.mass == 50 kg", True),
+        ("gondola.mass < 40", False),
+        ("gondola.mass > mass", True),
+        ("winch.controller.notch.frequency == 'coupled'", True),
+        ("winch.controller.notch.frequency < 5 Hz", None),
+        ("winch.controller.notch.frequency != 5 Hz", True),
+        ("not sag < 0.5 or mass == 2", True),
+        ("not (sag < 0.5 or mass == 2)", False),
+        ("sag > 1 and mass == 1 or mass == 2", True),
+        ("sag > 1 and (mass == 1 or mass == 2)", False),
+    ],
+)
+def test_units_texts_and_varied_keys(text, truth):
+    assert holds(text) is truth
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "1: expected a column, a number or a text, got nothing"),
+        ("   ", "1: expected a column, a number or a text, got nothing"),
+        ("sag", "4: expected < <= > >= == or != after 'sag'"),
+        ("sag <", "6: expected a column, a number or a text, got nothing"),
+        ("sag < and", "7: expected a column, a number or a text, got 'and'"),
+        ("sag = 5", "5: use == after 'sag'"),
+        ("sag <> 5", "5: use != after 'sag'"),
+        ("sag < 5 && mass > 1", "9: unexpected '&&' (use and)"),
+        ("sag < 5 | mass > 1", "9: unexpected '|' (use or)"),
+        ("! sag < 5", "1: expected a column, a number or a text, got '!' (use not)"),
+        ("(sag < 5", "9: expected ')' for the '(' of column 1"),
+        ("sag < 5)", "8: unexpected ')' (expected and, or, or the end)"),
+        ("sag < 5 'mm' < 1", "9: unexpected"),
+        ("sagg < 5", "1: unknown column 'sagg' (did you mean sag?)"),
+        ("sag < masss", "7: unknown column 'masss' (did you mean mass?)"),
+        ("mass < 1 and statuss == ok", "14: unknown column 'statuss' (did you mean status?)"),
+        ("status < ok", "10: unknown column 'ok'"),
+        ("status < 'ok'", "8: texts compare by == and != only"),
+        ("status == 5", "11: 5 is a number, and status is text"),
+        ("status == sag", "11: sag is a number, and status is text"),
+        ("sag < 'five'", "7: sag is a number, and 'five' is text"),
+        ("sag < 5 Hz", '7: "Hz" (frequency) and "m" (length) do not fit each other'),
+        ("sag < mass", '7: "kg" (mass) and "m" (length) do not fit each other'),
+        ("sag_ratio < 5 mm", '13: "mm" (length) and no unit (pure number) do not fit each other'),
+        ("sag < 5 parsecz", "7: not a unit: "),
+        ("gondola.mass < 5 m", '16: "m" (length) and "kg" (mass) do not fit each other'),
+        ("cable.preload < sag", '1: "N" (force) and "m" (length) do not fit each other'),
+        ("cable.sag < 5", "1: the study does not vary 'cable.sag' (did you mean "),
+        ("wind.speed < 5", "1: the study does not vary 'wind.speed' ("),
+        ("1 < 2", "1: compares no column"),
+        ("'a' == 'a'", "1: compares no column"),
+        ("sag < 1e999", '7: not a number: "1e999"'),
+        ("sag < 1; import os", "8: unexpected ';'"),
+        ("sag ** 2 < 5", "5: unexpected '*'"),
+        ("sag\u0000 < 5", "4: unexpected '\\x00'"),
+        ("sag.__class__ == 5", "1: the study does not vary 'sag.__class__'"),
+        ("__import__('os') == 5", "11: expected < <= > >= == or != after '__import__'"),
+        ("sag < 'open", '7: unexpected "\'"'),
+        ("(" * 60 + "sag < 1" + ")" * 60, "51: nested more than 50 deep"),
+        ("not " * 60 + "sag < 1", "201: nested more than 50 deep"),
+    ],
+)
+def test_what_is_refused(text, message):
+    with pytest.raises(SceneError) as caught:
+        holds(text)
+    assert str(caught.value).startswith(f"--where:{message}"), caught.value
+    assert "\n" not in str(caught.value)
+
+
+def outcome(text):
+    """What a condition says of the row, or why it is none."""
+    try:
+        return holds(text)
+    except SceneError as error:
+        return str(error)
+
+
+@given(st.text(max_size=40))
+def test_no_text_is_a_traceback(text):
+    assert outcome(text) in (True, False, None) or "\n" not in outcome(text)
+
+
+@given(st.lists(st.sampled_from(["sag", "<", "==", "1", "1 mm", "and", "or", "not", "(", ")", "'a'", "status", "."])))
+def test_no_sequence_of_words_is_a_traceback(words):
+    found = outcome(" ".join(words))
+    assert found in (True, False, None) or (found.startswith("--where:") and "\n" not in found)
+
+
+def test_a_long_condition_takes_no_time():
+    text = " and ".join(["sag < 1"] * 700)
+    assert holds(text) is True
+    with pytest.raises(SceneError, match="at most 10000"):
+        holds(" and ".join(["sag < 1"] * 2000))
+    start = time.perf_counter()
+    with pytest.raises(SceneError):
+        holds("9" * 9000 + " a" + "." * 400)
+    assert time.perf_counter() - start < 2

@@ -1,0 +1,204 @@
+"""sweep --dry-run: the cases as a table, in every format, in little memory; dimensions from the command line."""
+
+import subprocess
+import sys
+
+import pytest
+from command import CONFIGS, rows_of, run, study_file
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.study import read_study
+from cablestudy.study.dry_run import lines
+from cablestudy.study.table import Field, Table
+
+VARY = """\
+vary:
+  - {cable.material: [aramid, "steel"], cable.preload: [1 kN, 2 kN]}
+  - {gondola.mass: {from: 1, to: 100, count: 3, spacing: log}}
+  - {winch.controller.notch: [none, {frequency: static}]}
+columns: [mass, sag]
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def cases(*arguments, text=VARY, code=0):
+    study_file(".", text)
+    outcome = run("sweep", "study.yaml", "--dry-run", "--format", "json", *arguments, code=code)
+    return rows_of(outcome.out, "json")
+
+
+@pytest.mark.parametrize("style", ["md", "csv", "json", "jsonl"])
+@pytest.mark.parametrize(
+    "text",
+    [VARY, "columns: [sag]\n", "vary: [{gravity: {from: 1, to: 2, count: 1001}}]\ncolumns: [sag]\n"],
+    ids=["mixed", "nothing varied", "numbers"],
+)
+def test_the_table_looks_as_every_other(style, text):
+    study = read_study(study_file(".", text))
+    rows = cases(text=text)
+    table = Table(tuple(Field(name, name) for name in rows[0]), rows)
+    assert "".join(lines(study, style)) == table.render(style)
+
+
+def test_the_cases_are_those_that_the_sweep_computes(folder):
+    rows = cases()
+    assert [row["case"] for row in rows] == list(range(1, 13))
+    study = read_study("study.yaml")
+    assert [row["gondola.mass"] for row in rows] == [study.overrides(i)["gondola.mass"] for i in range(12)]
+    assert rows[0] == {"case": 1, "cable.material": "aramid", "cable.preload": "1 kN", "gondola.mass": 1,
+                       "winch.controller.notch": "none"}  # fmt: skip
+    assert rows[1]["winch.controller.notch"] == '{"frequency": "static"}'
+    assert sorted(path.name for path in folder.iterdir()) == ["study.yaml"]
+
+
+def test_a_wrong_study_is_refused_before_the_first_line():
+    study_file(".", VARY.replace("2 kN]", "2 mm]"))
+    outcome = run("sweep", "study.yaml", "--dry-run", code=2)
+    assert outcome.out == ""
+    assert "cable.preload: expected a force" in outcome.lines[0]
+
+
+MILLION = "vary: [{gravity: {from: 1, to: 9, count: 1000}}, {cable.area: {from: 1 mm^2, to: 2 mm^2, count: 1000}}]\n"
+
+
+def test_a_million_cases_take_no_memory():
+    import tracemalloc
+
+    study = read_study(study_file(".", f"{MILLION}columns: [mass]\n"))
+    assert study.count == 1_000_000
+    for style in ("md", "csv", "json", "jsonl"):
+        tracemalloc.start()
+        count = sum(1 for _, _ in zip(lines(study, style), range(20_000), strict=False))
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert count == 20_000
+        assert peak < 5e6
+
+
+@pytest.mark.parametrize("style", ["md", "jsonl"])
+def test_a_reader_that_has_had_enough_ends_it_quietly(style):
+    study_file(".", f"{MILLION}columns: [mass]\n")
+    command = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--dry-run", "--format", style]
+    done = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert done.stdout.readline()
+    done.stdout.close()
+    assert done.wait(timeout=60) == 0
+    assert done.stderr.read() == ""
+    done.stderr.close()
+
+
+def varied(*vary, text="columns: [mass, sag]\n", sets=()):
+    study = read_study(study_file(".", text), sets, vary)
+    study.check()
+    return [study.overrides(i) for i in range(study.count)]
+
+
+def test_dimensions_from_the_command_line():
+    assert varied("gravity=1:3:3") == [{"gravity": 1}, {"gravity": 2}, {"gravity": 3}]
+    assert varied("gravity=1:3:3linear") == varied("gravity=1:3:3") == varied("gravity = 1 : 3 : 3 linear")
+    assert varied("cable.preload=100N:10kN:3log") == [
+        {"cable.preload": text} for text in ("100 N", "1000 N", "10000 N")
+    ]
+    assert varied("cable.area=3 mm^2,4mm^2") == [{"cable.area": "3 mm^2"}, {"cable.area": "4mm^2"}]
+    assert varied("cable.material=steel") == [{"cable.material": "steel"}]
+    assert varied("cable.ends=[[0,0,0],[9,0,0]],[[0,0,0],[8,0,1]]", sets=["cable.unstretched_length=9"]) == [
+        {"cable.ends": [[0, 0, 0], [9, 0, 0]]}, {"cable.ends": [[0, 0, 0], [8, 0, 1]]},
+    ]  # fmt: skip
+    assert varied("winch.controller.notch=none,{frequency: 1 Hz}") == [
+        {"winch.controller.notch": "none"}, {"winch.controller.notch": {"frequency": "1 Hz"}},
+    ]  # fmt: skip
+
+
+def test_they_multiply_and_run_fastest_in_their_order():
+    text = "vary: [{gravity: [1, 2]}]\ncolumns: [mass]\n"
+    cases = varied("cable.area=1e-6,2e-6", "cable.preload=1kN,2kN", text=text)
+    assert [tuple(case.values()) for case in cases[:4]] == [
+        (1, 1e-6, "1kN"), (1, 1e-6, "2kN"), (1, 2e-6, "1kN"), (1, 2e-6, "2kN"),
+    ]  # fmt: skip
+    assert len(cases) == 8
+
+
+def test_they_replace_what_the_study_fixes_and_what_excludes_them():
+    text = "set: {cable.diameter: 1 mm, gravity: 3}\ncolumns: [mass]\n"
+    study = read_study(study_file(".", text), vary=["cable.area=1e-6,2e-6", "gravity=4,5"])
+    scene = study.case(3)[1]
+    assert (scene.cable.area, scene.cable.diameter, scene.gravity) == (2e-6, None, 5)
+
+
+def test_printed_values_are_left_out_beside_other_cases():
+    outcome = run("sweep", CONFIGS / "preload.yaml", "--vary", "cable.area=24 mm^2,20 mm^2", "--no-write",
+                  "--format", "json")  # fmt: skip
+    rows = rows_of(outcome.out, "json")
+    assert len(rows) == 12
+    assert not [name for name in rows[0] if "printed" in name]
+    assert outcome.err == "paper/table6.csv left out: its rows are those of the study without --vary\n"
+
+
+COLUMNS = "columns: [mass]\n"
+HOW = "expected KEY=FROM:TO:COUNT, KEY=FROM:TO:COUNTlog or KEY=A,B,C, for example cable.preload=100N:2kN:20log"
+AREA = "vary: [{cable.area: [1 mm^2]}]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "messages"),
+    [
+        ("", ["gravity"], [f"--vary gravity: {HOW}"]),
+        ("", ["gravity="], [f"--vary gravity=: {HOW}"]),
+        ("", ["=1,2"], [f"--vary =1,2: {HOW}"]),
+        ("", ["gravity=1:2"], [f"--vary gravity: {HOW}"]),
+        ("", ["gravity=1:2:3:4"], [f"--vary gravity: {HOW}"]),
+        ("", ["a..b=1"], ["--vary a..b: a key is written as names joined by dots, for example cable.area"]),
+        ("", ["gravity=1:2:x"],
+         ['--vary gravity: count: expected a whole number, with log behind it for equal ratios, got "x"']),
+        ("", ["gravity=1:2:2.5"],
+         ['--vary gravity: count: expected a whole number, with log behind it for equal ratios, got "2.5"']),
+        ("", ["gravity=1:2:0"], ["--vary gravity: count: expected a whole number from 1 to 10000000, got 0"]),
+        ("", ["gravity=1:2:1"], ["--vary gravity: count: a range of one value needs equal ends"]),
+        ("", ["gravity=0:2:3log"], ["--vary gravity: spacing: log needs ends of one sign, not zero, got 0 and 2"]),
+        ("", ["gravity=:2:3"], ['--vary gravity: from: expected a number, or text such as "10 kg", got null']),
+        ("", ["cable.preload=1N:2:3"],
+         ['--vary cable.preload: from and to: give both with a unit or both without, got "1N" and 2']),
+        ("", ["cable.preload=1N:2mm:3"], ['--vary cable.preload: "mm" (length) and "N" (force) do not fit each other']),
+        ("", ["gravity=[1"], ["--vary gravity: "]),
+        ("", ["gravity=1]"], ["--vary gravity: "]),
+        ("", ["gravity=1,,2"], ["--vary gravity: "]),
+        ("", ["gravity=1,-2,x"],
+         ["--vary gravity: must not be negative, got -2", "--vary gravity: expected an acceleration"]),
+        ("", ["cable.densty=1,2"], ["--vary cable.densty: unknown key (did you mean density?)"]),
+        ("", ["gravity=1,2", "gravity=3,4"], ["--vary gravity: varies already"]),
+        (AREA, ["cable.area=1,2"], ["--vary cable.area: varies already"]),
+        (AREA, ["cable.diameter=1,2"],
+         ["--vary cable.diameter: cannot vary beside cable.area: they exclude each other"]),
+        ("", ["cable.sag=1,2", "cable.preload=1,2"],
+         ["--vary cable.preload: cannot vary beside cable.sag: they exclude each other"]),
+        ("vary: [{gondola: [{mass: 3}]}]\n", ["gondola.mass=1,2"],
+         ["--vary gondola.mass: cannot vary beside gondola: one of them contains the other"]),
+        ("sample: {method: sobol, count: 4, over: {cable.area: {from: 1, to: 2}}}\n", ["cable.diameter=1,2"],
+         ["--vary cable.diameter: cannot vary beside cable.area: they exclude each other"]),
+        ("", ["gravity=1:2:10000", "gondola.mass=1:2:10000"], ["--vary: 100000000 cases (at most 10000000)"]),
+        ("", ["gravity", "cable.preload=1:x:3"], [f"--vary gravity: {HOW}", "--vary cable.preload: to: expected"]),
+    ],
+)  # fmt: skip
+def test_a_wrong_dimension_is_refused_by_its_name(text, options, messages):
+    with pytest.raises(SceneError) as caught:
+        varied(*options, text=text + COLUMNS)
+    found = str(caught.value).splitlines()
+    assert len(found) == len(messages), found
+    for line, message in zip(found, messages, strict=True):
+        assert line.startswith(message)
+    arguments = [part for option in options for part in ("--vary", option)]
+    outcome = run("sweep", "study.yaml", *arguments, "--no-write", code=2)
+    assert outcome.lines == found
+
+
+def test_a_set_option_beside_a_dimension_has_no_effect():
+    for key in ("cable.area", "cable.diameter"):
+        with pytest.raises(SceneError, match=f"--set {key}: has no effect: the study varies this key"):
+            varied("cable.area=1e-6,2e-6", sets=[f"{key}=1 mm^2"])
+    assert varied("cable.area=1e-6,2e-6", sets=["gravity=3"])

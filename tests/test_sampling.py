@@ -1,0 +1,269 @@
+"""Samples of a study: the points, the cases they give, and every mistake at its place."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import CARLINA, process, run, study_file
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.sampling import Sample
+from cablestudy.scene.study import read_study
+
+OVER = "{cable.preload: {from: 100 N, to: 2 kN, spacing: log}, gondola.mass: {from: 10 kg, to: 50 kg}}"
+COLUMNS = "columns: [mass, sag]\n"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def sample(method, count, seed=0, keys=3):
+    return Sample(method=method, count=count, seed=seed, over={f"k.{i}": {} for i in range(keys)})
+
+
+def study_of(text, vary=()):
+    return read_study(study_file(".", text), vary=vary)
+
+
+def sampled(method="sobol", count=8, more=""):
+    return study_of(f"{COLUMNS}sample: {{method: {method}, count: {count}{more}, over: {OVER}}}\n")
+
+
+def number(text):
+    return float(text.split()[0])
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin_hypercube", "saltelli"])
+def test_every_stratum_of_every_coordinate_has_one_point(method):
+    points = sample(method, 64).points()
+    assert points.shape == (64, 6 if method == "saltelli" else 3)
+    for column in points.T:
+        assert sorted(np.floor(64 * column)) == list(range(64))
+
+
+def test_sobol_points_fill_the_plane_evenly():
+    points = sample("sobol", 64, keys=2).points()
+    for columns in range(7):  # boxes of 1/2^i by 2^i/64 hold one point each: a (0, 6, 2)-net
+        boxes = np.floor(points * [2**columns, 64 / 2**columns])
+        assert len({tuple(box) for box in boxes}) == 64
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin_hypercube", "saltelli"])
+def test_a_seed_tells_the_points(method):
+    first = sample(method, 32, seed=3).points().copy()
+    script = f"""
+from cablestudy.scene.sampling import Sample
+points = Sample(method={method!r}, count=32, seed=3, over=dict.fromkeys("abc", {{}})).points()
+print(*map(repr, points.ravel().tolist()))
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert [float(text) for text in done.stdout.split()] == first.ravel().tolist()
+    assert not np.array_equal(sample(method, 32, seed=4).points(), first)
+
+
+@pytest.mark.parametrize("method", ["sobol", "saltelli"])
+def test_a_larger_count_keeps_the_cases_there_are(method):
+    small, large = sampled(method, 8), sampled(method, 32)
+    assert [large.overrides(i) for i in range(small.count)] == [small.overrides(i) for i in range(small.count)]
+
+
+def test_a_case_does_not_depend_on_the_order_in_which_it_is_asked_for():
+    study = sampled("latin_hypercube", 20)
+    backwards = [study.overrides(i) for i in reversed(range(20))]
+    assert backwards[::-1] == [overrides for overrides, _ in study.cases()]
+
+
+def test_values_lie_in_their_interval_as_it_is_spaced():
+    cases = [overrides for overrides, _ in sampled("sobol", 1024).cases()]
+    preload = np.array([number(case["cable.preload"]) for case in cases])
+    mass = np.array([number(case["gondola.mass"]) for case in cases])
+    assert all(case["cable.preload"].endswith(" N") for case in cases)
+    assert preload.min() >= 100
+    assert preload.max() <= 2000
+    # of an even sample: a quantile is where the interval says, to the width of a stratum
+    for part in (0.25, 0.5, 0.75):
+        assert np.mean(preload <= 100 * 20**part) == pytest.approx(part, abs=1 / 1024)
+        assert np.mean(mass <= 10 + 40 * part) == pytest.approx(part, abs=1 / 1024)
+
+
+def test_the_design_of_saltelli_exchanges_one_key_at_a_time():
+    study = sampled("saltelli", 16)
+    assert study.count == 16 * 4
+    cases = [tuple(study.overrides(i).values()) for i in range(study.count)]
+    for a, with_first, with_second, b in zip(cases[::4], cases[1::4], cases[2::4], cases[3::4], strict=True):
+        assert with_first == (b[0], a[1])
+        assert with_second == (a[0], b[1])
+        assert a[0] != b[0]
+        assert a[1] != b[1]
+
+
+def test_what_the_values_follow_from_is_plain():
+    for values in (column[1] for column in sampled("sobol", 8, ", seed: 3").entries[0].columns):
+        assert json.loads(json.dumps(values.written)) == values.written
+        assert (values.written["sample"]["method"], values.written["sample"]["seed"]) == ("sobol", 3)
+
+
+def test_a_sample_multiplies_with_vary_and_with_options():
+    text = f"{COLUMNS}vary: [{{cable.area: [1 mm^2, 2 mm^2]}}]\nsample: {{method: sobol, count: 4, over: {OVER}}}\n"
+    study = study_of(text, vary=["gravity=1,2,3"])
+    assert study.count == 2 * 4 * 3
+    assert study.varied == ("cable.area", "cable.preload", "gondola.mass", "gravity")
+    cases = [study.overrides(i) for i in range(24)]
+    assert [case["gravity"] for case in cases[:4]] == [1, 2, 3, 1]
+    assert [case["cable.area"] for case in cases[::12]] == ["1 mm^2", "2 mm^2"]
+    assert [case["cable.preload"] for case in cases[:12]] == [case["cable.preload"] for case in cases[12:]]
+    assert len({case["cable.preload"] for case in cases}) == 4
+
+
+def test_the_check_of_a_large_sample_looks_at_its_ends():
+    text = "sample: {method: sobol, count: 4096, over: {cable.area: {from: 2 mm^2, to: -0.001 mm^2}}}\n"
+    with pytest.raises(SceneError, match=r"cable\.area: must be positive"):
+        study_of(COLUMNS + text).check()
+    sampled("saltelli", 1024).check()
+
+
+def test_several_processes_give_the_same_bytes():
+    sampled("sobol", 16)
+    for jobs in ("1", "2"):
+        assert process("sweep", "study.yaml", "--jobs", jobs, "--out", jobs).code == 0
+    assert Path("1/study.csv").read_bytes() == Path("2/study.csv").read_bytes()
+
+
+def test_reading_a_study_imports_no_numpy():
+    # without units, since pint itself imports numpy
+    study_of(COLUMNS + "sample: {method: sobol, count: 2048, over: {gondola.mass: {from: 1, to: 2}}}\n")
+    script = """
+import sys
+from cablestudy.scene.study import read_study
+study = read_study("study.yaml")
+assert study.count == 2048
+assert not {"numpy", "scipy"} & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_a_note_where_sobol_points_are_out_of_balance():
+    note = "sample: 1000 points; Sobol points are balanced for powers of two (512 or 1024)"
+    assert sampled("sobol", 1000).notes == (note,)
+    assert sampled("saltelli", 1000).notes == (note,)
+    assert sampled("sobol", 1024).notes == sampled("latin_hypercube", 1000).notes == sampled("sobol", 1).notes == ()
+    sampled("sobol", 3)
+    assert run("sweep", "study.yaml", "--dry-run").lines[0].startswith("sample: 3 points")
+    assert run("sweep", "study.yaml", "--dry-run", "--quiet").err == ""
+
+
+GOOD = "over: {gravity: {from: 1, to: 2}}"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("sample: 5", "3:9: sample: expected a mapping with the keys method, count, seed, over, got 5"),
+        (f"sample: {{count: 4, {GOOD}}}", "3:9: sample: missing key: method"),
+        (f"sample: {{method: sobol, {GOOD}}}", "3:9: sample: missing key: count"),
+        ("sample: {method: sobol, count: 4}", "3:9: sample: missing key: over"),
+        (
+            f"sample: {{method: sobl, count: 4, {GOOD}}}",
+            '3:18: sample.method: got "sobl" (did you mean sobol?)',
+        ),
+        (
+            f"sample: {{method: sobol, count: 0, {GOOD}}}",
+            "3:32: sample.count: expected a whole number from 1 to 10000000, got 0",
+        ),
+        (
+            f"sample: {{method: sobol, count: 20000000, {GOOD}}}",
+            "3:32: sample.count: expected a whole number from 1 to 10000000, got 20000000",
+        ),
+        (
+            f"sample: {{method: sobol, count: 4, seed: 1.5, {GOOD}}}",
+            "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got 1.5",
+        ),
+        (
+            f"sample: {{method: sobol, count: 4, seed: -1, {GOOD}}}",
+            "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got -1",
+        ),
+        (
+            f"sample: {{method: sobol, count: 4, sed: 1, {GOOD}}}",
+            "3:35: sample.sed: unknown key (did you mean seed?)",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {}}",
+            "3:41: sample.over: expected at least 1 item, got 0",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {gravity: [1, 2]}}",
+            "3:51: sample.over.gravity: expected {from, to, spacing}, got a list",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {gravity: {from: 1}}}",
+            "3:51: sample.over.gravity: a sampled key needs the key to (from, to, spacing)",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {gravity: {from: 1, to: 2, count: 3}}}",
+            "3:42: sample.over.gravity: unknown key count of a sampled key (from, to, spacing)",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {gravity: {from: 2, to: 2}}}",
+            "3:51: sample.over.gravity: from and to are equal: nothing to sample",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {gravity: {from: 0, to: 2, spacing: log}}}",
+            "3:51: sample.over.gravity: spacing: log needs ends of one sign, not zero, got 0 and 2",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {cable.sag: {from: 1 m, to: 2 N}}}",
+            '3:53: sample.over.cable.sag: "N" (force) and "m" (length) do not fit each other',
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {cable..sag: {from: 1 m, to: 2 m}}}",
+            "3:54: sample.over.cable..sag: a key is written as names joined by dots, for example cable.area",
+        ),
+        (
+            f"vary: [{{gravity: [1, 2]}}]\nsample: {{method: sobol, count: 4, {GOOD}}}",
+            "4:51: sample.over.gravity: varies in an entry above already",
+        ),
+        (
+            f"set: {{gravity: 3}}\nsample: {{method: sobol, count: 4, {GOOD}}}",
+            "3:16: gravity: has no effect: the study varies this key, or one that replaces it",
+        ),
+        (
+            "vary: [{cable.area: [1 mm^2]}]\n"
+            "sample: {method: sobol, count: 1, over: {cable.diameter: {from: 1 mm, to: 2 mm}}}",
+            "4:58: cable.diameter: given together with area: give exactly one of area, diameter",
+        ),
+        (
+            "sample: {method: saltelli, count: 9000000, over: {gravity: {from: 1, to: 2}, a.a: {from: 1, to: 2}}}",
+            "3:9: sample: 36000000 cases (at most 10000000)",
+        ),
+        (
+            "sample: {method: sobol, count: 9000000, over: {"
+            + ", ".join(f"{key}: {{from: 1, to: 2}}" for key in ("gravity", "a.a", "a.b", "a.c", "a.d", "a.e"))
+            + "}}",
+            "3:32: sample.count: 9000000 points of 6 numbers (at most 50000000 numbers)",
+        ),
+        (
+            "vary: [{cable.area: {from: 1, to: 2, count: 10000}}]\n"
+            "sample: {method: sobol, count: 10000, over: {gravity: {from: 1, to: 2}}}",
+            "3:7: vary: 100000000 cases (at most 10000000)",
+        ),
+        (
+            "sample: {method: sobol, count: 4, over: {model.elements: {from: 1, to: 20}}}",
+            "3:58: model.elements: expected a whole number from 1 to 1000000, got ",
+        ),
+    ],
+)
+def test_a_mistake_is_reported_at_its_place(text, message):
+    Path("study.yaml").write_text(f"base: {CARLINA}\n{COLUMNS}{text}\n", encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        read_study("study.yaml").check()
+    assert str(caught.value).splitlines()[0].startswith(f"study.yaml:{message}")
+    outcome = run("sweep", "study.yaml", "--dry-run", code=2)
+    assert outcome.out == ""
+    assert outcome.lines[-len(caught.value.mistakes) :][0].startswith(f"study.yaml:{message}")

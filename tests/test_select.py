@@ -1,0 +1,147 @@
+"""--where, --sort and --best on studies: which rows are shown, what is stored, and what is refused."""
+
+from pathlib import Path
+
+import pytest
+from command import rows_of, run, study_file
+
+from cablestudy.scene.study import read_study
+from cablestudy.study.select import read_selection
+
+# the third one breaks, the fourth is too slack for its weight
+STUDY = "vary: [{cable.preload: [1345 N, 600 N, 100 kN, 1 N, 2 kN]}]\ncolumns: [mass, sag]\n"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test, with a study in it."""
+    monkeypatch.chdir(tmp_path)
+    study_file(tmp_path, STUDY)
+    return tmp_path
+
+
+def shown(*arguments, code=3, style="json"):
+    outcome = run("sweep", "study.yaml", "--no-write", "--format", style, *arguments, code=code)
+    return rows_of(outcome.out, style), outcome
+
+
+def test_where_shows_the_rows_that_satisfy_it():
+    everything, _ = shown()
+    for condition, test in {
+        "sag < 0.1": lambda row: row["sag_m"] < 0.1,
+        "sag < 100 mm": lambda row: row["sag_m"] < 0.1,
+        "not sag < 0.1": lambda row: not row["sag_m"] < 0.1,
+        "sag < 0.1 or mass > 0": lambda row: True,
+    }.items():
+        known = [row for row in everything if row["sag_m"] is not None]
+        assert len(known) == 3
+        rows, outcome = shown("--where", condition)
+        assert rows == [row for row in known if test(row)]
+        assert outcome.lines[-1] == f"shown: {len(rows)} of 5 rows"
+    rows, _ = shown("--where", "status != ok")
+    assert [row["cable.preload"] for row in rows] == ["100 kN", "1 N"]
+    rows, _ = shown("--where", "cable.preload > 1 kN")
+    assert [row["cable.preload"] for row in rows] == ["1345 N", "100 kN", "2 kN"]
+
+
+@pytest.mark.parametrize("style", ["csv", "json", "jsonl"])
+def test_no_row_is_an_empty_table(style):
+    assert shown("--where", "sag < 0", style=style)[0] == []
+    assert run("sweep", "study.yaml", "--no-write", "--where", "sag < 0", code=3).out.startswith("| cable.preload")
+
+
+def test_sort_puts_empty_cells_last_and_keeps_the_order_of_equals():
+    assert [row["cable.preload"] for row in shown("--sort", "sag")[0]] == ["2 kN", "1345 N", "600 N", "100 kN", "1 N"]
+    assert [row["cable.preload"] for row in shown("--sort", "-sag_m")[0]] == [
+        "600 N",
+        "1345 N",
+        "2 kN",
+        "100 kN",
+        "1 N",
+    ]
+    order = ["1345 N", "600 N", "100 kN", "1 N", "2 kN"]
+    assert [row["cable.preload"] for row in shown("--sort", "chord")[0]] == ["1345 N", "600 N", "2 kN", "100 kN", "1 N"]
+    assert [row["cable.preload"] for row in shown()[0]] == order
+    by_value = ["1 N", "600 N", "1345 N", "2 kN", "100 kN"]
+    assert [row["cable.preload"] for row in shown("--sort", "cable.preload")[0]] == by_value
+    assert [row["cable.preload"] for row in shown("--sort", "-cable.preload")[0]] == by_value[::-1]
+    assert [row["status"] == "ok" for row in shown("--sort", "-status")[0]][:3] == [True] * 3
+
+
+def test_the_best_row():
+    assert [row["cable.preload"] for row in shown("--best", "min sag")[0]] == ["2 kN"]
+    assert [row["cable.preload"] for row in shown("--best", "max sag_m")[0]] == ["600 N"]
+    assert [row["cable.preload"] for row in shown("--best", "min sag", "--where", "sag > 0.1")[0]] == ["1345 N"]
+    assert [row["cable.preload"] for row in shown("--best", "max cable.preload")[0]] == ["100 kN"]
+    assert [row["cable.preload"] for row in shown("--best", "min chord")[0]] == ["1345 N"]  # the first of equals
+
+
+def test_no_best_row_is_no_answer():
+    outcome = run("sweep", "study.yaml", "--no-write", "--best", "min sag", "--where", "sag < 0", code=3)
+    assert outcome.out == ""
+    assert outcome.lines[-1] == "--best: no row that --where lets pass has a value of sag_m"
+    study_file(".", STUDY.replace("1345 N, 600 N, 100 kN, 1 N, 2 kN", "100 kN"))
+    outcome = run("sweep", "study.yaml", "--no-write", "--best", "min sag", code=3)
+    assert outcome.lines[-1] == "--best: no row has a value of sag_m"
+
+
+def test_the_stored_table_is_the_whole_study():
+    run("sweep", "study.yaml", "--out", "whole", code=3)
+    outcome = run("sweep", "study.yaml", "--out", "part", "--where", "sag < 0.1", "--sort", "-sag", code=3)
+    assert len(outcome.out.splitlines()) == 3
+    for name in ("study.csv", "study.md"):
+        assert Path("part", name).read_bytes() == Path("whole", name).read_bytes()
+    run("sweep", "study.yaml", "--out", "best", "--best", "min sag", "--where", "sag < 0", code=3)
+    assert Path("best/study.csv").read_bytes() == Path("whole/study.csv").read_bytes()
+
+
+def test_a_column_that_the_study_does_not_list_is_computed_and_shown_and_nothing_is_written(folder):
+    outcome = run(
+        "sweep", "study.yaml", "--where", "stress < 1 GPa", "--sort", "-end_stiffness", "--format", "json", code=3
+    )
+    rows = rows_of(outcome.out, "json")
+    assert list(rows[0]) == ["cable.preload", "mass_kg", "sag_m", "stress_MPa", "end_stiffness_N_per_m", "status"]
+    assert all(row["stress_MPa"] < 1000 for row in rows)
+    assert [row["end_stiffness_N_per_m"] for row in rows] == sorted(
+        (row["end_stiffness_N_per_m"] for row in rows), reverse=True
+    )
+    assert outcome.lines[0] == "not written: the study does not list stress, end_stiffness"
+    assert sorted(path.name for path in folder.iterdir()) == ["study.yaml"]
+    assert read_selection(read_study("study.yaml")) is None
+
+
+def test_a_column_is_asked_for_once():
+    study = read_study("study.yaml")
+    read_selection(study, "sag < 1 and sag_m > 0 and stress < 5 and stress_MPa > 1", "stress")
+    assert study.columns == ("mass", "sag", "stress")
+    assert study.asked == ("stress",)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "messages"),
+    [
+        (["--where", "sagg < 1"], ["--where:1: unknown column 'sagg' (did you mean sag?)"]),
+        (["--sort", "masss"], ["--sort: unknown column 'masss' (did you mean mass?)"]),
+        (["--sort", ""], ["--sort: unknown column '' ('cablestudy columns' lists them)"]),
+        (["--sort", "cable.sag"], ["--sort: the study does not vary 'cable.sag' (did you mean cable.preload?)"]),
+        (["--best", "mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'mass'"]),
+        (["--best", "least mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'least mass'"]),
+        (["--best", "min masss"], ["--best: unknown column 'masss' (did you mean mass?)"]),
+        (["--best", "max status"], ["--best: status is text, which has no max"]),
+        (["--best", "min sag", "--sort", "sag"], ["--sort and --best exclude each other: --best shows a single row"]),
+        (["--where", "sag <", "--sort", "x"], ["--where:6: expected a column", "--sort: unknown column 'x'"]),
+        (["--check", "--where", "sag < 1"], ["--check and --where exclude each other"]),
+        (["--check", "--sensitivity"], ["--check and --sensitivity exclude each other"]),
+        (["--sensitivity", "--best", "min sag"], ["--sensitivity and --best exclude each other"]),
+        (["--dry-run", "--sort", "sag", "--check"],
+         ["--dry-run and --sort exclude each other", "--dry-run and --check exclude each other"]),
+        (["--where", "utilisation < 1 and deflection < 1 mm"],
+         ["--where: deflection needs the key cable.loads, which the scene does not have"]),
+    ],
+)  # fmt: skip
+def test_what_is_refused(folder, arguments, messages):
+    outcome = run("sweep", "study.yaml", *arguments, code=2)
+    assert outcome.out == ""
+    for line, message in zip([line for line in outcome.lines if "not written" not in line], messages, strict=True):
+        assert line.startswith(message)
+    assert sorted(path.name for path in folder.iterdir()) == ["study.yaml"]
