@@ -7,10 +7,11 @@ from functools import wraps
 import click
 
 from cablestudy import __version__
-from cablestudy.errors import CablestudyError, SceneError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+MOST_DIFFERENCES = 1000  # that a check shows one by one
 PICTURES = (".png", ".svg", ".pdf")
 ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 
@@ -65,7 +66,8 @@ def say(lines, quiet=False):
 
 def show(table, style):
     """The table on standard output, and nothing else."""
-    sys.stdout.write(table.render(style))
+    for piece in table.pieces(style):
+        sys.stdout.write(piece)
 
 
 def check_picture(path):
@@ -83,6 +85,8 @@ class OneLine(click.Group):
     """A group whose usage errors are one line each, as all other mistakes are."""
 
     def main(self, *arguments, standalone_mode=True, **options):
+        words = arguments[0] if arguments else options.get("args")
+        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # as typed, to be said again
         if not standalone_mode:
             return super().main(*arguments, standalone_mode=False, **options)
         try:
@@ -206,50 +210,145 @@ def windrms(scene, sets, style, plot, explain, quiet):
         sys.exit(NO_ANSWER)
 
 
+STUDY = click.argument("study", metavar="STUDY")
+OUT = click.option("--out", default="results", metavar="DIR", help="Where the files of NAME go. Default: results.")
+
+
 @main.command()
-@click.argument("study", metavar="STUDY")
+@STUDY
 @SET
-@click.option("--out", default="results", metavar="DIR", help="Where NAME.csv and NAME.md go. Default: results.")
+@OUT
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
-@click.option("--rtol", type=click.FloatRange(min=0), default=1e-6, help="With --check. Default: 1e-6.")
-@click.option("--jobs", type=click.IntRange(1, 1024), default=1, help="Processes. Default: 1.")
+@click.option("--rtol", "rtols", multiple=True, metavar="[COLUMN=]TOL", help="With --check. Default: 1e-6. Repeatable.")
+@click.option("--resume", is_flag=True, help="Go on with the rows of an earlier run.")
+@click.option("--restart", is_flag=True, help="Begin anew, whatever an unfinished run has left.")
+@click.option("--jobs", type=click.IntRange(1, 1024), help="Processes. Default: as many as the work is worth.")
+@click.option("--scheduler", metavar="ADDRESS", help="Compute on a dask cluster: tcp://host:port, or FILE.json.")
+@click.option("--shard", metavar="K/N", help="Only every Nth case from the Kth, kept for 'cablestudy merge'.")
+@click.option("--row", type=click.IntRange(min=1), help="Only this row of the table; write nothing.")
+@click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
 @FORMAT
 @PLOT
 @EXPLAIN
 @QUIET
+@click.pass_context
 @edge
-def sweep(study, sets, out, no_write, check, rtol, jobs, style, plot, explain, quiet):
-    """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed."""
-    check_picture(plot)
-    if not rtol < float("inf"):
-        raise SceneError(f"--rtol: must be finite, got {rtol}")
-    from cablestudy.scene.study import read_study
-    from cablestudy.study import store
-    from cablestudy.study.sweep import run
+def sweep(context, study, sets, out, no_write, check, rtols, resume, restart, jobs, scheduler, shard, row, fail_fast,
+          style, plot, explain, quiet):  # fmt: skip
+    """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
 
+    Rows are kept as they are done: whatever ends a run, --resume goes on with it.
+    """
+    check_picture(plot)
+    silent = {"--check": check, "--no-write": no_write, "--row": row}
+    exclude({"--resume": resume}, {"--restart": restart})
+    exclude({"--resume": resume, "--restart": restart}, silent)
+    exclude({"--shard": shard}, {**silent, "--plot": plot})
+    exclude({"--jobs": jobs}, {"--scheduler": scheduler})
+    exclude({"--check": check}, {"--row": row})
+    from cablestudy.scene.study import read_study
+    from cablestudy.study import run, store
+    from cablestudy.study.check import read_tolerances
+    from cablestudy.study.interrupt import Interrupts
+
+    keep = not any(silent.values())
+    parts = run.read_shard(shard)
     wanted = read_study(study, sets)
     place = store.Place(out, wanted.name)
-    place.check_stored() if check else no_write or place.check_writable()
-    table, notes = run(wanted, jobs)
-    if explain:
-        say((f"row {i}: {note}" for i, lines in enumerate(notes, 1) for note in lines), quiet)
-    failed = [(i, row["status"]) for i, row in enumerate(table.rows, 1) if row["status"] != "ok"]
-    say((f"row {i}: {status}" for i, status in failed), quiet)
+    if keep:
+        place.check_writable()
+    if check:
+        place.check_stored()
+    wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
+    work = run.Run(wanted, place, wish)
+    tolerance = read_tolerances(rtols, wanted)
+    words = ["sweep", study, *(word for text in sets for word in ("--set", text))]
+    typed = context.obj["words"]
+    try:
+        with Interrupts(), work:
+            say(work.reused(), quiet)
+            work.compute()
+            if explain and work.complete:
+                say(work.notes(), quiet)
+            say(work.failures([] if study == "-" else words), quiet)
+            if not work.complete:
+                stopped = "stopped at the first case without an answer (--fail-fast)"
+                raise NoSolutionError(stopped + (f"; --resume goes on: {work.done} rows are done" if keep else ""))
+            if parts:
+                say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+            else:
+                finish(work, place, style, plot, keep, tolerance if check else None, run.command(typed), quiet)
+            failed = work.journal.failed
+    except KeyboardInterrupt:
+        for line in work.interrupted(typed):
+            click.echo(line, err=True)
+        sys.exit(INTERRUPTED)
+    if failed:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)
+
+
+def exclude(some, others):
+    """Refuse options of two groups that are given together."""
+    for one in (name for name, value in some.items() if value):
+        for other in (name for name, value in others.items() if value):
+            raise SceneError(f"{one} and {other} exclude each other")
+
+
+def finish(work, place, style, plot, keep, tolerance, command, quiet):
+    """The table of a complete run: compared, or written and printed."""
+    table = work.table()
     if plot:
         from cablestudy.study import plots
 
-        plots.save(plots.study_plot(wanted, table), plot)
-    if check:
-        differences = place.compare(table, rtol)
-        for difference in differences:
-            click.echo(f"{place.csv}: {difference}", err=True)
+        plots.save(plots.study_plot(work.study, table), plot)
+    if tolerance is not None:
+        from cablestudy.study.check import compare
+
+        differences = 0
+        for differences, difference in enumerate(compare(table, place.csv, tolerance), 1):
+            if differences <= MOST_DIFFERENCES:
+                click.echo(f"{place.csv}: {difference}", err=True)
+        if differences > MOST_DIFFERENCES:
+            click.echo(f"{place.csv}: {differences} differences in all", err=True)
         say([] if differences else [f"{place.csv}: agrees"], quiet)
         sys.exit(FAILED_CHECK if differences else 0)
-    if not no_write:
-        place.write(wanted, table)
+    if keep:
+        work.write(table, command)
         say([f"written: {place.csv}, {place.md}"], quiet)
     show(table, style)
+
+
+@main.command()
+@STUDY
+@SET
+@OUT
+@FORMAT
+@PLOT
+@QUIET
+@click.pass_context
+@edge
+def merge(context, study, sets, out, style, plot, quiet):
+    """Join the shards of a study into its table, as one run would have written it."""
+    check_picture(plot)
+    from cablestudy.scene.study import read_study
+    from cablestudy.study import run, store
+    from cablestudy.study.interrupt import Interrupts
+    from cablestudy.study.merge import MergedRun
+
+    wanted = read_study(study, sets)
+    place = store.Place(out, wanted.name)
+    place.check_writable()
+    words = ["sweep", study, *(word for text in sets for word in ("--set", text))]
+    try:
+        with Interrupts(), MergedRun(wanted, place, words) as work:
+            say(work.failures([] if study == "-" else words), quiet)
+            finish(work, place, style, plot, True, None, run.command(context.obj["words"]), quiet)
+            failed = work.journal.failed
+    except KeyboardInterrupt:
+        click.echo("interrupted: the shards are as they were", err=True)
+        sys.exit(INTERRUPTED)
     if failed:
         sys.stdout.flush()
         sys.exit(NO_ANSWER)

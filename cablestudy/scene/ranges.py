@@ -25,6 +25,11 @@ class Range(Sequence):
     spacing : str
         `linear`, or `log` for equal ratios.
 
+    Attributes
+    ----------
+    written : dict
+        The range as a study file says it.
+
     Raises
     ------
     ValueError
@@ -46,6 +51,7 @@ class Range(Sequence):
             raise ValueError(f"spacing: log needs ends of one sign, not zero, got {show(first)} and {show(last)}")
         self._whole = isinstance(first, int) and isinstance(last, int)
         self._count, self._log = count, spacing == "log"
+        self.written = {"from": first, "to": last, "count": count, "spacing": spacing}
 
     def __len__(self):
         return self._count

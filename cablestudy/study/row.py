@@ -39,6 +39,21 @@ class Row:
         return self.cells["status"] != "ok"
 
 
+def evaluate_cases(scenes, columns):
+    """Compute the columns of many scenes; no row depends on which others are computed with it.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    columns : sequence of Column
+
+    Returns
+    -------
+    list of Row
+    """
+    return [evaluate(scene, columns) for scene in scenes]
+
+
 def evaluate(scene, columns):
     """Compute the columns of one scene.
 
