@@ -1,6 +1,7 @@
 """One run of a study, from the journal to the table: what is kept, what is said, how to go on."""
 
 import shlex
+import sys
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -119,7 +120,8 @@ class Run:
             return partial(local, jobs=self.wish.jobs)
         from cablestudy.study.cluster import scheduled
 
-        return partial(scheduled, address=self.wish.scheduler)
+        say = None if self.wish.quiet else partial(print, file=sys.stderr, flush=True)
+        return partial(scheduled, address=self.wish.scheduler, say=say)
 
     @property
     def done(self):
