@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 
 from cablestudy.scene.units import common_factor, show, split
 
@@ -61,7 +62,11 @@ class Range(Sequence):
             return [self[i] for i in range(*index.indices(self._count))]
         if not -self._count <= index < self._count:
             raise IndexError(index)
-        return self._written(self._value(index % self._count))
+        return self._item(index % self._count)
+
+    @lru_cache(maxsize=8192)  # noqa: B019 - a study asks for the same few values over and over
+    def _item(self, index):
+        return self._written(self._value(index))
 
     def _value(self, index):
         """One value as an exact fraction of the unit; each is rounded on its own, so that no error adds up."""
