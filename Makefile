@@ -1,6 +1,7 @@
 # make study   a first look: installs into .venv and computes the paper's preload study
 # make test    everything that CI checks
 # make docs    regenerates what the documentation shows of the program's output
+# make kills   kills a sweep 100 times, resumes it each time, and compares its table
 # make bench   measures how effort grows with the number of elements: docs/benchmarks.md
 
 PYTHON ?= python3
@@ -9,7 +10,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 STUDIES := $(wildcard results/*.csv)
 
-.PHONY: study test tables docs bench clean
+.PHONY: study test tables docs kills bench clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml
@@ -28,6 +29,9 @@ tables: $(VENV)/.study
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/refresh.py
+
+kills: $(VENV)/.study
+	$(BIN)/python benchmarks/kills.py 100
 
 bench: $(VENV)/.study
 	$(BIN)/python benchmarks/scaling.py > docs/benchmarks.new

@@ -247,46 +247,43 @@ def sweep(context, study, sets, out, no_write, check, rtols, resume, restart, jo
     exclude({"--shard": shard}, {**silent, "--plot": plot})
     exclude({"--jobs": jobs}, {"--scheduler": scheduler})
     exclude({"--check": check}, {"--row": row})
-    from cablestudy.scene.study import read_study
-    from cablestudy.study import run, store
-    from cablestudy.study.check import read_tolerances
     from cablestudy.study.interrupt import Interrupts
 
-    keep = not any(silent.values())
-    parts = run.read_shard(shard)
-    wanted = read_study(study, sets)
-    place = store.Place(out, wanted.name)
-    if keep:
-        place.check_writable()
-    if check:
-        place.check_stored()
-    wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
-    work = run.Run(wanted, place, wish)
-    tolerance = read_tolerances(rtols, wanted)
-    words = ["sweep", study, *(word for text in sets for word in ("--set", text))]
-    typed = context.obj["words"]
+    keep, typed, work, failed = not any(silent.values()), context.obj["words"], None, 0
     try:
-        with Interrupts(), work:
-            say(work.reused(), quiet)
-            work.compute()
-            if explain and work.complete:
-                say(work.notes(), quiet)
-            say(work.failures([] if study == "-" else words), quiet)
-            if not work.complete:
-                stopped = "stopped at the first case without an answer (--fail-fast)"
-                raise NoSolutionError(stopped + (f"; --resume goes on: {work.done} rows are done" if keep else ""))
-            if parts:
-                say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
-            else:
-                finish(work, place, style, plot, keep, tolerance if check else None, run.command(typed), quiet)
-            failed = work.journal.failed
+        with Interrupts():
+            from cablestudy.scene.study import read_study
+            from cablestudy.study import run, store
+            from cablestudy.study.check import read_tolerances
+
+            parts = run.read_shard(shard)
+            wanted = read_study(study, sets)
+            place = store.Place(out, wanted.name)
+            if keep:
+                place.check_writable()
+            if check:
+                place.check_stored()
+            tolerance = read_tolerances(rtols, wanted) if check else None
+            wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
+            with run.Run(wanted, place, wish) as work:
+                compute(work, [] if study == "-" else words_of(study, sets))
+                if parts:
+                    say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+                else:
+                    finish(work, style, plot, tolerance, run.command(typed))
+                failed = work.journal.failed
     except KeyboardInterrupt:
-        for line in work.interrupted(typed):
-            click.echo(line, err=True)
+        say(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
+        exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
         sys.exit(INTERRUPTED)
     if failed:
         sys.stdout.flush()
         sys.exit(NO_ANSWER)
+
+
+def words_of(study, sets):
+    """What of a command says which cases there are."""
+    return ["sweep", study, *(word for text in sets for word in ("--set", text))]
 
 
 def exclude(some, others):
@@ -296,9 +293,22 @@ def exclude(some, others):
             raise SceneError(f"{one} and {other} exclude each other")
 
 
-def finish(work, place, style, plot, keep, tolerance, command, quiet):
+def compute(work, words):
+    """All rows of a run, and what is to be said about them."""
+    wish = work.wish
+    say(work.reused(), wish.quiet)
+    work.compute()
+    if wish.explain and work.complete:
+        say(work.notes(), wish.quiet)
+    say(work.failures(words), wish.quiet)
+    if not work.complete:
+        more = f"; --resume goes on: {work.done} rows are done" if wish.keep else ""
+        raise NoSolutionError("stopped at the first case without an answer (--fail-fast)" + more)
+
+
+def finish(work, style, plot, tolerance, command):
     """The table of a complete run: compared, or written and printed."""
-    table = work.table()
+    table, place, quiet = work.table(), work.place, work.wish.quiet
     if plot:
         from cablestudy.study import plots
 
@@ -314,7 +324,7 @@ def finish(work, place, style, plot, keep, tolerance, command, quiet):
             click.echo(f"{place.csv}: {differences} differences in all", err=True)
         say([] if differences else [f"{place.csv}: agrees"], quiet)
         sys.exit(FAILED_CHECK if differences else 0)
-    if keep:
+    if work.wish.keep:
         work.write(table, command)
         say([f"written: {place.csv}, {place.md}"], quiet)
     show(table, style)
@@ -332,22 +342,24 @@ def finish(work, place, style, plot, keep, tolerance, command, quiet):
 def merge(context, study, sets, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
     check_picture(plot)
-    from cablestudy.scene.study import read_study
-    from cablestudy.study import run, store
     from cablestudy.study.interrupt import Interrupts
-    from cablestudy.study.merge import MergedRun
 
-    wanted = read_study(study, sets)
-    place = store.Place(out, wanted.name)
-    place.check_writable()
-    words = ["sweep", study, *(word for text in sets for word in ("--set", text))]
     try:
-        with Interrupts(), MergedRun(wanted, place, words) as work:
-            say(work.failures([] if study == "-" else words), quiet)
-            finish(work, place, style, plot, True, None, run.command(context.obj["words"]), quiet)
-            failed = work.journal.failed
+        with Interrupts():
+            from cablestudy.scene.study import read_study
+            from cablestudy.study import run, store
+            from cablestudy.study.merge import MergedRun
+
+            wanted = read_study(study, sets)
+            place = store.Place(out, wanted.name)
+            place.check_writable()
+            words = words_of(study, sets)
+            with MergedRun(wanted, place, words, quiet) as work:
+                say(work.failures([] if study == "-" else words), quiet)
+                finish(work, style, plot, None, run.command(context.obj["words"]))
+                failed = work.journal.failed
     except KeyboardInterrupt:
-        click.echo("interrupted: the shards are as they were", err=True)
+        say(["interrupted: the shards are as they were"])
         sys.exit(INTERRUPTED)
     if failed:
         sys.stdout.flush()

@@ -43,3 +43,16 @@ class Interrupts:
             self._sheltered = False
         if self._wanted:
             raise KeyboardInterrupt
+
+
+@contextmanager
+def unbroken():
+    """A signal waits until the block is done; processes and threads that are started inside never take it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -19,10 +19,11 @@ class MergedRun(Run):
     place : Place
     words : sequence of str
         The command that computes the study, for hints; `--shard` is added.
+    quiet : bool
     """
 
-    def __init__(self, study, place, words):
-        super().__init__(study, place, Wish(keep=True))
+    def __init__(self, study, place, words, quiet=False):
+        super().__init__(study, place, Wish(keep=True, quiet=quiet))
         self._words = words
 
     def _open(self):

@@ -9,6 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.chunk import compute
+from cablestudy.study.interrupt import unbroken
 
 PROBE = 0.3  # seconds in this process before others are thought of
 WORTH = 3.0  # seconds of work that are worth the start of other processes
@@ -93,8 +94,9 @@ def processes(supply, jobs):
         flying = {}
         try:
             while True:
-                while len(flying) < AHEAD * jobs and (chunk := supply.next(jobs)):
-                    flying[pool.submit(compute, chunk)] = chunk
+                with unbroken():  # this may start a process
+                    while len(flying) < AHEAD * jobs and (chunk := supply.next(jobs)):
+                        flying[pool.submit(compute, chunk)] = chunk
                 if not flying:
                     break
                 for future in wait(flying, return_when=FIRST_COMPLETED).done:
@@ -108,10 +110,10 @@ def processes(supply, jobs):
             for chunk in flying.values():
                 supply.put_back(chunk)
         finally:
-            # what still runs is not wanted any more: at the end nothing runs
-            for child in set(multiprocessing.active_children()) - before:
-                child.kill()
-            pool.shutdown(cancel_futures=True)
+            with unbroken():  # what still runs is not wanted any more: at the end nothing runs
+                for child in set(multiprocessing.active_children()) - before:
+                    child.kill()
+                pool.shutdown(cancel_futures=True)
     if supply.left:
         raise NoSolutionError("processes end by themselves: too little memory for so many jobs?")
 
@@ -120,16 +122,13 @@ def _context():
     """How processes are started: from a server that has imported what they need, where there can be one."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
-    from multiprocessing import forkserver
+    from multiprocessing import forkserver, resource_tracker
 
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__])
-    # Ctrl-C is for this process alone, which ends the others: they inherit that the signal is blocked
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
+    resource_tracker.ensure_running()  # it takes a block away
+    with unbroken():  # Ctrl-C is for this process alone, which ends the others
         forkserver.ensure_running()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return context
 
 

@@ -83,6 +83,7 @@ class Run:
         self.cases = wish.cases(study.count)
         self.identity = identity(study, self.columns)
         self.path = place.shard(*wish.shard) if wish.shard else place.rows
+        self.journal = None
         self._begin, self._started = time.monotonic(), time.time()
 
     def __enter__(self):
