@@ -202,7 +202,7 @@ def test_resume_refuses_what_differs_and_says_what(folder):
     left = ROWS.read_bytes()
     outcome = run("sweep", "study.yaml", "--set", "cable.density=8 g/cm^3", "--set", "wind=null", "--resume", code=2)
     assert "results/study.rows.jsonl: cable.density: 1440 kg/m^3 there, 8 g/cm^3 now" in outcome.lines
-    assert "results/study.rows.jsonl: wind.speed: 6 m/s there, nothing now" in outcome.lines
+    assert "results/study.rows.jsonl: wind.speed: 6 m/s there, not given now" in outcome.lines
     assert "--restart begins anew" in outcome.lines[-1]
     ROWS.write_bytes(left.replace(b'"cablestudy": "', b'"cablestudy": "9.', 1))
     (line, _) = run("sweep", "study.yaml", "--resume", code=2).lines
@@ -380,6 +380,19 @@ def _die_elsewhere(piece):
     if multiprocessing.parent_process() is not None:
         os._exit(9)
     return chunk.compute(piece)
+
+
+def test_a_full_disk_is_one_line_and_what_is_there_stays(folder):
+    study_file(folder, LONG, SLACK)
+    full = "ulimit -f 4; exec {} -m cablestudy.cli sweep study.yaml --jobs 1"  # blocks of 1024 bytes
+    done = subprocess.run(["bash", "-c", full.format(sys.executable)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "results/study.rows.jsonl: cannot be written (File too large)\n"
+    assert names() == ["study.rows.jsonl"]
+    reused = run("sweep", "study.yaml", "--resume").lines[0]
+    assert 0 < int(reused.split()[0]) < 240
+    run("sweep", "study.yaml", "--out", "whole")
+    assert TABLE.read_bytes() == Path("whole/study.csv").read_bytes()
 
 
 def test_columns_are_found_by_their_headers():

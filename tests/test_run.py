@@ -142,7 +142,7 @@ def test_shards_that_do_not_belong_together(folder):
     run("sweep", name, "--shard", "1/2")
     run("sweep", name, "--shard", "2/2", "--set", "gravity=1.62")
     (line,) = run("merge", name, code=2).lines
-    assert line == "results/study.shard-2-of-2.jsonl: gravity: 1.62 there, nothing now"
+    assert line == "results/study.shard-2-of-2.jsonl: gravity: 1.62 there, not given now"
     study_file(folder, SHARDED.replace("187", "187.5").replace(", area", ""), SLACK)
     lines = run("merge", name, code=2).lines
     assert lines[:2] == [f"results/study.shard-1-of-2.jsonl: {part}: not as now" for part in ("vary", "columns")]

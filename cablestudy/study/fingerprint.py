@@ -78,4 +78,4 @@ def _flat(value, path=""):
 
 
 def _said(flat, key):
-    return str(flat[key]) if key in flat else "nothing"
+    return str(flat[key]) if key in flat else "not given"

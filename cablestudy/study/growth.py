@@ -5,7 +5,7 @@ import json
 from cablestudy.errors import SceneError
 from cablestudy.study.chunk import key_of, line_of
 from cablestudy.study.columns import find
-from cablestudy.study.journal import batched
+from cablestudy.study.opening import batched
 
 # a closed form: its digits do not depend on which other columns are computed
 ALONE = ("scene", "statics", "stiffness")

@@ -4,7 +4,7 @@ from contextlib import ExitStack, closing
 
 from cablestudy.errors import SceneError
 from cablestudy.study.fingerprint import differences, digest
-from cablestudy.study.journal import merged, read_journal
+from cablestudy.study.opening import merged, read_journal
 from cablestudy.study.run import Run, Wish, command
 
 SHOWN = 10  # missing rows that are named
@@ -62,7 +62,7 @@ class MergedRun(Run):
                 what = "no such shard" if journal is None else "not complete"
                 listed = ", ".join(map(str, lacking[:SHOWN])) + (", ..." if len(lacking) > SHOWN else "")
                 how = command(self._words, "--out", self.place.folder, "--shard", f"{number}/{shards}", "--resume")
-                rows = f"{len(lacking)} rows missing ({listed})" if lacking else "no rows missing"
+                rows = f"{len(lacking)} row{'s' * (len(lacking) != 1)} missing" + (f" ({listed})" if lacking else "")
                 found.append(f"{self.place.shard(number, shards)}: {what}, {rows}: {how}")
         return found
 

@@ -9,7 +9,8 @@ from functools import partial
 from cablestudy.errors import SceneError
 from cablestudy.study.fingerprint import identity
 from cablestudy.study.growth import take_over
-from cablestudy.study.journal import Journal, open_journal
+from cablestudy.study.journal import Journal
+from cablestudy.study.opening import open_journal
 from cablestudy.study.parallel import local
 from cablestudy.study.progress import Progress
 from cablestudy.study.provenance import record
@@ -166,10 +167,10 @@ class Run:
 
     def reused(self):
         """List of the line that says how many rows were there already."""
-        if not (self.wish.resume and self.wish.keep):
+        parts = sum(1 for _ in self.journal.incomplete(self.cases))
+        if not (self._known or parts):
             return []
         known = f"{self._known} of {len(self.cases)} rows are there already"
-        parts = sum(1 for _ in self.journal.incomplete(self.cases))
         return [known + (f", and some columns of {parts} more" if parts else "")]
 
     def failures(self, words):
