@@ -263,14 +263,14 @@ def sweep(context, study, sets, out, no_write, check, rtols, resume, restart, jo
                 place.check_writable()
             if check:
                 place.check_stored()
-            tolerance = read_tolerances(rtols, wanted) if check else None
+            tolerance = read_tolerances(rtols, wanted)
             wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
             with run.Run(wanted, place, wish) as work:
                 compute(work, [] if study == "-" else words_of(study, sets))
                 if parts:
                     say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
                 else:
-                    finish(work, style, plot, tolerance, run.command(typed))
+                    finish(work, style, plot, tolerance if check else None, run.command(typed))
                 failed = work.journal.failed
     except KeyboardInterrupt:
         say(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
