@@ -1,13 +1,13 @@
 """Sweeps on a dask cluster: a real scheduler, real workers, one of which is killed."""
 
+import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 from cluster import cluster
-from command import SLACK, process, run, study_file
+from command import SLACK, process, run, start, study_file, wait_for_rows
 
 from cablestudy.study import cluster as module
 
@@ -32,15 +32,9 @@ def slow(folder):
 def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
     run("sweep", slow, "--out", "here", "--jobs", "1", "--quiet")
     with cluster(folder, 2) as made:
-        command = ["-m", "cablestudy.cli", "sweep", slow, "--out", "there", "--scheduler", str(made.file)]
-        sweep = subprocess.Popen(
-            [sys.executable, *command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-        )
-        journal, end = Path("there/study.rows.jsonl"), time.monotonic() + 60
-        while not (journal.exists() and journal.read_bytes().count(b"\n") > 4):
-            assert sweep.poll() is None, sweep.stderr.read()
-            assert time.monotonic() < end
-            time.sleep(0.02)
+        journal = Path("there/study.rows.jsonl")
+        sweep = start(slow, "--out", "there", "--scheduler", made.file)
+        wait_for_rows(sweep, 4, journal)
         made.workers[0].kill()
         rows = journal.read_bytes().count(b"\n") - 1
         _, said = sweep.communicate(timeout=60)
@@ -50,6 +44,13 @@ def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
         # by address, and one worker that is left
         outcome = process("sweep", slow, "--out", "again", "--scheduler", made.address)
         assert (outcome.code, outcome.err) == (0, "written: again/study.csv, again/study.md\n")
+        ended = start(slow, "--out", "ended", "--scheduler", made.address)
+        wait_for_rows(ended, 1, Path("ended/study.rows.jsonl"))
+        ended.send_signal(signal.SIGINT)
+        _, said = ended.communicate(timeout=30)
+        assert ended.returncode == 130, said
+        assert len(said.splitlines()) == 2
+        assert said.startswith("interrupted: ")
     for name in ("study.csv", "study.md"):
         assert Path("there", name).read_bytes() == Path("here", name).read_bytes()
         assert Path("again", name).read_bytes() == Path("here", name).read_bytes()

@@ -12,7 +12,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from command import SLACK, process, run, study_file
+from command import SLACK, process, run, start, study_file, wait_for_rows
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
@@ -53,21 +53,6 @@ def cut(lines, finished=False):
     ROWS.write_bytes(b"".join(kept) + journal.FINISHED * finished)
 
 
-def start(*arguments):
-    """A sweep in a process of its own."""
-    command = [sys.executable, "-m", "cablestudy.cli", "sweep", *arguments]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-
-
-def wait_for_rows(sweep, rows, path=ROWS):
-    """Wait until a sweep has so many rows on disk."""
-    end = time.monotonic() + 60
-    while not path.exists() or path.read_bytes().count(b"\n") <= rows:
-        assert sweep.poll() is None, sweep.stderr.read()
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
 def names():
     return sorted(path.name for path in Path("results").iterdir())
 
@@ -79,7 +64,7 @@ def test_a_sweep_that_is_killed_time_and_again_ends_with_the_same_bytes(folder):
     for attempt in range(8):
         before = ROWS.read_bytes().count(b"\n") if ROWS.exists() else 0
         sweep = start("study.yaml", "--resume", "--jobs", str(1 + attempt % 2))
-        wait_for_rows(sweep, before)
+        wait_for_rows(sweep, before, ROWS)
         time.sleep(generator.uniform(0, 0.4))
         sweep.kill()
         kills += sweep.wait() == -signal.SIGKILL
@@ -99,7 +84,7 @@ def test_a_sweep_that_is_killed_time_and_again_ends_with_the_same_bytes(folder):
 def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
     study_file(folder, LONG, SLACK)
     sweep = start("study.yaml", "--jobs", jobs)
-    wait_for_rows(sweep, 3)
+    wait_for_rows(sweep, 3, ROWS)
     children = Path(f"/proc/{sweep.pid}/task/{sweep.pid}/children")
     workers = children.read_text().split() if children.exists() else []
     sweep.send_signal(number)
@@ -207,6 +192,10 @@ def test_resume_refuses_what_differs_and_says_what(folder):
     ROWS.write_bytes(left.replace(b'"cablestudy": "', b'"cablestudy": "9.', 1))
     (line, _) = run("sweep", "study.yaml", "--resume", code=2).lines
     assert line.startswith("results/study.rows.jsonl: version of cablestudy: 9.")
+    ROWS.write_bytes(left.replace(b'{"journal": 1', b'{"journal": 7', 1))
+    (line,) = run("sweep", "study.yaml", "--resume", code=2).lines
+    assert line.endswith("is a journal of another version of cablestudy; --restart begins anew")
+    run("sweep", "study.yaml", "--restart")
     ROWS.write_bytes(b"sag_m\n1\n")
     for option in ("--resume", "--restart"):
         assert run("sweep", "study.yaml", option, code=2).lines == [
@@ -342,7 +331,7 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
 def test_a_process_that_dies_is_replaced(folder):
     study_file(folder, LONG, SLACK)
     sweep = start("study.yaml", "--jobs", "2")
-    wait_for_rows(sweep, 3)
+    wait_for_rows(sweep, 3, ROWS)
     workers = _descendants(sweep.pid)
     assert len(workers) >= 2
     subprocess.run(["kill", "-9", str(workers[-1])], check=True)

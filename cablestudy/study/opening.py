@@ -42,7 +42,7 @@ def open_journal(path, identity, count, take, resume=False, restart=False):
         raise SceneError(f"{path}: cannot be written ({error.strerror})") from None
     try:
         _lock(file, path)
-        there = _identity(file, path)
+        there = _identity(file, path, any_format=restart)
         if there is not None and not restart:
             known = Journal(file, there, max(count, _rows(file)), path)
             known.load()
@@ -164,7 +164,7 @@ def _replaced(path, identity, count, known, take):
     return journal
 
 
-def _identity(file, path):
+def _identity(file, path, any_format=False):
     """What the rows of a file depend on; None when it is empty, or torn before its first row."""
     file.seek(0)
     line = file.readline()
@@ -174,8 +174,8 @@ def _identity(file, path):
         return None
     try:
         header = json.loads(line)
-        if header.pop("journal") != FORMAT:
-            raise SceneError(f"{path}: was written by another version of cablestudy; --restart begins anew")
+        if header.pop("journal") != FORMAT and not any_format:
+            raise SceneError(f"{path}: is a journal of another version of cablestudy; --restart begins anew")
         header.pop("fingerprint")
         return header
     except (ValueError, KeyError, AttributeError):
