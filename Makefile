@@ -2,6 +2,7 @@
 # make test    everything that CI checks
 # make docs    regenerates what the documentation shows of the program's output
 # make trade   measures error against time: results/trade-*.csv and .md, and their pictures
+# make kills   kills a sweep 100 times, resumes it each time, and compares its table
 # make bench   measures how effort grows with the number of elements: docs/benchmarks.md
 
 PYTHON ?= python3
@@ -12,7 +13,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --co
 STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
 DAMPED := cable.damping={model: hysteretic, loss_factor: 0.02}
 
-.PHONY: study test tables docs trade bench clean
+.PHONY: study test tables docs trade kills bench clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml
@@ -38,6 +39,9 @@ trade: $(VENV)/.study
 	    $(BIN)/cablestudy trade configs/$$scene.yaml --set "$(DAMPED)" --out results \
 	        --plot docs/pictures/trade-$$scene.svg || exit 1; \
 	done
+
+kills: $(VENV)/.study
+	$(BIN)/python benchmarks/kills.py 100
 
 bench: $(VENV)/.study
 	$(BIN)/python benchmarks/scaling.py > docs/benchmarks.new

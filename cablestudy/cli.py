@@ -7,10 +7,11 @@ from functools import wraps
 import click
 
 from cablestudy import __version__
-from cablestudy.errors import CablestudyError, SceneError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+MOST_DIFFERENCES = 1000  # that a check shows one by one
 PICTURES = (".png", ".svg", ".pdf")
 ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 
@@ -94,17 +95,12 @@ def check_picture(path):
         raise SceneError(f"--plot {path}: cannot be written")
 
 
-def refuse_together(option, given, others):
-    """Refuse an option beside others that would have no effect."""
-    idle = [other for other, there in others.items() if given and there]
-    if idle:
-        raise SceneError(*(f"{option} and {other} exclude each other" for other in idle))
-
-
 class OneLine(click.Group):
     """A group whose usage errors are one line each, as all other mistakes are."""
 
     def main(self, *arguments, standalone_mode=True, **options):
+        words = arguments[0] if arguments else options.get("args")
+        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # as typed, to be said again
         if not standalone_mode:
             return super().main(*arguments, standalone_mode=False, **options)
         try:
@@ -237,8 +233,12 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
         sys.exit(NO_ANSWER)
 
 
+STUDY = click.argument("study", metavar="STUDY", shell_complete=complete_file)
+OUT = click.option("--out", default="results", metavar="DIR", help="Where the files of NAME go. Default: results.")
+
+
 @main.command()
-@click.argument("study", metavar="STUDY", shell_complete=complete_file)
+@STUDY
 @SET
 @click.option(
     "--vary",
@@ -256,79 +256,197 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
 )
 @click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'.")
 @click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows.")
-@click.option("--out", default="results", metavar="DIR", help="Where NAME.csv and NAME.md go. Default: results.")
+@OUT
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
-@click.option("--rtol", type=click.FloatRange(min=0), default=1e-6, help="With --check. Default: 1e-6.")
-@click.option("--jobs", type=click.IntRange(1, 1024), default=1, help="Processes. Default: 1.")
+@click.option("--rtol", "rtols", multiple=True, metavar="[COLUMN=]TOL", help="With --check. Default: 1e-6. Repeatable.")
+@click.option("--resume", is_flag=True, help="Go on with the rows of an earlier run.")
+@click.option("--restart", is_flag=True, help="Begin anew, whatever an unfinished run has left.")
+@click.option("--jobs", type=click.IntRange(1, 1024), help="Processes. Default: as many as the work is worth.")
+@click.option("--scheduler", metavar="ADDRESS", help="Compute on a dask cluster: tcp://host:port, or FILE.json.")
+@click.option("--shard", metavar="K/N", help="Only every Nth case from the Kth, kept for 'cablestudy merge'.")
+@click.option("--row", type=click.IntRange(min=1), help="Only this row of the table; write nothing.")
+@click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
 @FORMAT
 @PLOT
 @EXPLAIN
 @QUIET
+@click.pass_context
 @edge
-def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtol, jobs, style, plot,
-          explain, quiet):  # fmt: skip
-    """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed."""
+def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, resume,
+          restart, jobs, scheduler, shard, row, fail_fast, style, plot, explain, quiet):  # fmt: skip
+    """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
+
+    Rows are kept as they are done: whatever ends a run, --resume goes on with it.
+    """
     check_picture(plot)
-    if not rtol < float("inf"):
-        raise SceneError(f"--rtol: must be finite, got {rtol}")
-    asked = {"--where": where is not None, "--sort": sort is not None, "--best": best is not None}
-    refuse_together("--dry-run", dry_run, asked | {"--sensitivity": sensitivity, "--check": check, "--plot": plot})
-    refuse_together("--check", check, asked | {"--sensitivity": sensitivity})
-    refuse_together("--sensitivity", sensitivity, asked)
-    from cablestudy.scene.study import read_study
-    from cablestudy.study import store
-    from cablestudy.study.sweep import prepare, run
+    silent = {"--check": check, "--no-write": no_write, "--row": row}
+    exclude({"--resume": resume}, {"--restart": restart})
+    exclude({"--resume": resume, "--restart": restart}, silent)
+    exclude({"--shard": shard}, {**silent, "--plot": plot})
+    exclude({"--jobs": jobs}, {"--scheduler": scheduler})
+    exclude({"--check": check}, {"--row": row})
+    shown = {"--where": where is not None, "--sort": sort is not None, "--best": best is not None}
+    kinds = {"--dry-run": dry_run, "--check": check, "--shard": shard, "--sensitivity": sensitivity}
+    exclude(kinds, shown)
+    for place, (option, given) in enumerate(kinds.items()):
+        exclude({option: given}, dict(list(kinds.items())[place + 1 :]))
+    exclude({"--dry-run": dry_run}, {"--plot": plot, "--row": row})
+    from cablestudy.study.interrupt import Interrupts
 
-    wanted = read_study(study, sets, vary)
-    say(wanted.notes, quiet)
-    if dry_run:
-        from cablestudy.study.dry_run import lines
+    keep, typed, work, failed = not any(silent.values()), context.obj["words"], None, 0
+    try:
+        with Interrupts():
+            from cablestudy.scene.study import read_study
+            from cablestudy.study import run, store
+            from cablestudy.study.check import read_tolerances
 
-        prepare(wanted)
-        for line in lines(wanted, style):
-            sys.stdout.write(line)
-        return
-    selection = indices = None
-    if any(asked.values()):
-        from cablestudy.study.select import read_selection
+            parts = run.read_shard(shard)
+            wanted = read_study(study, sets, vary)
+            say(wanted.notes, quiet)
+            if dry_run:
+                print_cases(wanted, style)
+                return
+            select = selection_of(wanted, where, sort, best, sensitivity)
+            if wanted.asked and keep:
+                keep = False
+                say([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
+            place = store.Place(out, wanted.name)
+            if keep:
+                place.check_writable()
+            if check:
+                place.check_stored()
+            tolerance = read_tolerances(rtols, wanted)
+            wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
+            with run.Run(wanted, place, wish) as work:
+                compute(work, [] if study == "-" else words_of(study, sets, vary))
+                if parts:
+                    say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+                else:
+                    finish(work, style, plot, tolerance if check else None, run.command(typed), select)
+                failed = work.journal.failed
+    except KeyboardInterrupt:
+        say(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
+        exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
+        sys.exit(INTERRUPTED)
+    if failed:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)
 
-        selection = read_selection(wanted, where, sort, best)
+
+def print_cases(study, style):
+    """The cases of a study, and nothing computed."""
+    from cablestudy.study.dry_run import lines
+    from cablestudy.study.sweep import prepare
+
+    prepare(study)
+    sys.stdout.writelines(lines(study, style))
+
+
+def selection_of(study, where, sort, best, sensitivity):
+    """What is shown of a study's table: Table -> Table and notes; None for all of it."""
     if sensitivity:
         from cablestudy.study.sensitivity import Sensitivity
 
-        indices = Sensitivity(wanted)
-    if wanted.asked and not no_write:
-        no_write = True
-        say([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
-    place = store.Place(out, wanted.name)
-    place.check_stored() if check else no_write or place.check_writable()
-    table, notes = run(wanted, jobs)
-    if explain:
-        say((f"row {i}: {note}" for i, lines in enumerate(notes, 1) for note in lines), quiet)
-    failed = [(i, row["status"]) for i, row in enumerate(table.rows, 1) if row["status"] != "ok"]
-    say((f"row {i}: {status}" for i, status in failed), quiet)
+        indices = Sensitivity(study)
+        return lambda table: indices.table(table.rows)
+    if (where, sort, best) == (None, None, None):
+        return None
+    from cablestudy.study.select import read_selection
+
+    selection = read_selection(study, where, sort, best)
+
+    def chosen(table):
+        found = selection.table(table)
+        return found, [f"shown: {len(found.rows)} of {len(table.rows)} rows"]
+
+    return chosen
+
+
+def words_of(study, sets, vary=()):
+    """What of a command says which cases there are."""
+    options = [word for text in sets for word in ("--set", text)] + [word for text in vary for word in ("--vary", text)]
+    return ["sweep", study, *options]
+
+
+def exclude(some, others):
+    """Refuse options of two groups that are given together."""
+    for one in (name for name, value in some.items() if value):
+        for other in (name for name, value in others.items() if value):
+            raise SceneError(f"{one} and {other} exclude each other")
+
+
+def compute(work, words):
+    """All rows of a run, and what is to be said about them."""
+    wish = work.wish
+    say(work.reused(), wish.quiet)
+    work.compute()
+    if wish.explain and work.complete:
+        say(work.notes(), wish.quiet)
+    say(work.failures(words), wish.quiet)
+    if not work.complete:
+        more = f"; --resume goes on: {work.done} rows are done" if wish.keep else ""
+        raise NoSolutionError("stopped at the first case without an answer (--fail-fast)" + more)
+
+
+def finish(work, style, plot, tolerance, command, select=None):
+    """The table of a complete run: compared, or written and printed."""
+    table, place, quiet = work.table(), work.place, work.wish.quiet
     if plot:
         from cablestudy.study import plots
 
-        plots.save(plots.study_plot(wanted, table), plot)
-    if check:
-        differences = place.compare(table, rtol)
-        for difference in differences:
-            click.echo(f"{place.csv}: {difference}", err=True)
+        plots.save(plots.study_plot(work.study, table), plot)
+    if tolerance is not None:
+        from cablestudy.study.check import compare
+
+        differences = 0
+        for differences, difference in enumerate(compare(table, place.csv, tolerance), 1):
+            if differences <= MOST_DIFFERENCES:
+                click.echo(f"{place.csv}: {difference}", err=True)
+        if differences > MOST_DIFFERENCES:
+            click.echo(f"{place.csv}: {differences} differences in all", err=True)
         say([] if differences else [f"{place.csv}: agrees"], quiet)
         sys.exit(FAILED_CHECK if differences else 0)
-    if not no_write:
-        place.write(wanted, table)
+    if work.wish.keep:
+        work.write(table, command)
         say([f"written: {place.csv}, {place.md}"], quiet)
-    if selection:
-        chosen = selection.table(table)
-        say([f"shown: {len(chosen.rows)} of {len(table.rows)} rows"], quiet)
-        table = chosen
-    if indices:
-        table, notes = indices.table(table.rows)
+    if select:
+        table, notes = select(table)
         say(notes, quiet)
     show(table, style)
+
+
+@main.command()
+@STUDY
+@SET
+@OUT
+@FORMAT
+@PLOT
+@QUIET
+@click.pass_context
+@edge
+def merge(context, study, sets, out, style, plot, quiet):
+    """Join the shards of a study into its table, as one run would have written it."""
+    check_picture(plot)
+    from cablestudy.study.interrupt import Interrupts
+
+    try:
+        with Interrupts():
+            from cablestudy.scene.study import read_study
+            from cablestudy.study import run, store
+            from cablestudy.study.merge import MergedRun
+
+            wanted = read_study(study, sets)
+            place = store.Place(out, wanted.name)
+            place.check_writable()
+            words = words_of(study, sets)
+            with MergedRun(wanted, place, words, quiet) as work:
+                say(work.failures([] if study == "-" else words), quiet)
+                finish(work, style, plot, None, run.command(context.obj["words"]))
+                failed = work.journal.failed
+    except KeyboardInterrupt:
+        say(["interrupted: the shards are as they were"])
+        sys.exit(INTERRUPTED)
     if failed:
         sys.stdout.flush()
         sys.exit(NO_ANSWER)
@@ -459,8 +577,6 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
     study.check_file(out)
     wish = study.Wish(count, upto, error, kinds, not no_residual, attached, wind, moved, felt)
     frequency = study.span_of_frequencies(span) if span else None
-    if span and style == "md" and len(frequency) > study.MAX_MARKDOWN:
-        raise SceneError(f"--response {span}: Markdown for at most {study.MAX_MARKDOWN} rows; --format csv takes more")
     document, model = load_scene(scene, sets)
     choice = study.choose(document, model, wish)
     say(choice.notes if explain else (), quiet)

@@ -5,6 +5,7 @@ import io
 import json
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,6 +45,21 @@ def process(*arguments, **options):
     command = [sys.executable, "-m", "cablestudy.cli", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, **options)
     return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def start(*arguments):
+    """A sweep in a process of its own, left to run."""
+    command = [sys.executable, "-m", "cablestudy.cli", "sweep", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_rows(sweep, rows, journal):
+    """Wait until a sweep that runs has more rows than so many on disk."""
+    end = time.monotonic() + 60
+    while not journal.exists() or journal.read_bytes().count(b"\n") <= rows:
+        assert sweep.poll() is None, sweep.stderr.read()
+        assert time.monotonic() < end
+        time.sleep(0.01)
 
 
 def rows_of(text, style):

@@ -16,7 +16,7 @@ ALLOWED = {
     "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
     "control": {"control", "cable", "errors"},
     "wind": {"wind", "cable", "errors"},
-    "study": {"study", "control", "wind", "scene", "cable", "errors"},
+    "study": {"study", "control", "wind", "scene", "cable", "errors", "__version__"},
     "cli": {"cli", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
     "__main__": {"cli"},
     "__init__": set(),

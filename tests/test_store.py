@@ -8,6 +8,7 @@ from command import CARLINA, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
+from cablestudy.study.check import Tolerance, compare
 from cablestudy.study.store import Place
 from cablestudy.study.sweep import run
 
@@ -34,17 +35,19 @@ def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
     place.check_writable()
     assert not (folder / "deep").exists()
     table, _ = run(study)
-    place.write(study, table)
-    assert sorted(path.name for path in (folder / "deep" / "out").iterdir()) == ["study.csv", "study.md"]
+    place.write(study, table, "a: 1\n")
+    names = sorted(path.name for path in (folder / "deep" / "out").iterdir())
+    assert names == ["study.csv", "study.md", "study.run.yaml"]
     assert Path(place.csv).read_text(encoding="utf-8") == table.csv()
     assert Path(place.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.markdown()}"
-    assert place.compare(table, 0.0) == []
+    assert list(compare(table, place.csv, Tolerance(0.0))) == []
+    assert Path(place.run).read_text(encoding="utf-8") == "a: 1\n"
     place.check_stored()
 
 
 def test_a_study_without_title_is_headed_by_its_name(folder):
     study = read_study(study_file(folder, "columns: [sag]\n"))
-    Place(".", study.name).write(study, run(study)[0])
+    Place(".", study.name).write(study, run(study)[0], "a: 1\n")
     assert Path("study.md").read_text(encoding="utf-8").startswith("# study\n\n| ")
     assert CARLINA in Path("study.yaml").read_text(encoding="utf-8")
 
@@ -58,7 +61,7 @@ def test_a_file_in_the_way(folder):
     (folder / "there" / "study.csv").mkdir()  # a folder where the file should go
     study = read_study(study_file(folder, "columns: [sag]\n"))
     with pytest.raises(SceneError, match="cannot be written"):
-        Place("there", study.name).write(study, run(study)[0])
+        Place("there", study.name).write(study, run(study)[0], "a: 1\n")
     assert [path.name for path in (folder / "there").iterdir()] == ["study.csv"]
 
 

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
-from cablestudy.study.table import Field, Table, compare, exact, number, read_csv, short, signed, write_whole
+from cablestudy.study.check import Tolerance, compare
+from cablestudy.study.table import Field, Table, exact, number, read_csv, short, signed, write_whole
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
 ROWS = [
@@ -152,7 +153,7 @@ def differences(tmp_path, stored, rtol=1e-6):
     path = Path(tmp_path) / "stored.csv"
     path.write_text(stored, encoding="utf-8")
     rows = [{"sag_m": 1.0, "status": "ok"}, {"sag_m": None, "status": "broken"}]
-    return [str(found) for found in compare(Table(FIELDS[1:], rows), str(path), rtol)]
+    return [str(found) for found in compare(Table(FIELDS[1:], rows), str(path), Tolerance(rtol))]
 
 
 @pytest.mark.parametrize(
@@ -190,7 +191,7 @@ def test_the_tolerance_is_relative_to_the_larger(tmp_path):
 def test_the_time_that_a_row_took_is_not_compared(tmp_path):
     (tmp_path / "stored.csv").write_text("solve_time_ms\n1.0\n", encoding="utf-8")
     table = Table((Field("solve_time_ms", "solve time", "ms"),), [{"solve_time_ms": 2.0}])
-    assert compare(table, str(tmp_path / "stored.csv"), 0.0) == []
+    assert list(compare(table, str(tmp_path / "stored.csv"), Tolerance(0.0))) == []
 
 
 @pytest.mark.parametrize("rows", [[], [{"a": 1.5, "b": "x"}], [{"a": 1.5, "b": "x\ny"}, {"a": None}]], ids=len)

@@ -121,6 +121,18 @@ class Study:
         """Tuple of the dotted keys that vary, in order."""
         return tuple(key for entry in self.entries for key, _, _ in entry.columns)
 
+    def resolved(self):
+        """The study as plain values: `scene` with its base files and `--set` merged, `vary`, `columns`.
+
+        Two studies that resolve alike have the same cases.
+
+        Returns
+        -------
+        dict
+        """
+        vary = [{key: getattr(values, "written", values) for key, values, _ in entry.columns} for entry in self.entries]
+        return {"scene": self.document.value, "vary": vary, "columns": list(self.columns)}
+
     def overrides(self, index):
         """What varies in one case.
 

@@ -1,5 +1,6 @@
 """What `ssm` prints: the modes that were kept, and frequency responses."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
@@ -121,7 +122,7 @@ def response_table(frequency, shown):
 
 
 @dataclass(frozen=True)
-class _Rows:
+class _Rows(Sequence):
     """Rows made when they are asked for: a long response would not fit in memory as so many dicts."""
 
     names: list
@@ -129,6 +130,11 @@ class _Rows:
 
     def __len__(self):
         return len(self.data[0])
+
+    def __getitem__(self, place):
+        if isinstance(place, slice):
+            return list(_Rows(self.names, [values[place] for values in self.data]))
+        return next(iter(self[place : place + 1 or None]))
 
     def __iter__(self):
         for begin in range(0, len(self), response.BLOCK):

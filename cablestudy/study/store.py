@@ -1,27 +1,54 @@
-"""Where a study's tables lie: NAME.csv and NAME.md in a folder."""
+"""Where what a study leaves lies: the files of its NAME in a folder."""
 
+import glob
 import os
+import re
+from contextlib import suppress
 
 from cablestudy.errors import SceneError
-from cablestudy.study.table import compare, write_whole
+from cablestudy.study.table import leftovers, write_whole
 
 
 class Place:
-    """The two files of a study.
+    """The files of a study.
 
     Parameters
     ----------
     folder : str
     study : str
         The study file as the user named it.
+
+    Attributes
+    ----------
+    csv, md : str
+        The table.
+    run : str
+        Its provenance.
+    rows : str
+        The journal of its rows.
     """
 
     def __init__(self, folder, study):
         stem = os.path.splitext(os.path.basename(study))[0]
         self.folder, self.study = folder, study
         self.stem = "stdin" if study == "<stdin>" else stem
-        self.csv = os.path.join(folder, self.stem + ".csv")
-        self.md = os.path.join(folder, self.stem + ".md")
+        self.csv, self.md, self.run, self.rows = (
+            os.path.join(folder, self.stem + end) for end in (".csv", ".md", ".run.yaml", ".rows.jsonl")
+        )
+
+    def shard(self, number, count):
+        """The journal of one shard, numbered from 1."""
+        return os.path.join(self.folder, f"{self.stem}.shard-{number}-of-{count}.jsonl")
+
+    def shards(self):
+        """The shards that are there: (number, count) -> path."""
+        found = {}
+        pattern = re.compile(re.escape(self.stem) + r"\.shard-(\d+)-of-(\d+)\.jsonl")
+        for path in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.jsonl")):
+            match = pattern.fullmatch(os.path.basename(path))
+            if match:
+                found[int(match[1]), int(match[2])] = path
+        return dict(sorted(found.items()))
 
     def check_writable(self):
         """Make sure that the folder is there or can be made; make nothing yet.
@@ -44,19 +71,27 @@ class Place:
         if not os.path.isfile(self.csv):
             raise SceneError(f"{self.csv}: no such file to compare with (run the sweep without --check first)")
 
-    def write(self, study, table):
-        """Write a study's table to both files."""
-        self.write_texts(table.csv(), f"# {study.title or self.stem}\n\n{table.markdown()}")
-
     def write_texts(self, csv, markdown):
         """Write both files, each whole or not at all; make the folder if need be."""
+        self.make()
+        write_whole(self.csv, csv)
+        write_whole(self.md, markdown)
+
+    def make(self):
+        """Make the folder if need be."""
         try:
             os.makedirs(self.folder, exist_ok=True)
         except OSError as error:
             raise SceneError(f"--out {self.folder}: cannot be made ({error.strerror})") from None
-        write_whole(self.csv, csv)
-        write_whole(self.md, markdown)
 
-    def compare(self, table, rtol):
-        """Differences from the stored table; see `table.compare`."""
-        return compare(table, self.csv, rtol)
+    def clear(self):
+        """Take away what a run that was killed while it wrote left; the journal must be locked."""
+        for path in (self.csv, self.md, self.run, self.rows):
+            for left in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(leftovers(path)) + "*")):
+                with suppress(OSError):
+                    os.unlink(left)
+
+    def write(self, study, table, provenance):
+        """Write the table and its provenance, each file whole or not at all."""
+        self.write_texts(table.pieces("csv"), f"# {study.title or self.stem}\n\n{table.markdown()}")
+        write_whole(self.run, provenance)

@@ -1,16 +1,19 @@
 """A study: vary -> cases -> rows -> table."""
 
 import json
-import signal
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Sequence
+from contextlib import closing
 from functools import partial
 from math import inf
 
-from cablestudy.errors import Mistake, NoSolutionError, SceneError
+from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import CHECK_ALL
 from cablestudy.study.columns import Column, find, lacks
-from cablestudy.study.row import evaluate
+from cablestudy.study.fingerprint import identity
+from cablestudy.study.interrupt import Interrupts
+from cablestudy.study.journal import Journal
+from cablestudy.study.parallel import local
+from cablestudy.study.supply import Supply
 from cablestudy.study.table import Field, Table, number, read_csv
 
 # columns that show what a key varies
@@ -142,14 +145,56 @@ def prepare(study):
     return columns, reference_of(study, columns)
 
 
-def run(study, jobs=1):
-    """Compute a study.
+def fill(study, columns, cases, journal, workers=local, tell=None, fail_fast=False, explain=False):
+    """Compute the cases that a journal lacks.
 
     Parameters
     ----------
     study : Study
-    jobs : int
-        Processes. [-]
+    columns : list of Column
+    cases : range
+        From 0.
+    journal : Journal
+    workers : callable
+        Supply -> iterator of Done, in any order: `parallel.local`, `cluster.scheduled`.
+    tell : callable, optional
+        Is told after each chunk how many cases are done.
+    fail_fast : bool
+        Stop after the first chunk with a case that has no answer.
+    explain : bool
+        Keep the notes.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C or SIGTERM; what is done is in the journal.
+    """
+    known = sum(case in journal for case in cases)
+    kinds = [(journal.missing(cases), [column.header for column in columns])]
+    if journal.parts:
+        there = journal.part_columns()
+        kinds.append((journal.incomplete(cases), [c.header for c in columns if c.header not in there]))
+    supply = Supply(study, kinds, len(cases) - known, explain)
+    with Interrupts() as interrupts, closing(workers(supply)) as results:
+        failed = journal.failed
+        for done in results:
+            with interrupts.sheltered():
+                journal.append(done.lines)
+            known += done.count
+            if tell:
+                tell(known)
+            if fail_fast and journal.failed > failed:
+                return
+
+
+def run(study, jobs=1):
+    """Compute a study; write nothing.
+
+    Parameters
+    ----------
+    study : Study
+    jobs : int or None
+        Processes; None leaves it to the work. [-]
 
     Returns
     -------
@@ -163,30 +208,58 @@ def run(study, jobs=1):
         Something is wrong with the study; nothing has been computed.
     """
     columns, reference = prepare(study)
-    names = tuple(column.name for column in columns)
-    cases = list(study.cases())
-    compute = partial(_cells, names=names)
-    scenes = [scene for _, scene in cases]
-    if jobs > 1 and len(scenes) > 1:
-        # Ctrl-C reaches the processes too, and shall end them at once
-        calm = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}
-        try:
-            with ProcessPoolExecutor(min(jobs, len(scenes)), **calm) as pool:
-                results = list(pool.map(compute, scenes, chunksize=max(1, len(scenes) // (4 * jobs))))
-        except BrokenProcessPool:
-            raise NoSolutionError("one of the processes ended by itself: too little memory for so many jobs?") from None
-    else:
-        results = [compute(scene) for scene in scenes]
-    rows = []
-    for place, ((overrides, _), (cells, _)) in enumerate(zip(cases, results, strict=True)):
-        rows.append({**written(overrides), **cells, **_printed(cells, reference, place)})
-    return Table(_fields(study, columns, reference[0]), rows), [notes for _, notes in results]
+    cases = range(study.count)
+    journal = Journal.temporary(identity(study, columns), study.count)
+    fill(study, columns, cases, journal, partial(local, jobs=jobs), explain=True)
+    return table_of(study, columns, reference, journal, cases), [journal.notes(case) for case in cases]
 
 
-def _cells(scene, names):
-    """Cells and notes of one case; takes and gives only what another process can receive."""
-    row = evaluate(scene, [find(name) for name in names])
-    return row.cells, row.notes
+class Rows(Sequence):
+    """The rows of a table, read from the journal one by one and put into the order of the study.
+
+    Parameters
+    ----------
+    study : Study
+    reference : tuple
+        From `reference_of`.
+    journal : Journal
+        With every one of the cases.
+    cases : range
+        From 0.
+    """
+
+    def __init__(self, study, reference, journal, cases):
+        self._study, self._reference, self._journal, self._cases = study, reference, journal, cases
+
+    def __len__(self):
+        return len(self._cases)
+
+    def __getitem__(self, place):
+        if isinstance(place, slice):
+            return Rows(self._study, self._reference, self._journal, self._cases[place])
+        case = self._cases[place]
+        cells = self._journal.cells(case)
+        return {**written(self._study.overrides(case)), **cells, **_printed(cells, self._reference, case)}
+
+
+def table_of(study, columns, reference, journal, cases):
+    """The table of cases that are in a journal.
+
+    Parameters
+    ----------
+    study : Study
+    columns : list of Column
+    reference : tuple
+        From `reference_of`.
+    journal : Journal
+    cases : range
+        From 0.
+
+    Returns
+    -------
+    Table
+    """
+    return Table(_fields(study, columns, reference[0]), Rows(study, reference, journal, cases))
 
 
 def written(overrides):

@@ -1,15 +1,17 @@
-"""Rows -> Markdown, CSV, JSON and JSON lines; files written whole or not at all; comparison with a stored table."""
+"""Rows -> Markdown, CSV, JSON and JSON lines; files written whole or not at all; stored tables read."""
 
 import csv
 import json
 import os
 import tempfile
+from contextlib import closing
 from dataclasses import dataclass
 
 from cablestudy.errors import SceneError
 
 DIGITS = 4
-NEVER_EQUAL = "solve_time_ms"  # not compared: no two runs agree on it
+NO_TABLE = "not a table of comma-separated values"
+MOST_ROWS = 1000  # of a table for people
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Table:
     ----------
     fields : tuple of Field
     rows : list of dict
-        Name -> number, text or None. For all but Markdown any iterable.
+        Name -> number, text or None.
     single : bool
         One row by nature: Markdown then lists quantities downwards.
     """
@@ -54,20 +56,11 @@ class Table:
     single: bool = False
 
     def render(self, style):
-        """The table as text, with a final newline.
-
-        Parameters
-        ----------
-        style : {"md", "csv", "json", "jsonl"}
-
-        Returns
-        -------
-        str
-        """
+        """The table as one text; see `pieces`."""
         return "".join(self.pieces(style))
 
     def pieces(self, style):
-        """The same text piece by piece; but for Markdown, no more than one row at once is in memory.
+        """Yield the table as text, row by row, with a final newline; of a long table Markdown shows both ends.
 
         Parameters
         ----------
@@ -77,19 +70,7 @@ class Table:
         ------
         str
         """
-        if style == "md":
-            yield self.markdown()
-        elif style == "csv":
-            yield from self._csv_lines()
-        elif style == "jsonl":
-            yield from (_json(row) + "\n" for row in self._plain_rows())
-        else:
-            yield '{\n "columns": ' + _json({field.name: field.unit for field in self.fields}, indent=1, margin=" ")
-            between = ',\n "rows": ['
-            for row in self._plain_rows():
-                yield between + "\n  " + _json(row, indent=1, margin="  ")
-                between = ","
-            yield (between + "]" if between != "," else "\n ]") + "\n}\n"
+        return {"md": self._markdown, "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
 
     def csv(self):
         """Comma-separated, full precision."""
@@ -103,20 +84,38 @@ class Table:
         """One object a line for each row."""
         return self.render("jsonl")
 
-    def _csv_lines(self):
-        line = _Last()
-        writer = csv.writer(line, lineterminator="\n")
-        writer.writerow([field.name for field in self.fields])
-        yield line.text
-        for row in self.rows:
-            writer.writerow([exact(row.get(field.name)) for field in self.fields])
-            yield line.text
-
-    def _plain_rows(self):
-        return ({field.name: row.get(field.name) for field in self.fields} for row in self.rows)
-
     def markdown(self):
         """Four significant digits."""
+        return self.render("md")
+
+    def _csv(self):
+        names = [field.name for field in self.fields]
+        line = _Line()
+        writer = csv.writer(line, lineterminator="\n")
+        writer.writerow(names)
+        yield line.text
+        for row in self.rows:
+            writer.writerow([exact(row.get(name)) for name in names])
+            yield line.text
+
+    def _json(self):
+        units = {field.name: field.unit for field in self.fields}
+        yield '{\n "columns": ' + _indented(units, 1) + ',\n "rows": ['
+        before = "\n  "
+        for row in self._plain_rows():
+            yield before + _indented(row, 2)
+            before = ",\n  "
+        yield ("\n ]" if len(self.rows) else "]") + "\n}\n"
+
+    def _jsonl(self):
+        for row in self._plain_rows():
+            yield json.dumps(row, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def _plain_rows(self):
+        for row in self.rows:
+            yield {field.name: row.get(field.name) for field in self.fields}
+
+    def _markdown(self):
         from tabulate import tabulate
 
         shown = [field for field in self.fields if not field.hidden]
@@ -124,13 +123,22 @@ class Table:
             row = self.rows[0]
             known = [field for field in shown if row.get(field.name) is not None]
             body = [[field.title, short(row[field.name]), field.unit] for field in known]
-            return tabulate(body, ["quantity", "value", "unit"], "pipe", disable_numparse=True,
-                            colalign=("left", "right", "left")) + "\n"  # fmt: skip
+            yield tabulate(body, ["quantity", "value", "unit"], "pipe", disable_numparse=True,
+                           colalign=("left", "right", "left")) + "\n"  # fmt: skip
+            return
+        left_out = max(0, len(self.rows) - MOST_ROWS)
+        rows = list(self.rows) if not left_out else [*self.rows[: MOST_ROWS // 2], *self.rows[-MOST_ROWS // 2 :]]
         head = [f"{field.title} [{field.unit}]" if field.unit else field.title for field in shown]
-        body = [[self._cell(field, row) for field in shown] for row in self.rows]
-        sides = ["left" if any(isinstance(row.get(field.name), str) for row in self.rows) else "right"
+        body = [[self._cell(field, row) for field in shown] for row in rows]
+        sides = ["left" if any(isinstance(row.get(field.name), str) for row in rows) else "right"
                  for field in shown]  # fmt: skip
-        return tabulate(body, head, "pipe", disable_numparse=True, colalign=sides if self.rows else None) + "\n"
+        if left_out:
+            body.insert(MOST_ROWS // 2, ["…"] * len(shown))
+        yield tabulate(body, head, "pipe", disable_numparse=True, colalign=sides if rows else None) + "\n"
+        if left_out:
+            total = len(self.rows)
+            yield f"\n{left_out} of {total} rows are left out here, from {MOST_ROWS // 2 + 1}"
+            yield f" to {total - MOST_ROWS // 2}; csv, json and jsonl have them all.\n"
 
     @staticmethod
     def _cell(field, row):
@@ -142,16 +150,16 @@ class Table:
         return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"
 
 
-class _Last:
-    """A file that keeps only what was written last."""
+class _Line:
+    """What csv writes to: keeps the last line."""
 
     def write(self, text):
         self.text = text
 
 
-def _json(value, indent=None, margin=""):
-    text = json.dumps(value, ensure_ascii=False, allow_nan=False, indent=indent)
-    return text.replace("\n", "\n" + margin)
+def _indented(value, depth):
+    """JSON, its lines after the first indented deeper."""
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, indent=1).replace("\n", "\n" + " " * depth)
 
 
 def exact(value):
@@ -187,29 +195,42 @@ def write_whole(path, text):
     Parameters
     ----------
     path : str
-    text : str or bytes
+    text : str, bytes or iterable of str
+        Pieces are written as they come.
 
     Raises
     ------
     SceneError
         The folder cannot be written to.
     """
-    data = text.encode() if isinstance(text, str) else text
     folder = os.path.dirname(path) or "."
     temporary = None
     try:
-        handle, temporary = tempfile.mkstemp(dir=folder, prefix=".cablestudy-")
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
+        handle, temporary = tempfile.mkstemp(dir=folder, prefix=leftovers(path))
+        with os.fdopen(handle, "wb", buffering=1 << 20) as file:
+            if isinstance(text, bytes):
+                file.write(text)
+            else:
+                file.writelines(piece.encode() for piece in ([text] if isinstance(text, str) else text))
+        give_rights(temporary)
         os.replace(temporary, path)
     except OSError as error:
         raise SceneError(f"{path}: cannot be written ({error.strerror or error})") from None
     finally:
         if temporary and os.path.exists(temporary):
             os.unlink(temporary)
+
+
+def give_rights(path):
+    """Give a temporary file the rights that an ordinary one has."""
+    mask = os.umask(0)
+    os.umask(mask)
+    os.chmod(path, 0o666 & ~mask)
+
+
+def leftovers(path):
+    """How the temporary files of a file begin, beside it."""
+    return f".{os.path.basename(path)}-"
 
 
 def read_csv(path):
@@ -230,25 +251,52 @@ def read_csv(path):
     SceneError
         Missing, empty, or not a table.
     """
+    names, rows = stream_csv(path)
+    return names, list(rows)
+
+
+def stream_csv(path):
+    """As `read_csv`, the rows read one by one as they are asked for."""
+    lines = _lines(path)
+    try:
+        reader = csv.reader(lines, strict=True)
+        names = [name.strip() for name in next(reader)]
+    except StopIteration:
+        raise SceneError(f"{path}: {NO_TABLE} (it is empty)") from None
+    except csv.Error as error:
+        raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
+    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+    if twice:
+        lines.close()
+        raise SceneError(*(f"{path}: column {name!r} is there twice" for name in twice))
+    return names, _rows(path, names, reader, lines)
+
+
+def _lines(path):
+    """Lines of a file that are neither empty nor comments."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = [line for line in file if line.strip() and not line.startswith("#")]
-        names, *rows = csv.reader(lines, strict=True)
+            yield from (line for line in file if line.strip() and not line.startswith("#"))
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (ValueError, csv.Error) as error:
-        reason = "it is empty" if not isinstance(error, (UnicodeError, csv.Error)) else error
-        raise SceneError(f"{path}: not a table of comma-separated values ({reason})") from None
-    names = [name.strip() for name in names]
-    wrong = [f"column {name!r} is there twice" for name in dict.fromkeys(names) if names.count(name) > 1]
-    wrong += [
-        f"row {place} has {len(row)} cells, and the table {len(names)} columns"
-        for place, row in enumerate(rows, 1)
-        if len(row) != len(names)
-    ]
+    except UnicodeError as error:
+        raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
+
+
+def _rows(path, names, reader, lines):
+    """Rows as dicts; all that have another number of cells are named at the end of the table."""
+    wrong = []
+    with closing(lines):
+        try:
+            for place, row in enumerate(reader, 1):
+                if len(row) != len(names):
+                    wrong.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
+                elif not wrong:
+                    yield dict(zip(names, row, strict=True))
+        except csv.Error as error:
+            raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
     if wrong:
-        raise SceneError(*(f"{path}: {reason}" for reason in wrong))
-    return names, [dict(zip(names, row, strict=True)) for row in rows]
+        raise SceneError(*wrong)
 
 
 def number(text):
@@ -257,55 +305,3 @@ def number(text):
         return float(text)
     except ValueError:
         return None
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A cell that differs from the stored table: row (from 1), column, both values."""
-
-    row: int
-    column: str
-    stored: str
-    computed: str
-
-    def __str__(self):
-        a, b = number(self.stored), number(self.computed)
-        ratio = f", ratio {b / a:.9g}" if a and b is not None else ""
-        stored, computed = self.stored or "empty", self.computed or "empty"
-        return f"row {self.row}, {self.column}: stored {stored}, computed {computed}{ratio}"
-
-
-def compare(table, path, rtol):
-    """Cells in which a table differs from a stored CSV.
-
-    Parameters
-    ----------
-    table : Table
-    path : str
-    rtol : float
-        Relative difference of numbers that is let pass.
-
-    Returns
-    -------
-    list of Difference or str
-        Empty when they agree; texts for columns or rows that only one of them has.
-    """
-    names, stored = read_csv(path)
-    computed = [{field.name: exact(row.get(field.name)) for field in table.fields} for row in table.rows]
-    wanted = [field.name for field in table.fields]
-    found = [f"column {name}: stored, not computed" for name in names if name not in wanted]
-    found += [f"column {name}: computed, not stored" for name in wanted if name not in names]
-    if len(stored) != len(computed):
-        found.append(f"{len(stored)} rows stored, {len(computed)} computed")
-    for place, (old, new) in enumerate(zip(stored, computed, strict=False), 1):
-        for name in wanted:
-            if name in old and name != NEVER_EQUAL and not _agree(old[name], new[name], rtol):
-                found.append(Difference(place, name, old[name], new[name]))
-    return found
-
-
-def _agree(old, new, rtol):
-    if old == new:
-        return True
-    a, b = number(old), number(new)
-    return a is not None and b is not None and abs(a - b) <= rtol * max(abs(a), abs(b))

@@ -1,0 +1,87 @@
+"""A sweep that is killed at random moments, each time resumed: is its table that of an uninterrupted one?
+
+    python benchmarks/kills.py [COUNT]      # `make kills`: 100
+
+SIGKILL reaches the sweep anywhere: while it starts, computes, writes a row, or writes the table. Exit code 1 if a byte
+of the table differs, a row was computed twice, or a process or temporary file is left.
+"""
+
+import json
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+STUDY = f"""base: {ROOT}/configs/slack.yaml
+vary:
+  - {{cable.unstretched_length: {{from: 186 m, to: 190 m, count: 40}}}}
+  - {{cable.area: [20 mm^2, 24 mm^2, 28 mm^2]}}
+columns: [preload, sag, cable_frequency]
+"""
+SWEEP = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--format", "csv", "--quiet"]
+
+
+def main(count):
+    """Kill so many sweeps; say what became of them."""
+    generator = random.Random(1)
+    with tempfile.TemporaryDirectory(prefix="cablestudy-kills-") as name:
+        folder = Path(name)
+        (folder / "study.yaml").write_text(STUDY)
+        begin = time.monotonic()
+        whole = subprocess.run([*SWEEP, "--jobs", "1"], cwd=folder, capture_output=True, check=True).stdout
+        seconds = time.monotonic() - begin
+        kills, ends, table = 0, 0, folder / "results" / "study.csv"
+        assert table.read_bytes() == whole
+        journal = folder / "results" / "study.rows.jsonl"
+        journal.unlink()
+        while kills < count:
+            jobs = str(generator.choice((1, 2)))
+            sweep = subprocess.Popen([*SWEEP, "--resume", "--jobs", jobs], cwd=folder, stdout=subprocess.DEVNULL)
+            time.sleep(generator.uniform(0, 1.2 * seconds))
+            sweep.kill()
+            if sweep.wait() == -signal.SIGKILL:
+                kills += 1
+            elif sweep.returncode == 0:  # it was faster: its table must be right, and another begins
+                ends += 1
+                assert table.read_bytes() == whole, "the table differs"
+                journal.unlink()
+            else:
+                raise AssertionError(f"exit code {sweep.returncode}")
+            if journal.exists():
+                check_journal(journal)
+            sys.stdout.write(f"\r{kills} kills, {ends} tables between them ")
+            sys.stdout.flush()
+        last = subprocess.run([*SWEEP, "--resume"], cwd=folder, capture_output=True, check=True).stdout
+        assert last == whole, "the table differs"
+        assert table.read_bytes() == whole, "the written table differs"
+        left = sorted(path.name for path in (folder / "results").iterdir())
+        assert left == ["study.csv", "study.md", "study.rows.jsonl", "study.run.yaml"], left
+        time.sleep(2)
+        assert not processes_in(folder), "processes are left"
+        sys.stdout.write(f"\r{kills} kills and {ends + 1} tables, each the same byte for byte\n")
+
+
+def processes_in(folder):
+    """Processes that work in a folder, where the system tells."""
+    found = []
+    for link in Path("/proc").glob("[0-9]*/cwd"):
+        with suppress(OSError):
+            if link.readlink() == folder.resolve():
+                found.append(link.parent.name)
+    return found
+
+
+def check_journal(journal):
+    """Every whole line of a journal is JSON, and no row is there twice."""
+    lines = [json.loads(line) for line in journal.read_bytes().split(b"\n")[:-1]]
+    rows = [line["row"] for line in lines if "row" in line]
+    assert len(rows) == len(set(rows)), "a row was computed twice"
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

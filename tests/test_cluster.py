@@ -1,0 +1,88 @@
+"""Sweeps on a dask cluster: a real scheduler, real workers, one of which is killed."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from cluster import cluster
+from command import SLACK, process, run, start, study_file, wait_for_rows
+
+from cablestudy.study import cluster as module
+
+STUDY = (
+    "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 300}}]\ncolumns: [preload, cable_frequency]\n"
+)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def slow(folder):
+    """A study that takes some seconds; its name."""
+    return study_file(folder, STUDY, SLACK)
+
+
+def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
+    run("sweep", slow, "--out", "here", "--jobs", "1", "--quiet")
+    with cluster(folder, 2) as made:
+        journal = Path("there/study.rows.jsonl")
+        sweep = start(slow, "--out", "there", "--scheduler", made.file)
+        wait_for_rows(sweep, 4, journal)
+        made.workers[0].kill()
+        rows = journal.read_bytes().count(b"\n") - 1
+        _, said = sweep.communicate(timeout=60)
+        assert sweep.returncode == 0, said
+        assert "Traceback" not in said
+        assert rows < 300, "the sweep was over before the worker was killed"
+        # by address, and one worker that is left
+        outcome = process("sweep", slow, "--out", "again", "--scheduler", made.address)
+        assert (outcome.code, outcome.err) == (0, "written: again/study.csv, again/study.md\n")
+        ended = start(slow, "--out", "ended", "--scheduler", made.address)
+        wait_for_rows(ended, 1, Path("ended/study.rows.jsonl"))
+        ended.send_signal(signal.SIGINT)
+        _, said = ended.communicate(timeout=30)
+        assert ended.returncode == 130, said
+        assert len(said.splitlines()) == 2
+        assert said.startswith("interrupted: ")
+    for name in ("study.csv", "study.md"):
+        assert Path("there", name).read_bytes() == Path("here", name).read_bytes()
+        assert Path("again", name).read_bytes() == Path("here", name).read_bytes()
+
+
+def test_nobody_there(slow, folder, monkeypatch):
+    monkeypatch.setattr(module, "ANSWER", 1)
+    outcome = run("sweep", slow, "--no-write", "--scheduler", "tcp://127.0.0.1:9", code=2)
+    assert outcome.lines[0].startswith("--scheduler tcp://127.0.0.1:9: no scheduler answers there")
+    assert len(outcome.lines) == 1
+    (folder / "bad.json").write_text("{}", encoding="utf-8")
+    for name, reason in (
+        ("no.json", "cannot be read (No such file or directory)"),
+        ("bad.json", "is no scheduler file of dask"),
+        ("odd://x", "no scheduler answers there (unknown address scheme 'odd' (known schemes: "),
+    ):
+        (line,) = run("sweep", slow, "--no-write", "--scheduler", name, code=2).lines
+        assert line.startswith(f"--scheduler {name}: {reason}")
+
+
+def test_without_dask_one_line_says_what_to_install(slow, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    lines = run("sweep", slow, "--no-write", "--scheduler", "tcp://127.0.0.1:9", code=2).lines
+    assert lines == ["--scheduler: dask is not installed (pip install 'cablestudy[cluster]')"]
+
+
+def test_distributed_is_imported_by_nothing_else(folder):
+    code = (
+        "import sys; from cablestudy.cli import main; main(['sweep', sys.argv[1], '--no-write'], standalone_mode=False)"
+    )
+    code += "; sys.exit('distributed' in sys.modules)"
+    name = study_file(folder, "columns: [sag]\n")
+    done = subprocess.run([sys.executable, "-c", code, name], capture_output=True, check=False, timeout=60)
+    assert done.returncode == 0
+    assert done.stdout

@@ -1,0 +1,329 @@
+"""What a run says and leaves: failures and their replay, shards, provenance, tolerances, progress."""
+
+import io
+import json
+import platform
+import shlex
+from pathlib import Path
+
+import numpy
+import pytest
+import scipy
+import yaml
+from command import CARLINA, SLACK, process, rows_of, run, study_file, table_of
+
+from cablestudy import __version__
+from cablestudy.errors import SceneError
+from cablestudy.study import progress
+from cablestudy.study.check import Difference, Tolerance, read_tolerances
+from cablestudy.study.run import read_shard
+from cablestudy.study.table import Field, Table
+
+VARY = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m, 190 m]}, {cable.area: [20 mm^2, 24 mm^2]}]\n"
+SHARDED = VARY + "columns: [preload, sag, area]\n"
+FAILING = (
+    "vary: [{cable.preload: [1345 N, 1 N, 100 kN, 110 kN, 2000 N]}, {gondola.mass: [5 kg, '7 kg']}]\n"
+    "columns: [preload, sag, cable_frequency]\nset: {model: null}\n"
+)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_failures_are_counted_by_kind_and_each_can_be_seen_alone(folder):
+    study_file(folder, FAILING)
+    outcome = run("sweep", "study.yaml", "--set", "gravity=9.8 m/s^2", "--jobs", "1", code=3)
+    assert [line.partition(":")[0] for line in outcome.lines[:6]] == [f"row {row}" for row in range(3, 9)]
+    assert outcome.lines[6].startswith(
+        "6 of 10 rows have no answer: 4 x broken cable: stress … MPa is above the strength of … MPa; 2 x a mean tension"
+    )
+    replays = [line.partition(" alone: ") for line in outcome.lines[7:10]]
+    assert [row for row, _, _ in replays] == ["row 3", "row 4", "row 5"]
+    stored = rows_of(Path("results/study.csv").read_text(encoding="utf-8"), "csv")
+    before = {path: path.read_bytes() for path in Path("results").iterdir()}
+    for number, (_, _, command) in enumerate(replays, 2):
+        words = shlex.split(command)
+        assert words[0] == "cablestudy"
+        (row,) = rows_of(run(*words[1:], "--format", "csv", code=3).out, "csv")
+        assert row == stored[number]
+    alone = process(*shlex.split(replays[0][2])[1:])  # as typed
+    assert (alone.code, alone.lines) == (3, [f"row 3: {stored[2]['status']}"])
+    assert {path: path.read_bytes() for path in Path("results").iterdir()} == before
+    assert run("sweep", "study.yaml", "--row", "10", "--quiet").err == ""
+    assert run("sweep", "study.yaml", "--row", "11", code=2).lines == ["--row 11: the study has 10 cases"]
+
+
+def test_a_study_from_standard_input_has_no_command_to_replay(folder):
+    text = f"base: {CARLINA}\n{FAILING}"
+    outcome = run("sweep", "-", stdin=text, code=3)
+    assert outcome.lines[-1].startswith("written: ")
+    assert "alone" not in outcome.err
+
+
+def test_of_many_failures_the_first_are_shown(folder):
+    study_file(folder, "vary: [{cable.preload: {from: 100 kN, to: 200 kN, count: 14}}]\ncolumns: [sag]\n", SLACK)
+    lines = run("sweep", "study.yaml", "--no-write", code=3).lines
+    said = [line.partition(":")[0] for line in lines]
+    assert said[:10] == [f"row {row}" for row in range(1, 11)]
+    assert said[10:] == ["14 of 14 rows have no answer", *(f"row {row} alone" for row in (1, 2, 3))]
+
+
+def test_a_case_that_was_not_checked_fails_alone(folder, monkeypatch):
+    monkeypatch.setattr("cablestudy.scene.study.CHECK_ALL", 3)
+    # each value is right beside the first of the others, and the last two of both are not right together
+    text = "vary: [{cable.chord: [10 m, 186 m]}, {cable.unstretched_length: [40 m, 30 m]}]\ncolumns: [sag]\n"
+    study_file(folder, text, SLACK)
+    rows = table_of("sweep", "study.yaml", "--jobs", "1", code=3)
+    assert [row["status"] == "ok" for row in rows] == [True, True, False, False]
+    assert rows[3]["sag_m"] is None
+    assert rows[3]["status"].startswith("cable.unstretched_length: 30 m is 0.161 times the distance of the ends, 186 m")
+
+
+def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
+    study_file(folder, FAILING)
+    monkeypatch.setattr("cablestudy.study.supply.SECONDS", 0.0)
+    outcome = run("sweep", "study.yaml", "--fail-fast", "--jobs", "1", code=3)
+    assert outcome.out == ""
+    assert (
+        outcome.lines[-1]
+        == "stopped at the first case without an answer (--fail-fast); --resume goes on: 3 rows are done"
+    )
+    assert outcome.lines[0].startswith("row 3: ")
+    assert [path.name for path in Path("results").iterdir()] == ["study.rows.jsonl"]
+    run("sweep", "study.yaml", "--resume", "--jobs", "1", code=3)
+    resumed = Path("results/study.csv").read_bytes()
+    run("sweep", "study.yaml", "--out", "whole", "--jobs", "1", code=3)
+    assert resumed == Path("whole/study.csv").read_bytes()
+
+
+def test_shards_make_the_table_of_one_run(folder):
+    name = study_file(folder, SHARDED, SLACK)
+    run("sweep", name, "--out", "whole")
+    lines = run("merge", name, code=2).lines
+    assert lines == ["results/study.shard-K-of-N.jsonl: no shards there ('cablestudy sweep --shard K/N' makes them)"]
+    outcome = run("sweep", name, "--shard", "3/4")
+    assert (outcome.out, outcome.err) == ("", "written: results/study.shard-3-of-4.jsonl\n")
+    run("sweep", name, "--shard", "1/4", "--jobs", "1")
+    path = Path("results/study.shard-1-of-4.jsonl")
+    kept = path.read_bytes().splitlines(keepends=True)
+    assert [json.loads(line)["row"] for line in kept[1:-1]] == [1, 5, 9]
+    path.write_bytes(b"".join(kept[:2]))
+    lines = run("merge", name, code=2).lines
+    assert [line.partition(": cablestudy ")[0] for line in lines] == [
+        "results/study.shard-1-of-4.jsonl: not complete, 2 rows missing (5, 9)",
+        "results/study.shard-2-of-4.jsonl: no such shard, 3 rows missing (2, 6, 10)",
+        "results/study.shard-4-of-4.jsonl: no such shard, 2 rows missing (4, 8)",
+    ]
+    assert run("sweep", name, "--shard", "1/4", code=2).lines[0].endswith("--restart")  # unfinished
+    for line in lines:  # what it says helps
+        run(*shlex.split(line.partition(": cablestudy ")[2]))
+    run("merge", name)
+    for file in ("study.csv", "study.md"):
+        assert Path("results", file).read_bytes() == Path("whole", file).read_bytes()
+    assert Path("results/study.shard-3-of-4.run.yaml").exists()
+    # the merged rows are rows: a study that grows goes on from them
+    study_file(folder, SHARDED.replace("190 m]", "190 m, 191 m]"), SLACK)
+    assert run("sweep", name, "--resume").lines[0] == "10 of 12 rows are there already"
+
+
+def test_more_shards_than_rows(folder):
+    name = study_file(folder, "columns: [sag]\n", SLACK)
+    for shard in ("1/2", "2/2"):
+        run("sweep", name, "--shard", shard)
+    assert run("merge", name, "--format", "csv").out == Path("results/study.csv").read_text(encoding="utf-8")
+
+
+def test_shards_that_do_not_belong_together(folder):
+    name = study_file(folder, SHARDED, SLACK)
+    run("sweep", name, "--shard", "1/2")
+    run("sweep", name, "--shard", "2/2", "--set", "gravity=1.62")
+    (line,) = run("merge", name, code=2).lines
+    assert line == "results/study.shard-2-of-2.jsonl: gravity: 1.62 there, not given now"
+    study_file(folder, SHARDED.replace("187", "187.5").replace(", area", ""), SLACK)
+    lines = run("merge", name, code=2).lines
+    assert lines[:2] == [f"results/study.shard-1-of-2.jsonl: {part}: not as now" for part in ("vary", "columns")]
+    run("sweep", name, "--shard", "1/3")
+    assert run("merge", name, code=2).lines == ["--out results: shards of 2 and of 3 lie there: move one kind away"]
+    assert not Path("results/study.csv").exists()
+
+
+def test_a_failure_in_a_shard(folder):
+    name = study_file(folder, FAILING)
+    outcome = run("sweep", name, "--shard", "2/3", code=3)
+    assert [line.partition(":")[0] for line in outcome.lines][:2] == ["row 5", "row 8"]
+    for shard in ("1/3", "3/3"):
+        run("sweep", name, "--shard", shard, code=3)
+    outcome = run("merge", name, code=3)
+    assert outcome.lines[6].startswith("6 of 10 rows have no answer")
+    run("sweep", name, "--check", code=0)
+
+
+@pytest.mark.parametrize(
+    "text", ["0/2", "3/2", "1/0", "1", "a/b", "-1/2", "1/2/3", "", "1/", "½/2", "1/99999999999999999"]
+)
+def test_what_is_no_shard(folder, text):
+    study_file(folder, SHARDED, SLACK)
+    (line,) = run("sweep", "study.yaml", "--shard", text, code=2).lines
+    assert line == f"--shard {text}: expected K/N with K from 1 to N, for example 3/8"
+
+
+def test_a_shard():
+    assert read_shard("3/8") == (3, 8)
+    assert read_shard(None) is None
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--resume --restart", "--resume and --restart exclude each other"),
+        ("--resume --no-write", "--resume and --no-write exclude each other"),
+        ("--restart --check", "--restart and --check exclude each other"),
+        ("--shard 1/2 --row 1", "--shard and --row exclude each other"),
+        ("--shard 1/2 --check", "--shard and --check exclude each other"),
+        ("--check --row 1", "--check and --row exclude each other"),
+        ("--jobs 2 --scheduler a.json", "--jobs and --scheduler exclude each other"),
+    ],
+)
+def test_options_that_exclude_each_other(folder, options, message):
+    study_file(folder, SHARDED, SLACK)
+    assert run("sweep", "study.yaml", *options.split(), code=2).lines == [message]
+    assert not Path("results").exists()
+
+
+def test_provenance_lies_beside_the_table(folder):
+    study_file(folder, FAILING)
+    run("sweep", "study.yaml", "--set", "gravity=9.8 m/s^2", code=3)
+    content = yaml.safe_load(Path("results/study.run.yaml").read_text(encoding="utf-8"))
+    assert content["command"] == "cablestudy sweep study.yaml --set 'gravity=9.8 m/s^2'"
+    assert content["versions"] == {
+        "cablestudy": __version__, "numpy": numpy.__version__, "scipy": scipy.__version__,
+        "python": platform.python_version(),
+    }  # fmt: skip
+    assert content["rows"] == {"total": 10, "reused": 0, "failed": 6}
+    assert content["platform"] == platform.platform()
+    assert content["started"].endswith("+00:00")
+    assert content["duration_s"] > 0
+    study = content["study"]
+    assert study["scene"]["gravity"] == "9.8 m/s^2"
+    assert study["scene"]["cable"]["elastic_modulus"] == "70.3 GPa"  # of the base
+    assert study["vary"][1] == {"gondola.mass": ["5 kg", "7 kg"]}
+    assert study["columns"] == ["preload_N", "sag_m", "cable_frequency_Hz"]
+    header = json.loads(Path("results/study.rows.jsonl").read_text(encoding="utf-8").splitlines()[0])
+    assert header["fingerprint"] == content["fingerprint"]
+    table = Path("results/study.csv").read_text(encoding="utf-8")
+    assert "cablestudy" not in table
+    assert __version__ not in table
+
+
+def test_a_range_is_recorded_as_written(folder):
+    study_file(folder, "vary: [{gravity: {from: 1, to: 2, count: 3}}]\ncolumns: [sag]\n", SLACK)
+    run("sweep", "study.yaml")
+    content = yaml.safe_load(Path("results/study.run.yaml").read_text(encoding="utf-8"))
+    assert content["study"]["vary"] == [{"gravity": {"from": 1, "to": 2, "count": 3, "spacing": "linear"}}]
+
+
+def test_tolerances_of_columns(folder):
+    study_file(folder, "columns: [sag, preload]\n", SLACK)
+    run("sweep", "study.yaml")
+    path = Path("results/study.csv")
+    name, row = path.read_text(encoding="utf-8").splitlines()
+    sag, preload, status = row.split(",")
+    path.write_text(f"{name}\n{float(sag) * 1.001!r},{float(preload) * 1.01!r},{status}\n", encoding="utf-8")
+    assert len(run("sweep", "study.yaml", "--check", code=1).lines) == 2
+    check = ("sweep", "study.yaml", "--check", "--rtol")
+    (line,) = run(*check, "sag=2e-3", code=1).lines
+    assert "preload_N" in line
+    (line,) = run(*check, "0.02", "--rtol", "sag_m=1e-4", code=1).lines
+    assert "sag_m" in line
+    run(*check, "sag=2e-3", "--rtol", "preload=0.02")
+    for wrong, message in (
+        ("sag=-1", "--rtol sag=-1: expected a finite number, not negative, or column=number"),
+        ("nan", "--rtol nan: expected a finite number, not negative, or column=number"),
+        ("chord=1e-3", "--rtol chord=1e-3: chord is not among the study's columns"),
+        ("sagg=1e-3", "--rtol sagg=1e-3: unknown column 'sagg' (did you mean sag?)"),
+    ):
+        assert run(*check, wrong, code=2).lines == [message]
+    assert run(*check, "1", "--rtol", "2", code=2).lines == ["--rtol: given twice for all columns"]
+
+
+def test_a_tolerance_without_a_column_is_for_all():
+    assert Tolerance(1e-3, {"sag_m": 1.0}).of("sag_m") == 1.0
+    assert Tolerance(1e-3).of("sag_m") == 1e-3
+    assert read_tolerances((), type("Study", (), {"columns": ()})).usual == 1e-6
+    assert str(Difference(2, "sag_m", "2.0", "3.0")) == "row 2, sag_m: stored 2.0, computed 3.0, ratio 1.5"
+
+
+def test_markdown_of_a_long_table_shows_both_ends():
+    table = Table((Field("n", "n"),), [{"n": n} for n in range(1, 5001)])
+    lines = table.markdown().splitlines()
+    assert [line.strip("| ") for line in (lines[2], lines[501], lines[502], lines[503], lines[1002])] == [
+        "1", "500", "…", "4501", "5000"
+    ]  # fmt: skip
+    assert lines[-1] == "4000 of 5000 rows are left out here, from 501 to 4500; csv, json and jsonl have them all."
+    assert len(table.csv().splitlines()) == 5001
+    assert len(json.loads(table.json())["rows"]) == 5000
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def test_a_terminal_has_a_bar_and_anything_else_a_line_now_and_then(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    terminal, plain = Terminal(), io.StringIO()
+    bars = [progress.Progress(1000, 100, stream) for stream in (terminal, plain)]
+    for second in range(1, 62):
+        now[0] = float(second) if second > 1 else 0.9
+        for bar in bars:
+            bar(100 + 10 * second)
+    for bar in bars:
+        bar.close()
+    assert plain.getvalue().splitlines() == [
+        "400 of 1000 rows, 10 rows/s, 60 s left",
+        "700 of 1000 rows, 10 rows/s, 30 s left",
+    ]
+    drawn = terminal.getvalue()
+    assert drawn.startswith("\r[##......................] 120 of 1000 rows, 10 rows/s, 88 s left\x1b[K\r[")
+    assert drawn.endswith("\r\x1b[K")
+    assert "\n" not in drawn
+
+
+def test_what_takes_no_time_shows_no_progress():
+    terminal = Terminal()
+    bar = progress.Progress(10, stream=terminal)
+    for done in range(11):
+        bar(done)
+    bar.close()
+    assert terminal.getvalue() == ""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.1, "1 s"), (60, "60 s"), (90, "2 min"), (5399, "90 min"), (9000, "2.5 h")]
+)
+def test_times_for_people(seconds, text):
+    assert progress.spoken(seconds) == text
+
+
+def test_a_run_that_was_killed_while_it_wrote_leaves_nothing_for_long(folder):
+    study_file(folder, "columns: [sag]\n", SLACK)
+    Path("results").mkdir()
+    for name in ("study.csv", "study.md", "other.csv"):
+        Path("results", f".{name}-abc").write_text("half", encoding="utf-8")
+    run("sweep", "study.yaml")
+    assert [path.name for path in Path("results").glob(".*")] == [".other.csv-abc"]
+
+
+def test_a_case_counts_from_one(folder):
+    study_file(folder, SHARDED, SLACK)
+    with pytest.raises(SceneError, match="expected K/N"):
+        read_shard("0/1")
+    (row,) = rows_of(run("sweep", "study.yaml", "--row", "3", "--format", "json").out, "json")
+    assert row == rows_of(run("sweep", "study.yaml", "--no-write", "--format", "json").out, "json")[2]
