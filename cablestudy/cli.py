@@ -1,5 +1,6 @@
 """The command line: parse, call, print, exit code. Everything heavy is imported by the command that needs it."""
 
+import itertools
 import os
 import sys
 from functools import wraps
@@ -281,17 +282,18 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
     """
     check_picture(plot)
     silent = {"--check": check, "--no-write": no_write, "--row": row}
-    exclude({"--resume": resume}, {"--restart": restart})
-    exclude({"--resume": resume, "--restart": restart}, silent)
-    exclude({"--shard": shard}, {**silent, "--plot": plot})
-    exclude({"--jobs": jobs}, {"--scheduler": scheduler})
-    exclude({"--check": check}, {"--row": row})
     shown = {"--where": where is not None, "--sort": sort is not None, "--best": best is not None}
-    kinds = {"--dry-run": dry_run, "--check": check, "--shard": shard, "--sensitivity": sensitivity}
-    exclude(kinds, shown)
-    for place, (option, given) in enumerate(kinds.items()):
-        exclude({option: given}, dict(list(kinds.items())[place + 1 :]))
-    exclude({"--dry-run": dry_run}, {"--plot": plot, "--row": row})
+    alone = {"--dry-run": dry_run, "--check": check, "--shard": shard, "--sensitivity": sensitivity}
+    exclude(
+        ({"--resume": resume}, {"--restart": restart}),
+        ({"--resume": resume, "--restart": restart}, silent),
+        ({"--shard": shard}, {**silent, "--plot": plot}),
+        ({"--jobs": jobs}, {"--scheduler": scheduler}),
+        ({"--check": check}, {"--row": row}),
+        ({"--dry-run": dry_run}, {"--plot": plot, "--row": row}),
+        (alone, shown),
+        *(({one: alone[one]}, {other: alone[other]}) for one, other in itertools.combinations(alone, 2)),
+    )
     from cablestudy.study.interrupt import Interrupts
 
     keep, typed, work, failed = not any(silent.values()), context.obj["words"], None, 0
@@ -369,11 +371,17 @@ def words_of(study, sets, vary=()):
     return ["sweep", study, *options]
 
 
-def exclude(some, others):
-    """Refuse options of two groups that are given together."""
-    for one in (name for name, value in some.items() if value):
-        for other in (name for name, value in others.items() if value):
-            raise SceneError(f"{one} and {other} exclude each other")
+def exclude(*pairs):
+    """Refuse options of the two groups of a pair that are given together."""
+    wrong = [
+        f"{one} and {other} exclude each other"
+        for some, others in pairs
+        for one in some
+        for other in others
+        if some[one] and others[other]
+    ]
+    if wrong:
+        raise SceneError(*dict.fromkeys(wrong))
 
 
 def compute(work, words):

@@ -105,7 +105,7 @@ class Table:
         for row in self._plain_rows():
             yield before + _indented(row, 2)
             before = ",\n  "
-        yield ("\n ]" if len(self.rows) else "]") + "\n}\n"
+        yield ("]" if before == "\n  " else "\n ]") + "\n}\n"
 
     def _jsonl(self):
         for row in self._plain_rows():
