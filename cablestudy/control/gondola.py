@@ -2,7 +2,9 @@
 
 import numpy as np
 
-NEGLIGIBLE = 1e-10  # participation, relative to the largest, below which a mode does not feel the gondola
+NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode does not feel the gondola
+
+NO_STRAIN = 1e-25  # elastic over static stiffness below which a movement strains nothing: rounding squared
 
 
 def static_frequency(mass, stiffness):
@@ -55,8 +57,9 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     would lose a very heavy gondola's frequency in rounding.
     """
     every = (2 * np.pi * frequency) ** 2
-    rest = [max(s - (participation**2 / every ** (2 + j)).sum(), 0.0) for j, s in enumerate(inertia)]
-    felt = np.abs(participation) > NEGLIGIBLE * np.abs(participation).max(initial=0.0)
+    carried = np.abs(participation) / every  # p itself grows with the stiffness, and would hide all but axial modes
+    felt = carried > NEGLIGIBLE * carried.max(initial=0.0)
+    rest = [max(s - (carried[felt] ** 2 / every[felt] ** j).sum(), 0.0) for j, s in enumerate(inertia)]
     square = every[felt]
     strength = participation[felt] ** 2
 
@@ -81,6 +84,38 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     weight = mass + (strength / (square - root[:, None]) ** 2).sum(axis=-1)
     weight += rest[0] + root * (2 * rest[1] + 3 * root * rest[2])
     return np.sqrt(root) / (2 * np.pi), mass / weight
+
+
+def slight_damping(cable, mass, omega):
+    """Damping ratio of an undamped coupled mode, to first order in the damping of the strain.
+
+    Parameters
+    ----------
+    cable : EndModel
+        With damped strain.
+    mass : float
+        Of the gondola. [kg]
+    omega : float
+        Of the mode. [rad/s]
+
+    Returns
+    -------
+    float
+        [-]
+
+    Notes
+    -----
+    The elastic share of its energy, a sum of squares: nothing is lost in rounding, however little the cable strains.
+    """
+    x, strain, square = 3, cable.strain, cable.omega**2
+    shape = -(omega**2) * cable.participation[:, x] / (square * (square - omega**2))  # of the modes, the gondola at 1
+    elastic = strain.ends[x, x] + 2 * strain.coupling[:, x] @ shape + shape @ strain.modes @ shape
+    carried = (cable.participation[:, x] / square) ** 2 * (square / (square - omega**2)) ** 2
+    omitted = max(float(cable.residual_inertia[x, x]), 0.0)
+    modal = mass + carried.sum() + omitted
+    if elastic <= NO_STRAIN * cable.stiffness[x, x]:
+        return 0.0
+    return float(abs(strain.factor(1j * omega)) * elastic / (2 * omega**2 * modal))
 
 
 def _falling_zero(function, low, high):
