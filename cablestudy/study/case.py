@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.cable import datum, equilibrium
 from cablestudy.cable.catenary import solve, split
-from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.element import basis, mesh_graded, mesh_segments
 from cablestudy.cable.modes import Dynamics
 from cablestudy.cable.span import Span, with_loads
 from cablestudy.control import ends, gondola
@@ -17,9 +17,14 @@ FIRST_MODES = 16
 ALL_MODES_DOF = 200  # up to here all modes cost little more than some
 GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
 MAX_MODES = 600  # of a large model, for its dynamics
+SLIGHT = 1e-9  # damping ratio up to which its first order is exact to as much
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
-# (elements per segment, order) that the accuracy loop goes through
-LADDER = ((1, 8), (1, 12), (1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))
+# (elements per smooth piece, order) that the accuracy loop goes through
+LADDER = (
+    (1, 3), (1, 4), (1, 6), (1, 8), (1, 10), (1, 13), (1, 17), (1, 22), (1, 29), (1, 38), (1, 48),
+    (2, 36), (2, 48), (3, 44), (4, 44), (6, 44), (8, 48),
+)  # fmt: skip
+FINEST = 200  # half-waves along a smooth piece that the finest of them resolves
 
 
 def span_of(scene):
@@ -77,7 +82,7 @@ class Case:
     """
 
     def __init__(self, scene, mesh=None):
-        self.scene, self._mesh = scene, mesh
+        self.scene, self._mesh, self._per_piece = scene, mesh, 1
         self._modes = None
 
     @property
@@ -129,11 +134,25 @@ class Case:
         return equilibrium.solve(self.catenary, mesh)
 
     def refined(self, elements, order):
-        """The same case with spectral elements on the closed-form statics: so many for each segment."""
-        fractions = split(self.span).fraction
-        other = Case(self.scene, mesh_segments(fractions, elements * len(fractions), order))
+        """The same case with spectral elements on the closed-form statics: so many for each smooth piece."""
+        fractions = self.catenary.segments.fraction
+        other = Case(self.scene, mesh_graded(fractions, self.catenary.bends, elements, order))
+        other._per_piece = elements
         other.__dict__.update({name: self.__dict__[name] for name in ("span", "catenary") if name in self.__dict__})
         return other
+
+    def waves(self, frequency):
+        """Transverse half-waves along the longest smooth piece at a frequency [Hz], and how far the cable turns [rad].
+
+        By the speed of waves across the cable, sqrt(T/(m stretch)).
+        """
+        state, span = self.discrete[0], self.span
+        slow = np.sqrt(span.mass * state.stretch / (state.tension * state.force))
+        time = (state.mesh.sizes[:, None] * basis(state.mesh.order).weights * slow).sum(axis=1)
+        # elements of one piece follow each other and are alike
+        longest = 2 * frequency * span.unstretched_length * time.max() * self._per_piece
+        turn = np.sqrt(((state.direction - state.direction[0, 0]) ** 2).sum(axis=-1)).max()
+        return float(longest), float(turn)
 
     @cached_property
     def statics(self):
@@ -239,10 +258,37 @@ class Case:
 
     @cached_property
     def gondola_damping_ratio(self):
-        """Of the coupled mode in which the gondola moves most. [-]"""
-        poles = self.loop.open_poles
-        pole = poles[np.argmin(np.abs(np.abs(poles) - 2 * np.pi * self.gondola_frequency))]
-        return float(-pole.real / np.abs(pole))
+        """Of the coupled mode in which the gondola moves most. [-]
+
+        Newton on k_xx(s) + M s^2 from the undamped frequency: what little the damping moves the pole is not lost in
+        the rounding of an eigenvalue.
+
+        Raises
+        ------
+        NoSolutionError
+            So much damping that no oscillation is left of that mode.
+        """
+        loop, here = self.loop, 2j * np.pi * self.gondola_frequency
+        mass, start = self.scene.gondola.mass, abs(here)
+        if loop.cable.strain is not None:
+            little = gondola.slight_damping(loop.cable, mass, start)
+            if little < SLIGHT:
+                return little
+
+        def balance(s):
+            return complex(loop.stiffness(np.array([s]))[0][0]) + mass * s * s
+
+        for _ in range(60):
+            step = 1e-4 * abs(here)
+            slope = (balance(here + 1j * step) - balance(here - 1j * step)) / (2j * step)
+            change = -balance(here) / slope
+            change *= min(1.0, 0.2 * abs(here) / abs(change)) if change else 1.0
+            here += change
+            if abs(change) <= 1e-12 * min(abs(here.real), abs(here)):
+                break
+        if not (0.3 * start < abs(here) < 3 * start and here.imag > 1e-3 * start and here.real < 0):
+            raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
+        return float(-here.real / abs(here))
 
     @cached_property
     def gondola_frequency_static(self):

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
-from cablestudy.study.case import LADDER, Case
+from cablestudy.study.case import FINEST, LADDER, Case
 from cablestudy.study.columns import broken, value
 
 ROUNDING = 1e-12  # of the closed forms, held by the tests against 50 digits
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
+MOST = 3000  # unknowns beyond which the search for an accuracy ends
+UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
+SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 DISCRETE = ("modes", "gondola", "loop", "wind")
 
@@ -98,7 +101,9 @@ def _values(case, columns, estimate):
         notes.append("left out: mass and modes, which no column needs")
         return values, 0, ROUNDING, notes
     try:
-        finer, moving, error = _ladder(case, lambda other: {c.header: value(c, other) for c in motion})
+        finer, moving, error = _ladder(
+            case, lambda other: {c.header: value(c, other) for c in motion}, _highest(motion)
+        )
     except ConvergenceError as failure:
         damped = any(column.needs in ("loop", "wind") for column in motion)
         if damped and case.scene.cable.damping.model == "modal":
@@ -106,6 +111,17 @@ def _values(case, columns, estimate):
         raise
     notes.append(_about(finer, error))
     return {column.header: {**values, **moving}[column.header] for column in columns}, finer.dynamics.dof, error, notes
+
+
+def _highest(columns):
+    """The highest frequency that columns feel: Case, values -> [Hz]."""
+    own = [column.header for column in columns if column.needs == "modes"]
+
+    def highest(case, values):
+        felt = [values[name] for name in own]
+        return max(felt if len(own) == len(columns) else [*felt, case.gondola_frequency])
+
+    return highest
 
 
 def _about(case, error):
@@ -121,40 +137,74 @@ def _static_dof(case):
     return planes * (case.discrete[0].mesh.nodes - 2)
 
 
-def _ladder(case, sample):
-    """Raise the order until two neighbours agree; the finer one is the answer.
+def _ladder(case, sample, felt=None):
+    """Raise the order until the error left is below the accuracy.
 
     Parameters
     ----------
     case : Case
     sample : callable
         Case -> dict of numbers to agree on.
+    felt : callable, optional
+        Case, dict -> highest frequency that the numbers feel; by default the largest of them. [Hz]
 
     Returns
     -------
     case : Case
-        The finer one.
+        The finest that was needed.
     values : dict
     error : float
+
+    Notes
+    -----
+    Of three neighbours the differences d1 and d2 tell how fast the error falls with the order, and so what is left:
+    d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. A model that does not resolve the transverse waves
+    at a frequency agrees with its neighbours on a number that ignores them: where the cable turns by an angle, they may
+    be wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
-    before, error, failure = None, None, None
+    felt = felt or (lambda other, values: max(values.values(), default=0.0))
+    history, error, failure, last = [], None, None, 0.0
     for elements, order in LADDER:
         finer = case.refined(elements, order)
+        if history and finer.dynamics.dof > MOST:
+            break
         try:
             values = sample(finer)
         except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
             failure = problem
             continue
-        if before is not None and before.keys() == values.keys():
-            error = max((_relative(values[name], before[name]) for name in values), default=0.0)
+        waves, turn = finer.waves(felt(finer, values))
+        known, last = abs(waves - last) < 0.1 * last, waves
+        if known and waves > FINEST and UNSEEN * turn > accuracy:
+            raise ConvergenceError(
+                f"accuracy {accuracy:g} cannot be had: about {waves:.3g} waves along a piece of the cable, "
+                f"and the finest model resolves {FINEST}"
+            )
+        unseen = UNSEEN * turn if 1.7 * waves + 3 > elements * order else 0.0
+        if history and history[-1][1].keys() != values.keys():
+            history = []
+        history.append((elements * order, values))
+        if len(history) > 2:
+            error = max([ROUNDING, unseen, *(_left(history[-3:], name) for name in values)])
             if error <= accuracy:
-                return finer, values, max(error, ROUNDING)
-        before = values
-    if failure is not None and before is None:
+                return finer, values, error
+    if failure is not None and not history:
         raise failure
     reached = "the finest model is too coarse" if error is None else f"the error reached is about {error:.1e}"
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
+
+
+def _left(history, name):
+    """Relative error that is left in the last of three values."""
+    orders, values = zip(*((order, values[name]) for order, values in history), strict=True)
+    last, before = _relative(values[2], values[1]), _relative(values[1], values[0])
+    if last < ROUNDING or None in values:
+        return last
+    if last >= before:
+        return SAFETY * last
+    rest = (last / before) ** ((orders[2] - orders[1]) / (orders[1] - orders[0]))
+    return last * max(SAFETY * rest, LEAST)
 
 
 def modes(case, count=None, upto=None):
