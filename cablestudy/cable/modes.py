@@ -17,7 +17,7 @@ from cablestudy.errors import ConvergenceError
 DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
 ALL_LIMIT = 3000  # degrees of freedom up to which all modes are given
 PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
-COINCIDENT = 1e-9  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
+COINCIDENT = 1e-12  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
 KINDS = ("out-of-plane", "in-plane", "axial")
 SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
 

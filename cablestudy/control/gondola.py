@@ -4,6 +4,7 @@ import numpy as np
 
 NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode does not feel the gondola
 
+COINCIDENT = 1e-11  # relative distance of squared frequencies that count as one
 NO_STRAIN = 1e-25  # elastic over static stiffness below which a movement strains nothing: rounding squared
 
 
@@ -60,8 +61,7 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     carried = np.abs(participation) / every  # p itself grows with the stiffness, and would hide all but axial modes
     felt = carried > NEGLIGIBLE * carried.max(initial=0.0)
     rest = [max(s - (carried[felt] ** 2 / every[felt] ** j).sum(), 0.0) for j, s in enumerate(inertia)]
-    square = every[felt]
-    strength = participation[felt] ** 2
+    square, strength = _united(every[felt], participation[felt] ** 2)
 
     def balance(value):
         """The equation and its slope, which is negative everywhere."""
@@ -74,7 +74,6 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     # above the last W the root is below that of the gondola on all the springs of the cable together
     highest = (stiffness + (strength / square).sum()) / mass + square.max(initial=0.0)
     edges = np.concatenate([[0.0], square, [highest * (1 + 1e-9)]])
-    edges = edges[np.concatenate([[True], np.diff(edges) > 1e-12 * edges[1:]])]
     gap = np.diff(edges)
     aside = np.maximum(1e-13 * gap, 4e-16 * edges[1:])  # a pole cannot be evaluated
     low, high = edges[:-1] + aside, edges[1:] - aside
@@ -84,6 +83,16 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     weight = mass + (strength / (square - root[:, None]) ** 2).sum(axis=-1)
     weight += rest[0] + root * (2 * rest[1] + 3 * root * rest[2])
     return np.sqrt(root) / (2 * np.pi), mass / weight
+
+
+def _united(square, strength):
+    """Poles that coincide as one, ascending: between them there is no root that could be told from them."""
+    if not len(square):
+        return square, strength
+    order = np.argsort(square, kind="stable")
+    square, strength = square[order], strength[order]
+    first = np.flatnonzero(np.concatenate([[True], np.diff(square) > COINCIDENT * square[1:]]))
+    return square[first], np.add.reduceat(strength, first)
 
 
 def slight_damping(cable, mass, omega):
