@@ -11,8 +11,10 @@ from cablestudy.study.columns import broken, value
 
 ROUNDING = 1e-12  # of the closed forms, held by the tests against 50 digits
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
+EPSILON = 4e-16  # rounding of one number
 MOST = 3000  # unknowns beyond which the search for an accuracy ends
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
+NOISE = 1e-8  # difference below which rounding may hide how the error falls
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 DISCRETE = ("modes", "gondola", "loop", "wind")
@@ -97,9 +99,10 @@ def _values(case, columns, estimate):
         return values, case.dynamics.dof if motion else _static_dof(case), error, notes
     values = {column.header: value(column, case) for column in columns if column not in motion}
     notes = ["statics and end stiffness: closed form of the elastic catenary, no elements"]
+    rounding = _rounding(case, columns)
     if not motion:
         notes.append("left out: mass and modes, which no column needs")
-        return values, 0, ROUNDING, notes
+        return values, 0, rounding, notes
     try:
         finer, moving, error = _ladder(
             case, lambda other: {c.header: value(c, other) for c in motion}, _highest(motion)
@@ -110,7 +113,22 @@ def _values(case, columns, estimate):
             raise ConvergenceError(f"{failure} ({MODAL})", failure.record) from None
         raise
     notes.append(_about(finer, error))
+    error = max(error, rounding) if len(motion) < len(columns) else error
     return {column.header: {**values, **moving}[column.header] for column in columns}, finer.dynamics.dof, error, notes
+
+
+def _rounding(case, columns):
+    """Relative error of the closed forms by rounding.
+
+    What is left of large tensions where they balance has their rounding: a cable that all but folds. The sag of an
+    exactly vertical cable has that of the chord.
+    """
+    error, statics = ROUNDING, case.statics
+    if statics.min_tension > 0:
+        error = max(error, EPSILON * statics.max_tension / statics.min_tension)
+    if not case.span.cosine and any(column.name.startswith("sag") for column in columns) and statics.sag:
+        error = max(error, EPSILON * case.span.chord / abs(statics.sag))
+    return float(error)
 
 
 def _highest(columns):
@@ -182,6 +200,9 @@ def _ladder(case, sample, felt=None):
                 f"and the finest model resolves {FINEST}"
             )
         unseen = UNSEEN * turn if 1.7 * waves + 3 > elements * order else 0.0
+        if unseen > accuracy:
+            history = []  # it says nothing of how the error falls
+            continue
         if history and history[-1][1].keys() != values.keys():
             history = []
         history.append((elements * order, values))
@@ -199,12 +220,10 @@ def _left(history, name):
     """Relative error that is left in the last of three values."""
     orders, values = zip(*((order, values[name]) for order, values in history), strict=True)
     last, before = _relative(values[2], values[1]), _relative(values[1], values[0])
-    if last < ROUNDING or None in values:
-        return last
-    if last >= before:
-        return SAFETY * last
+    if last < ROUNDING or None in values or not last < before < 0.1:
+        return last if last < ROUNDING or before > last else SAFETY * last
     rest = (last / before) ** ((orders[2] - orders[1]) / (orders[1] - orders[0]))
-    return last * max(SAFETY * rest, LEAST)
+    return last * max(SAFETY * rest, LEAST if last > NOISE else 1.0)
 
 
 def modes(case, count=None, upto=None):
