@@ -13,7 +13,7 @@ from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 
-SCENES = range(24)
+SCENES = range(20, 44)
 
 
 @pytest.fixture(scope="module")
