@@ -286,7 +286,9 @@ class Case:
             here += change
             if abs(change) <= 1e-12 * min(abs(here.real), abs(here)):
                 break
-        if not (0.3 * start < abs(here) < 3 * start and here.imag > 1e-3 * start and here.real < 0):
+        if here.real < 0 and abs(here.imag) < 1e-6 * abs(here):
+            return 1.0  # it creeps back
+        if not (0.3 * start < abs(here) < 3 * start and here.imag > 0 and here.real < 0):
             raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
         return float(-here.real / abs(here))
 
