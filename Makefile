@@ -4,6 +4,8 @@
 # make trade   measures error against time: results/trade-*.csv and .md, and their pictures
 # make kills   kills a sweep 100 times, resumes it each time, and compares its table
 # make bench   measures how effort grows with the number of elements: docs/benchmarks.md
+# make extremes   ten thousand random scenes against independent references: the errors stated are true
+#                 (SCENES=500 for fewer)
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -12,8 +14,9 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --co
 # the trade tables hold times, which no two runs agree on: tests/test_trade.py compares their errors
 STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
 DAMPED := cable.damping={model: hysteretic, loss_factor: 0.02}
+SCENES ?= 10000
 
-.PHONY: study test tables docs trade kills bench clean
+.PHONY: study test tables docs trade kills bench extremes clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml
@@ -46,6 +49,9 @@ kills: $(VENV)/.study
 bench: $(VENV)/.study
 	$(BIN)/python benchmarks/scaling.py > docs/benchmarks.new
 	mv docs/benchmarks.new docs/benchmarks.md
+
+extremes: $(VENV)/.test
+	$(BIN)/python benchmarks/extremes.py --scenes $(SCENES)
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

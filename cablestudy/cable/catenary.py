@@ -148,6 +148,22 @@ class Catenary:
         return np.where(vertical < self.segments.weight / 2, lowest, np.minimum(*self.kernel.tensions)).min(axis=-1)
 
     @property
+    def bends(self):
+        """Where the tension of each segment would vanish, as complex arc length over unstretched length.
+
+        The cable bends most at the real part, over about twice the imaginary part; shape (..., k + 1). [-]
+        """
+        cosine, sine = self._angles
+        q, n, y = self.tension
+        heavy = np.maximum(np.broadcast_to(self.segments.weight, q.shape), TINY)
+        fraction = self.segments.fraction
+        middle = np.cumsum(fraction, axis=-1) - fraction / 2
+        level = np.hypot(self.kernel.horizontal, y)
+        far = 1e30  # a straight segment bends nowhere
+        aside, deep = -(q * sine + n * cosine) / heavy, level / heavy
+        return middle + fraction * (np.clip(aside, -far, far) + 1j * np.minimum(deep, far))
+
+    @property
     def horizontal_tension(self):
         """Mean horizontal tension, constant where no load acts horizontally, shape (...). [N]"""
         return (np.hypot(self.kernel.horizontal, self.tension[2]) * self.segments.fraction).sum(axis=-1)
@@ -266,7 +282,8 @@ class Catenary:
         displacement, _ = self.at(position[..., None])
         along, across = displacement[..., 0, 0], displacement[..., 0, 1]
         cosine, sine = np.asarray(self.span.cosine), np.asarray(self.span.sine)
-        leaning = np.abs(cosine) > 0.1
+        # across the chord nothing cancels; but near the vertical what a large force across moves tells little of height
+        leaning = (np.abs(cosine) > 0.1) | (_sideways(self.span) < np.abs(cosine) * self.mean_tension)
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
         return self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
 

@@ -12,6 +12,7 @@ from numpy.polynomial import legendre
 
 MASSES = ("lumped", "consistent", "blended")
 MAX_ORDER = 64
+SHORTEST = 1e-9  # of the length: no element is halved below it
 HAIR = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node
 
 
@@ -222,3 +223,42 @@ def _mesh(fractions, elements, order, mass):
     ends[-1] = 1.0
     pieces = [np.linspace(ends[i], ends[i + 1], counts[i] + 1)[:-1] for i in range(len(counts))]
     return Mesh(np.append(np.concatenate(pieces), 1.0), order, mass)
+
+
+def mesh_graded(fractions, bends, elements, order, mass="lumped"):
+    """Elements that are short where the cable bends sharply, so that a polynomial follows it everywhere.
+
+    Parameters
+    ----------
+    fractions : ndarray, shape (k + 1,)
+        Share of the unstretched length of each segment. [-]
+    bends : ndarray of complex, shape (k + 1,)
+        Where the tension of each segment would vanish (`Catenary.bends`). [-]
+    elements : int
+        How many to make of each piece that is short against its distance from the bend.
+    order, mass
+        As in `Mesh`.
+
+    Returns
+    -------
+    Mesh
+    """
+    ends = np.concatenate([[0.0], np.cumsum(fractions)])
+    ends[-1] = 1.0
+    edges = [0.0]
+    for left, right, bend in zip(ends[:-1], ends[1:], bends, strict=True):
+        stack = [(left, right)]
+        while stack:
+            low, high = stack.pop()
+            middle = (low + high) / 2
+            if high - low > max(abs(middle - bend), SHORTEST):
+                stack += [(middle, high), (low, middle)]
+            else:
+                edges += [*(low + (high - low) * np.arange(1, elements) / elements), high]
+    return _of_edges(tuple(_apart(np.array(edges)).tolist()), order, mass)
+
+
+@lru_cache(maxsize=64)
+def _of_edges(edges, order, mass):
+    """The same mesh for the same elements, with what is computed of it."""
+    return Mesh(np.array(edges), order, mass)

@@ -17,7 +17,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
 ALL_LIMIT = 3000  # degrees of freedom up to which all modes are given
 PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
-COINCIDENT = 1e-9  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
+COINCIDENT = 1e-12  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
 KINDS = ("out-of-plane", "in-plane", "axial")
 SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
 OUT, IN, AXIAL = range(3)  # places in KINDS
@@ -231,7 +231,7 @@ class Dynamics:
 
 def _dense(system, count):
     """Lowest modes of a small system, from its compliance in mass-normalised coordinates."""
-    from scipy.linalg import cholesky, eigh
+    from scipy.linalg import cholesky, eigh, qr, solve_triangular
 
     mass = system.mass.toarray()
     diagonal = np.diagonal(mass)
@@ -241,11 +241,14 @@ def _dense(system, count):
     compliance = root @ flexible
     chosen = None if 4 * count > system.dof else (system.dof - count, system.dof - 1)
     value, vector = eigh((compliance + compliance.T) / 2, subset_by_index=chosen)
-    if value[0] <= 0:
+    # the stiffest modes of an almost inextensible cable are below the rounding of the softest
+    if value[0] < -1e-13 * system.dof * value[-1]:
         raise ConvergenceError("a mode without positive stiffness: the state is not a stable equilibrium")
     vector = vector[:, ::-1][:, :count]
     shapes, _ = system.solve(root.T @ vector)
-    return shapes / value[::-1][:count]
+    # the solution has magnified what a high mode had of the low ones in rounding: take it off again, lowest first
+    pure, size = qr(root @ (shapes / np.maximum(value[::-1][:count], 1e-18 * value[-1])), mode="economic")
+    return solve_triangular(root, pure * np.sign(np.diagonal(size)))
 
 
 def _lanczos(system, count):
@@ -277,7 +280,9 @@ def _describe(system, square, shapes):
         turn = _definite_basis(system, shapes[..., chosen], mirrored[..., chosen])
         shapes[..., chosen] = shapes[..., chosen] @ turn
         mirrored[..., chosen] = mirrored[..., chosen] @ turn
-        square[chosen] = sum(system.modal_energies(shapes[..., chosen]))
+        # the shapes are a choice, their frequencies are not: they keep those that were found
+        turned = np.argsort(sum(system.modal_energies(shapes[..., chosen])), kind="stable")
+        square[first + turned] = np.sort(square[chosen])
     elastic, geometric = system.modal_energies(shapes)
     along, out = _kinetic_shares(system, shapes)
     kind = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
@@ -342,11 +347,15 @@ def _nodal_mass(system):
 
 
 def _nodal_tangent(system):
-    """Unit tangent at each node, shape (nodes, 3)."""
+    """Unit tangent at each node, shape (nodes, 3): of its element, the mean of both where two meet."""
+    from cablestudy.cable.element import basis, lagrange
+
     state = system.state
-    place = state.displacement + np.outer(state.mesh.node_positions, [1.0, 0.0, 0.0])
-    slope = np.gradient(place, state.mesh.node_positions, axis=0)
-    return slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    element = basis(state.mesh.order)
+    to_nodes = lagrange(element.points, element.nodes)
+    tangent = np.zeros((state.mesh.nodes, 3))
+    np.add.at(tangent, state.mesh.element_nodes, np.einsum("iq,eqa->eia", to_nodes, state.direction))
+    return tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
 
 
 def _along(system, shapes):

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-NEGLIGIBLE = 1e-10  # participation, relative to the largest, below which a mode does not feel the gondola
+NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode does not feel the gondola
+
+COINCIDENT = 1e-11  # relative distance of squared frequencies that count as one
 
 
 def static_frequency(mass, stiffness):
@@ -55,10 +57,10 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     would lose a very heavy gondola's frequency in rounding.
     """
     every = (2 * np.pi * frequency) ** 2
-    rest = [max(s - (participation**2 / every ** (2 + j)).sum(), 0.0) for j, s in enumerate(inertia)]
-    felt = np.abs(participation) > NEGLIGIBLE * np.abs(participation).max(initial=0.0)
-    square = every[felt]
-    strength = participation[felt] ** 2
+    carried = np.abs(participation) / every  # p itself grows with the stiffness, and would hide all but axial modes
+    felt = carried > NEGLIGIBLE * carried.max(initial=0.0)
+    rest = [max(s - (carried[felt] ** 2 / every[felt] ** j).sum(), 0.0) for j, s in enumerate(inertia)]
+    square, strength = _united(every[felt], participation[felt] ** 2)
 
     def balance(value):
         """The equation and its slope, which is negative everywhere."""
@@ -71,11 +73,20 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     # above the last W the root is below that of the gondola on all the springs of the cable together
     highest = (stiffness + (strength / square).sum()) / mass + square.max(initial=0.0)
     edges = np.concatenate([[0.0], square, [highest * (1 + 1e-9)]])
-    edges = edges[np.concatenate([[True], np.diff(edges) > 1e-12 * edges[1:]])]
     root = _between_poles(balance, edges)
     weight = mass + (strength / (square - root[:, None]) ** 2).sum(axis=-1)
     weight += rest[0] + root * (2 * rest[1] + 3 * root * rest[2])
     return np.sqrt(root) / (2 * np.pi), mass / weight
+
+
+def _united(square, strength):
+    """Poles that coincide as one, ascending: between them there is no root that could be told from them."""
+    if not len(square):
+        return square, strength
+    order = np.argsort(square, kind="stable")
+    square, strength = square[order], strength[order]
+    first = np.flatnonzero(np.concatenate([[True], np.diff(square) > COINCIDENT * square[1:]]))
+    return square[first], np.add.reduceat(strength, first)
 
 
 def _between_poles(function, edges):

@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.catenary import split
-from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.element import basis, mesh_graded, mesh_segments
 from cablestudy.cable.modes import PLANAR, Dynamics
 from cablestudy.control import ends, gondola
 from cablestudy.errors import NoSolutionError
@@ -20,11 +20,10 @@ RESPONSES = ("response", "open_response", "cable_response", "open_cable_response
 FELT = ("end_inertia", "end_model_along_x", "gondola_frequency", "loop")  # made of what a moved end stirs
 GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
 MAX_MODES = 600  # of a large model, for its dynamics
+UNDAMPED = 1e-12  # damping ratio that cannot be told from none
 # what the cable's statics and undamped motion depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "elastic_modulus", "density", "area", "diameter", "unstretched_length",
          "preload", "sag", "loads")  # fmt: skip
-# (elements per segment, order) that the accuracy loop goes through
-LADDER = ((1, 8), (1, 12), (1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))
 
 
 class Case:
@@ -109,9 +108,8 @@ class Case:
         fractions = split(self.span).fraction
         if self.rung is not None:
             elements, order = self.rung
-            return equilibrium.from_catenary(
-                self.catenary, mesh_segments(fractions, elements * len(fractions), order)
-            ), None
+            mesh = mesh_graded(fractions, self.catenary.bends, elements, order)
+            return equilibrium.from_catenary(self.catenary, mesh), None
         model = self.scene.model
         try:
             mesh = mesh_segments(fractions, model.elements, model.order, model.mass)
@@ -120,8 +118,32 @@ class Case:
         return equilibrium.solve(self.catenary, mesh)
 
     def refined(self, elements, order):
-        """The same case with spectral elements on the closed-form statics: so many for each segment."""
+        """The same case with spectral elements on the closed-form statics: so many for each smooth piece."""
         return Case(self.scene, self.batch, self._place, (elements, order), self.shelf)
+
+    def waves(self, frequency):
+        """Transverse half-waves along the longest smooth piece at a frequency [Hz], and how far the cable turns [rad].
+
+        By the speed of waves across the cable, sqrt(T/(m stretch)).
+        """
+        state, span = self.discrete[0], self.span
+        slow = np.sqrt(span.mass * state.stretch / (state.tension * state.force))
+        time = (state.mesh.sizes[:, None] * basis(state.mesh.order).weights * slow).sum(axis=1)
+        # elements of one piece follow each other and are alike
+        longest = 2 * frequency * span.unstretched_length * time.max() * (self.rung or (1,))[0]
+        turn = np.sqrt(((state.direction - state.direction[0, 0]) ** 2).sum(axis=-1)).max()
+        return float(longest), float(turn)
+
+    @property
+    def travel_time(self):
+        """About how long a transverse wave takes from end to end, by the mean tension. [s]"""
+        span, tension = self.span, self.catenary.mean_tension
+        return float(span.unstretched_length * np.sqrt(span.mass * (1 / tension + 1 / span.axial_stiffness)))
+
+    @property
+    def axial_waves(self):
+        """About how many transverse half-waves there are at the first axial frequency. [-]"""
+        return float(np.sqrt(self.span.axial_stiffness / self.catenary.mean_tension))
 
     @cached_property
     def statics(self):
@@ -256,10 +278,36 @@ class Case:
 
     @cached_property
     def gondola_damping_ratio(self):
-        """Of the coupled mode in which the gondola moves most. [-]"""
-        poles = self.loop.open_poles
-        pole = poles[np.argmin(np.abs(np.abs(poles) - 2 * np.pi * self.gondola_frequency))]
-        return float(-pole.real / np.abs(pole))
+        """Of the coupled mode in which the gondola moves most. [-]
+
+        Newton on k_xx(s) + M s^2 from the undamped frequency: what little the damping moves the pole is not lost in
+        the rounding of an eigenvalue.
+
+        Raises
+        ------
+        NoSolutionError
+            So much damping that no oscillation is left of that mode.
+        """
+        loop, here = self.loop, 2j * np.pi * self.gondola_frequency
+        mass, start = self.scene.gondola.mass, abs(here)
+
+        def balance(s):
+            return complex(loop.stiffness(np.array([s]))[0][0]) + mass * s * s
+
+        for _ in range(60):
+            step = 1e-4 * abs(here)
+            slope = (balance(here + 1j * step) - balance(here - 1j * step)) / (2j * step)
+            change = -balance(here) / slope
+            change *= min(1.0, 0.2 * abs(here) / abs(change)) if change else 1.0
+            here += change
+            if abs(change) <= 1e-12 * min(abs(here.real), abs(here)):
+                break
+        if here.real < 0 and abs(here.imag) < 1e-6 * abs(here):
+            return 1.0  # it creeps back
+        if not (0.3 * start < abs(here) < 3 * start and here.imag > 0 and here.real < 0):
+            raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
+        ratio = float(-here.real / abs(here))
+        return ratio if ratio > UNDAMPED else 0.0
 
     @cached_property
     def gondola_frequency_static(self):

@@ -40,6 +40,8 @@ class Column:
         Keys of the scene without which it has no value, after commas; empty when there is none.
     each : bool
         Computed cable by cable, even where others of its kind are computed for many at once.
+    number : int
+        Of the mode, for a frequency. [-]
     """
 
     name: str
@@ -49,6 +51,7 @@ class Column:
     compute: Callable
     key: str = ""
     each: bool = False
+    number: int = 1
 
     @cached_property
     def header(self):
@@ -216,7 +219,7 @@ MAX_MODE_NUMBER = 1000
 def _member(family, number):
     """Column `number` of a family."""
     name = family.name.replace("_K", f"_{number}")
-    return replace(family, name=name, compute=lambda case: family.compute(case, number))
+    return replace(family, name=name, compute=lambda case: family.compute(case, number), number=number)
 
 
 def find(name):

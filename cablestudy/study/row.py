@@ -8,13 +8,14 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study.batch import Batch, ScenesOnly
-from cablestudy.study.case import LADDER, Case
+from cablestudy.study.case import Case
 from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
+from cablestudy.study.ladder import ROUNDING, climb, felt_by, relative
 from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
-ROUNDING = 1e-12  # of the closed forms, held by the tests against 50 digits
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
+EPSILON = 4e-16  # rounding of one number
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 # notes on what takes no elements: without a cable, and with one
@@ -106,6 +107,7 @@ class Wanted:
         self.closed = [column for column in self.physical if column.needs in CLOSED and not column.each]
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
         self.damped = any(column.needs in ("loop", "wind") for column in self.motion)
+        self.sample = lambda case: {column.header: value(column, case) for column in self.motion}
         self.scene_only = all(column.needs == "scene" for column in self.physical)
         self.estimate = any(column.name == "error_estimate" for column in columns)
         self.exact = {column.header: 0.0 if column.needs == "scene" else ROUNDING for column in self.physical}
@@ -116,11 +118,11 @@ def _group(scenes, wanted, exact, shelf):
     """Rows of scenes whose cables are of one kind."""
     begin = time.perf_counter()
     batch = Batch(scenes)
-    known, errors = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {})
+    known, errors, coarse = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {}, {})
     spent = (time.perf_counter() - begin) / len(scenes)
     for index, scene in enumerate(scenes):
         case = Case(scene, batch, index, shelf=shelf)
-        yield _row(case, wanted, known[index], errors.get(index), spent)
+        yield _row(case, wanted, known[index], errors.get(index), coarse.get(index, wanted.exact), spent)
 
 
 def closed_form(batch, scenes, wanted):
@@ -132,8 +134,10 @@ def closed_form(batch, scenes, wanted):
         Header -> number.
     errors : dict
         Index -> the error of a scene without an answer.
+    coarse : dict
+        Index -> estimated errors of the cells, where rounding is felt more than in most.
     """
-    errors = {}
+    errors, coarse = {}, {}
     if wanted.scene_only:
         batch, there = ScenesOnly(scenes), range(len(scenes))
     else:
@@ -143,6 +147,7 @@ def closed_form(batch, scenes, wanted):
         for index, load, limit in zip(there, stress, strength, strict=True):
             if load > limit:
                 errors.setdefault(index, NoSolutionError(breaking(load, limit)))
+        coarse = _rounding(batch, wanted)
     cells = [{} for _ in scenes]
     for column in wanted.closed:
         if column.key:
@@ -153,10 +158,31 @@ def closed_form(batch, scenes, wanted):
             if not isfinite(number):
                 errors.setdefault(index, infinite(column))
             cells[index][column.header] = number
-    return cells, errors
+    return cells, errors, coarse
 
 
-def _row(case, wanted, known, failure, spent):
+def _rounding(batch, wanted):
+    """Index -> estimated errors of closed forms, where they exceed ROUNDING.
+
+    What is left of large tensions where they balance has their rounding: a cable that all but folds. The sag of an
+    exactly vertical cable has that of the chord.
+    """
+    statics, span = batch.statics, batch.span
+    balanced = EPSILON * statics.max_tension / np.where(statics.min_tension > 0, statics.min_tension, np.inf)
+    sags = [column.header for column in wanted.physical if column.name in ("sag", "sag_ratio")]
+    upright = np.zeros(len(balanced))
+    if sags and not span.cosine.all():
+        sag = np.abs(statics.sag)
+        upright = np.where((span.cosine == 0) & (sag > 0), EPSILON * span.chord / np.where(sag > 0, sag, 1.0), 0.0)
+    coarse = {}
+    for place in np.flatnonzero(np.maximum(balanced, upright) > ROUNDING):
+        cells = {name: max(error, float(balanced[place]) if error else 0.0) for name, error in wanted.exact.items()}
+        cells.update({name: max(cells[name], float(upright[place])) for name in sags})
+        coarse[int(batch.there[place])] = cells
+    return coarse
+
+
+def _row(case, wanted, known, failure, exact, spent):
     """One row, from what is known of it in closed form."""
     begin, cells = time.perf_counter() - spent, dict(wanted.empty)
     status, used, dof, errors, notes = "ok", case, 0, {}, ()
@@ -167,7 +193,7 @@ def _row(case, wanted, known, failure, spent):
             reason = broken(case)
             if reason:
                 raise NoSolutionError(reason)
-        numbers, used, dof, errors, notes = _values(case, wanted, known)
+        numbers, used, dof, errors, notes = _values(case, wanted, known, exact)
         cells.update(numbers)
     except CablestudyError as problem:
         status = " ".join(str(problem).split())
@@ -184,10 +210,10 @@ def _row(case, wanted, known, failure, spent):
     return Row(cells, used, tuple(notes), errors)
 
 
-def _values(case, wanted, known):
+def _values(case, wanted, known, exact):
     """Values of the columns, the case with the model used, degrees of freedom, estimated errors, notes."""
     if len(known) == len(wanted.physical):
-        return known, case, 0, wanted.exact, CHEAPEST[wanted.scene_only]
+        return known, case, 0, exact, CHEAPEST[wanted.scene_only]
     rest = [column for column in wanted.physical if column.header not in known]
     if wanted.scene_only:
         return {column.header: value(column, case) for column in rest}, case, 0, wanted.exact, CHEAPEST[True]
@@ -200,15 +226,15 @@ def _values(case, wanted, known):
         return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
     numbers = {**known, **{column.header: value(column, case) for column in rest if column not in wanted.motion}}
     if not wanted.motion:
-        return numbers, case, 0, wanted.exact, CHEAPEST[False]
+        return numbers, case, 0, exact, CHEAPEST[False]
     if wanted.damped and case.scene.cable.damping.model == "modal":
         raise NoSolutionError(MODAL)
-    finer, moving, errors = _ladder(case, lambda other: {c.header: value(c, other) for c in wanted.motion})
+    finer, moving, errors = climb(case, wanted.sample, *felt_by(case, wanted.motion))
     for column in wanted.motion:
         if column.needs == "wind":
             errors[column.header] += finer.integration_error
     notes = (CLOSED_FORM, _about(finer, max(errors.values())))
-    return {**numbers, **moving}, finer, finer.dof, {**wanted.exact, **errors}, notes
+    return {**numbers, **moving}, finer, finer.dof, {**exact, **errors}, notes
 
 
 def _about(case, error):
@@ -222,44 +248,6 @@ def _about(case, error):
 def _static_dof(case):
     planes = 2 if case.span.planar else 3
     return planes * (case.discrete[0].mesh.nodes - 2)
-
-
-def _ladder(case, sample):
-    """Raise the order until two neighbours agree; the finer one is the answer.
-
-    Parameters
-    ----------
-    case : Case
-    sample : callable
-        Case -> dict of numbers to agree on.
-
-    Returns
-    -------
-    case : Case
-        The finer one.
-    values, errors : dict
-        The numbers and their estimated relative errors.
-    """
-    accuracy = case.scene.model.accuracy
-    before, errors, failure = None, None, None
-    for elements, order in LADDER:
-        finer = case.refined(elements, order)
-        try:
-            values = sample(finer)
-        except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
-            failure = problem
-            continue
-        if before is not None and before.keys() == values.keys():
-            errors = {name: max(_relative(values[name], before[name]), ROUNDING) for name in values}
-            if max(errors.values(), default=0.0) <= accuracy:
-                return finer, values, errors
-        before = values
-    if failure is not None and before is None:
-        raise failure
-    reached = "the finest model is too coarse"
-    if errors is not None:
-        reached = f"the error reached is about {max(errors.values()):.1e}"
-    raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
 def modes(case, count=None, upto=None):
@@ -302,14 +290,13 @@ def modes(case, count=None, upto=None):
         model = case.scene.model
         note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
         return case, wanted(case), (note, f"statics: {case.discrete[1]}")
-    finer, _, errors = _ladder(case, lambda other: dict(enumerate(wanted(other).frequency)))
+    finer, _, errors = climb(
+        case,
+        lambda other: dict(enumerate(wanted(other).frequency)),
+        count or 2 * upto * case.travel_time,
+        lambda _, values: max(values.values(), default=0.0),
+    )
     return finer, wanted(finer), (_about(finer, max(errors.values(), default=0.0)),)
-
-
-def _relative(value, reference):
-    if value is None or reference is None:
-        return float(value is not reference)
-    return abs(value - reference) / abs(reference) if reference else float(value != reference)
 
 
 def _errors_of_fixed(case, columns, values):
@@ -319,4 +306,4 @@ def _errors_of_fixed(case, columns, values):
     counted = [name for name in values if name != "iterations"]
     if exact.failed:
         return dict.fromkeys(counted)
-    return {name: _relative(values[name], exact.cells[name]) for name in counted}
+    return {name: relative(values[name], exact.cells[name]) for name in counted}

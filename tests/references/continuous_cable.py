@@ -43,13 +43,14 @@ def _integration(n):
 
 def _breaks(force0, L, w, loads):
     """Piece boundaries in [0, 1]: point loads, and halving near the sharp bend."""
-    loads = sorted(loads, key=lambda item: float(item[0]))
-    fixed = sorted({0.0, 1.0, *(float(s) / L for s, _ in loads)})
+    length = float(L)
+    fixed = sorted({0.0, 1.0, *(float(s) / length for s, _ in loads)})
     done = [0.0]
     for left, right in itertools.pairwise(fixed):
         middle = (left + right) / 2
-        H, _, V = (float(f) for f in catenary_mp.tension_vector(force0, middle * L, L, w, loads))
-        bend = complex(middle - V / (w * L), abs(H) / (w * L)) if w else np.inf
+        Hx, Hy, V = (float(f) for f in catenary_mp.tension_vector(force0, middle * L, L, w, loads))
+        weight = float(w) * length
+        bend = complex(middle - V / weight, np.hypot(Hx, Hy) / weight) if weight else np.inf
         stack = [(left, right)]
         while stack:
             low, high = stack.pop()
@@ -79,10 +80,10 @@ class _Mesh:
         return omega**2 * self.mass * self.length**2 / self.tension
 
 
-@functools.lru_cache(maxsize=32)
-def _mesh(cable, plane, n, eta=0.0):
-    """Discretise: n points on each piece; `cable` as made by `_equilibrium`."""
-    force0, a, b, L, EA, m, w, loads = cable
+@functools.lru_cache(maxsize=8)
+def _points(cable, n):
+    """n points on each piece: nodes, weights, integration, T [N] and its direction in axes along, across and out."""
+    force0, a, b, L, _, _, w, loads = cable
     breaks = _breaks(force0, L, w, loads)
     x, weight, J0 = _integration(n)
     sizes = np.diff(breaks)
@@ -94,27 +95,47 @@ def _mesh(cable, plane, n, eta=0.0):
     with mp.workdps(40):
         chord = mp.hypot(a, b)
         cos, sin = mp.mpf(a) / chord, mp.mpf(b) / chord
-        T, t, q = np.empty((3, len(s)))
+        T, t = np.empty(len(s)), np.empty((len(s), 3))
         for i, middle in enumerate((breaks[1:] + breaks[:-1]) / 2):  # not at a break: there the tension may jump
-            H, _, V0 = catenary_mp.tension_vector(force0, mp.mpf(middle) * L, L, w, loads)
+            Hx, Hy, V0 = catenary_mp.tension_vector(force0, mp.mpf(middle) * L, L, w, loads)
             for j in range(i * n, (i + 1) * n):
                 V = V0 + mp.mpf(w) * L * (mp.mpf(s[j]) - mp.mpf(middle))
-                Ti = mp.sqrt(H * H + V * V)
-                T[j], t[j], q[j] = Ti, (H * cos + V * sin) / Ti, (V * cos - H * sin) / Ti
+                Tj = mp.sqrt(Hx * Hx + Hy * Hy + V * V)
+                T[j], t[j] = Tj, ((Hx * cos + V * sin) / Tj, (V * cos - Hx * sin) / Tj, Hy / Tj)
+    return s, weights, J, T, t, (float(cos), float(sin))
+
+
+AXES = {"in": (0, 1), "out": (2,), "all": (0, 1, 2)}
+
+
+@functools.lru_cache(maxsize=32)
+def _mesh(cable, plane, n, eta=0.0):
+    """Discretise: n points on each piece; `cable` as made by `_equilibrium`."""
+    if plane not in AXES:
+        raise ValueError(f"plane {plane!r}: allowed are {', '.join(AXES)}")
+    _, _, _, L, EA, m, _, _ = cable
+    s, weights, J, T, t, (cos, sin) = _points(cable, n)
+    L, EA, chosen = float(L), float(EA), list(AXES[plane])
     unit = float(weights @ T)
     across = unit * (1 / T + 1 / EA)
     along = unit / (EA * (1 + 1j * eta)) if eta else unit / EA
     if plane == "in":
+        t, q = t[:, 0], t[:, 1]
         C = np.array([[along * t**2 + across * q**2, (along - across) * t * q]] * 2)
         C[1] = C[0, 1], along * q**2 + across * t**2
         C = np.moveaxis(C, 2, 0)
-        axes = np.array([[float(cos), 0.0, float(sin)], [-float(sin), 0.0, float(cos)]]).T
     elif plane == "out":
-        C, axes = across[:, None, None], np.array([[0.0], [1.0], [0.0]])
+        C = across[:, None, None]
     else:
-        raise ValueError(f"plane {plane!r}: allowed are 'in' and 'out'")
+        square = t**2
+        project = -np.einsum("ni,nj->nij", t, t)
+        for i in range(3):
+            project[:, i, i] = np.delete(square, i, axis=1).sum(axis=1)  # 1 - t_i^2 without cancellation
+        along = np.broadcast_to(along, T.shape)
+        C = np.einsum("n,ni,nj->nij", along, t, t) + across[:, None, None] * project
+    axes = np.array([[cos, 0.0, sin], [-sin, 0.0, cos], [0.0, 1.0, 0.0]]).T[:, chosen]
     scale = np.sqrt(np.abs(np.einsum("i,ijj->j", weights, C)))
-    return _Mesh(s, weights, J, C / np.multiply.outer(scale, scale), scale, unit, L, m, axes)
+    return _Mesh(s, weights, J, C / np.multiply.outer(scale, scale), scale, unit, L, float(m), axes)
 
 
 def _equilibrium(a, b, L, EA, m, g, loads):

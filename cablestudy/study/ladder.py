@@ -1,0 +1,162 @@
+"""The cheapest model whose error is below an accuracy: elements about the closed form, refined until little is left."""
+
+from math import ceil, log10
+
+from cablestudy.errors import ConvergenceError, NoSolutionError
+
+ROUNDING = 1e-12  # of the closed forms and of modes, held by the tests against 50 digits
+LOWEST, HIGHEST = 3, 48  # orders of an element
+FINEST = 380  # orders of the elements of a smooth piece, all together
+MOST = 3000  # unknowns beyond which the search ends
+GROWTH = 1.3
+PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
+PER_DIGIT = 0.9  # orders for each digit more
+UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
+NOISE = 1e-8  # difference below which rounding may hide how the error falls
+STEEP = 0.3  # of the difference of two neighbours, both resolved: at least the error of the finer one
+SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
+
+
+def rungs(first):
+    """Yield (elements for each smooth piece, order), finer and finer.
+
+    Parameters
+    ----------
+    first : float
+        About how many orders there should be in all to begin with.
+    """
+    total = min(max(ceil(first), LOWEST), FINEST)
+    while True:
+        elements = ceil(total / (HIGHEST - 4))
+        order = ceil(total / elements)
+        for more in (0, 2, 4):  # an odd step may leave the symmetric shapes as they are
+            yield elements, order + more
+        if total >= FINEST:
+            return
+        total = min(ceil(GROWTH * elements * (order + 4)), FINEST)
+
+
+def felt_by(case, columns):
+    """About how many half-waves columns feel, and the highest frequency that they feel.
+
+    Parameters
+    ----------
+    case : Case
+    columns : list of Column
+        That need motion.
+
+    Returns
+    -------
+    waves : float
+        Along the cable.
+    highest : callable
+        Case, values -> [Hz].
+    """
+    own = [column for column in columns if column.needs == "modes"]
+    waves = [column.number * (case.axial_waves if "axial" in column.name else 1) for column in own]
+    if len(own) < len(columns):
+        waves.append(2 * case.gondola_frequency_static * case.travel_time)
+
+    def highest(other, values):
+        felt = [values[column.header] for column in own]
+        return max(felt if len(own) == len(columns) else [*felt, other.gondola_frequency])
+
+    return max(waves), highest
+
+
+def climb(case, sample, waves, highest):
+    """Refine a model until the error left is below the accuracy of its scene.
+
+    Parameters
+    ----------
+    case : Case
+    sample : callable
+        Case -> dict of numbers.
+    waves : float
+        About how many half-waves along the cable they feel, to begin with.
+    highest : callable
+        Case, dict -> highest frequency that they feel. [Hz]
+
+    Returns
+    -------
+    case : Case
+        The finest that was needed.
+    values, errors : dict
+        The numbers and their estimated relative errors.
+
+    Raises
+    ------
+    ConvergenceError
+        The accuracy cannot be had; the message says which was reached.
+    NoSolutionError
+        There is no such number.
+
+    Notes
+    -----
+    Of three neighbours the differences d1 and d2 tell how fast the error falls with the order, and so what is left:
+    d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved and STEEP
+    of their difference is little enough. A model that does not resolve the transverse waves at a frequency agrees with
+    its neighbours on a number that ignores them: where the cable turns by an angle, they may be wrong by UNSEEN times
+    as much.
+    """
+    accuracy = case.scene.model.accuracy
+    longest = float(case.catenary.segments.fraction.max())
+    first = PER_WAVE * waves * longest + PER_DIGIT * -log10(accuracy) + 1
+    history, errors, failure, last = [], None, None, 0.0
+    for elements, order in rungs(first):
+        finer = case.refined(elements, order)
+        if history and finer.felt.dof > MOST:
+            break
+        try:
+            values = sample(finer)
+        except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
+            failure = problem
+            continue
+        waves, turn = finer.waves(highest(finer, values))
+        known, last = abs(waves - last) < 0.1 * last, waves
+        if known and PER_WAVE * waves + MARGIN > FINEST and UNSEEN * turn > accuracy:
+            raise ConvergenceError(
+                f"accuracy {accuracy:g} cannot be had: about {waves:.3g} waves along a piece of the cable, "
+                f"and the finest model resolves {(FINEST - MARGIN) / PER_WAVE:.0f}"
+            )
+        resolved = PER_WAVE * waves + MARGIN <= elements * order
+        unseen = 0.0 if resolved else UNSEEN * turn
+        if unseen > accuracy or (history and history[-1][1].keys() != values.keys()):
+            history = []  # it says nothing of how the error falls
+        if unseen > accuracy:
+            continue
+        history.append((elements * order, values))
+        left = left_of_three if len(history) > 2 else left_of_two if len(history) == 2 and resolved else None
+        if left:
+            errors = {name: max(ROUNDING, unseen, left(history[-3:], name)) for name in values}
+            if max(errors.values(), default=ROUNDING) <= accuracy:
+                return finer, values, errors
+    if failure is not None and not history:
+        raise failure
+    reached = "the finest model is too coarse"
+    if errors is not None:
+        reached = f"the error reached is about {max(errors.values()):.1e}"
+    raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
+
+
+def left_of_two(history, name):
+    """Relative error that is left in the second of two values, where its waves are resolved."""
+    (_, before), (_, last) = history
+    return STEEP * relative(last[name], before[name])
+
+
+def left_of_three(history, name):
+    """Relative error that is left in the last of three values."""
+    orders, values = zip(*((order, values[name]) for order, values in history), strict=True)
+    last, before = relative(values[2], values[1]), relative(values[1], values[0])
+    if last < ROUNDING or None in values or not last < before < 0.1:
+        return last if last < ROUNDING or before > last else SAFETY * last
+    rest = (last / before) ** ((orders[2] - orders[1]) / (orders[1] - orders[0]))
+    return last * max(SAFETY * rest, LEAST if last > NOISE else 1.0)
+
+
+def relative(value, reference):
+    """Relative difference; 1 where only one of the two is there."""
+    if value is None or reference is None:
+        return float(value is not reference)
+    return abs(value - reference) / abs(reference) if reference else float(value != reference)

@@ -1,0 +1,91 @@
+"""Random scenes over everything that a cable can be: the errors that the program states are true. `make extremes`: all.
+
+The truth is `references/scene_truth.py`: the 50-digit catenary and the spectral continuous cable.
+"""
+
+from pathlib import Path
+
+import pytest
+from random_scenes import ACCURACIES, examine, replay, scene_data
+from references.scene_truth import Cable, Truth
+
+from cablestudy.scene.study import read_study
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate
+
+SCENES = range(20, 44)
+
+
+@pytest.fixture(scope="module")
+def cells():
+    return [cell for seed in SCENES for cell in examine(seed)]
+
+
+def test_nothing_crashes_and_nothing_warns(cells):
+    assert [(cell.note, replay(cell.seed)) for cell in cells if cell.note.startswith("crash")] == []
+
+
+def test_no_error_is_larger_than_stated(cells):
+    judged = [cell for cell in cells if cell.error is not None]
+    assert len(judged) > 250
+    assert {cell.accuracy for cell in judged} == set(ACCURACIES)
+    wrong = [(cell.column, cell.error, cell.estimate, replay(cell.seed)) for cell in judged if cell.excess > 1]
+    assert wrong == []
+
+
+def test_the_asked_accuracy_is_kept(cells):
+    late = [cell for cell in cells if cell.estimate is not None and cell.estimate > cell.accuracy]
+    assert late == []
+
+
+def test_what_is_refused_has_a_reason(cells):
+    refused = [cell for cell in cells if cell.value is None]
+    assert all(cell.note.startswith("refused: ") and len(cell.note) > 20 for cell in refused)
+    assert len(refused) < 0.1 * len(cells)
+
+
+def test_scenes_are_the_same_every_time():
+    assert scene_data(7) == scene_data(7) != scene_data(8)
+
+
+ROOT = Path(__file__).resolve().parent.parent
+ENDS = read_study(ROOT / "configs" / "extremes.yaml")
+REFUSED = {  # what has no answer, and why
+    "folded": "the cable hangs folded",
+    "shapeless": "a slack cable without weight has no definite form",
+    "one bar": "the model has 0 in-plane modes, not 1",
+    "beyond rounding": "accuracy 1e-15 cannot be had: the error reached is about 1",
+}
+
+
+@pytest.fixture(scope="module")
+def ends():
+    """(scene, cells) of every row of configs/extremes.yaml."""
+    columns = [find(name) for name in ENDS.columns]
+    return [(scene, evaluate(scene, columns).cells) for _, scene in ENDS.cases()]
+
+
+def test_every_end_is_right_or_refused(ends):
+    """Against the truth, to the accuracy that the row asks for; a model of elements, to that of its kind."""
+    refused = [cells["status"] for _, cells in ends if cells["status"] != "ok"]
+    assert len(refused) == len(REFUSED)
+    assert all(sum(status.startswith(why) for status in refused) == 1 for why in REFUSED.values())
+    for scene, cells in ends:
+        if cells["status"] != "ok":
+            continue
+        cable, elements = scene.cable, scene.model.elements
+        loads = tuple((load.at, load.force) for load in cable.loads)
+        angle = cable.inclination
+        truth = Truth(Cable(
+            cable.chord, angle, cable.unstretched_length, cable.axial_stiffness, cable.mass_per_length, scene.gravity,
+            loads,
+        ))  # fmt: skip
+        expected = {
+            **{name: float(truth.statics[name]) for name in ("preload", "min_tension", "sag")},
+            "end_stiffness": float(truth.end_stiffness[0, 0]),
+            "cable_frequency": truth.frequency("in-plane", 1)[0],
+            "inplane_frequency_3": truth.frequency("in-plane", 3)[0],
+        }
+        for name, value in expected.items():
+            tolerance = 1e-5 if elements else scene.model.accuracy
+            assert cells[find(name).header] == pytest.approx(value, rel=tolerance, abs=1e-25), (scene, name)
