@@ -320,7 +320,7 @@ class Loop:
         if -pole.real < UNDAMPED * np.abs(pole):
             raise NoSolutionError(
                 f"undamped: the damping ratio of the gondola at {np.abs(pole) / (2 * np.pi):.4g} Hz is "
-                f"{max(-pole.real / np.abs(pole), 0.0):.2g}, below {UNDAMPED:g}, so that no RMS is finite and no gain "
+                f"{max(0.0, -pole.real / np.abs(pole)):.2g}, below {UNDAMPED:g}, so that no RMS is finite and no gain "
                 f"stable (cable.damping, or more elements)"
             )
 

@@ -302,12 +302,13 @@ class Case:
             here += change
             if abs(change) <= 1e-12 * min(abs(here.real), abs(here)):
                 break
+        if abs(here.real) < UNDAMPED * abs(here):
+            return 0.0
         if here.real < 0 and abs(here.imag) < 1e-6 * abs(here):
             return 1.0  # it creeps back
         if not (0.3 * start < abs(here) < 3 * start and here.imag > 0 and here.real < 0):
             raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
-        ratio = float(-here.real / abs(here))
-        return ratio if ratio > UNDAMPED else 0.0
+        return float(-here.real / abs(here))
 
     @cached_property
     def gondola_frequency_static(self):

@@ -1,5 +1,7 @@
 """The cheapest model whose error is below an accuracy: elements about the closed form, refined until little is left."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from math import ceil, log10
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
@@ -9,6 +11,7 @@ LOWEST, HIGHEST = 3, 48  # orders of an element
 FINEST = 380  # orders of the elements of a smooth piece, all together
 MOST = 3000  # unknowns beyond which the search ends
 GROWTH = 1.3
+TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
 PER_DIGIT = 0.9  # orders for each digit more
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
@@ -36,35 +39,53 @@ def rungs(first):
         total = min(ceil(GROWTH * elements * (order + 4)), FINEST)
 
 
+@dataclass(frozen=True)
+class Feeling:
+    """What numbers feel of a cable's motion.
+
+    Attributes
+    ----------
+    waves : float
+        About how many transverse half-waves along the cable, to begin with.
+    highest : callable
+        Case, values -> highest frequency. [Hz]
+    body : bool
+        Whether the gondola moves.
+    damped : bool
+        Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
+    """
+
+    waves: float
+    highest: Callable
+    body: bool = False
+    damped: bool = False
+
+
 def felt_by(case, columns):
-    """About how many half-waves columns feel, and the highest frequency that they feel.
+    """What columns that need motion feel of a case.
 
     Parameters
     ----------
     case : Case
     columns : list of Column
-        That need motion.
 
     Returns
     -------
-    waves : float
-        Along the cable.
-    highest : callable
-        Case, values -> [Hz].
+    Feeling
     """
     own = [column for column in columns if column.needs == "modes"]
     waves = [column.number * (case.axial_waves if "axial" in column.name else 1) for column in own]
-    if len(own) < len(columns):
+    body = len(own) < len(columns)
+    if body:
         waves.append(2 * case.gondola_frequency_static * case.travel_time)
 
     def highest(other, values):
-        felt = [values[column.header] for column in own]
-        return max(felt if len(own) == len(columns) else [*felt, other.gondola_frequency])
+        return max([values[column.header] for column in own] + [other.gondola_frequency] * body)
 
-    return max(waves), highest
+    return Feeling(max(waves), highest, body, any(column.needs in ("loop", "wind") for column in columns))
 
 
-def climb(case, sample, waves, highest):
+def climb(case, sample, feeling):
     """Refine a model until the error left is below the accuracy of its scene.
 
     Parameters
@@ -72,10 +93,7 @@ def climb(case, sample, waves, highest):
     case : Case
     sample : callable
         Case -> dict of numbers.
-    waves : float
-        About how many half-waves along the cable they feel, to begin with.
-    highest : callable
-        Case, dict -> highest frequency that they feel. [Hz]
+    feeling : Feeling
 
     Returns
     -------
@@ -94,45 +112,56 @@ def climb(case, sample, waves, highest):
     Notes
     -----
     Of three neighbours the differences d1 and d2 tell how fast the error falls with the order, and so what is left:
-    d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved and STEEP
-    of their difference is little enough. A model that does not resolve the transverse waves at a frequency agrees with
-    its neighbours on a number that ignores them: where the cable turns by an angle, they may be wrong by UNSEEN times
-    as much.
+    d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved, nothing
+    is damped, and STEEP of their difference is little enough. A model that does not resolve the transverse waves at a
+    frequency agrees with its neighbours on a number that ignores them: where the cable turns by an angle, they may be
+    wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
+    history, errors, failures, last = [], None, [], 0.0
+
+    def seen(finer, frequency):
+        """Error by waves that are not resolved, and how many there are."""
+        waves, turn = finer.waves(frequency)
+        return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
+
     longest = float(case.catenary.segments.fraction.max())
-    first = PER_WAVE * waves * longest + PER_DIGIT * -log10(accuracy) + 1
-    history, errors, failure, last = [], None, None, 0.0
-    for elements, order in rungs(first):
-        finer = case.refined(elements, order)
+    for rung in rungs(PER_WAVE * feeling.waves * longest + PER_DIGIT * -log10(accuracy) + 1):
+        finer = case.refined(*rung)
         if history and finer.felt.dof > MOST:
             break
         try:
-            values = sample(finer)
+            # what the gondola cannot be seen to do needs no further look
+            unseen, waves = seen(finer, finer.gondola_frequency) if feeling.body else (0.0, 0.0)
+            values = sample(finer) if unseen <= accuracy else None
+            if values is not None:
+                unseen, waves = seen(finer, feeling.highest(finer, values))
         except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
-            failure = problem
+            failures.append(problem)
+            if len(failures) > TRIALS:
+                break
             continue
-        waves, turn = finer.waves(highest(finer, values))
+        failures.clear()
         known, last = abs(waves - last) < 0.1 * last, waves
-        if known and PER_WAVE * waves + MARGIN > FINEST and UNSEEN * turn > accuracy:
+        if unseen > accuracy and known and PER_WAVE * waves + MARGIN > FINEST:
             raise ConvergenceError(
                 f"accuracy {accuracy:g} cannot be had: about {waves:.3g} waves along a piece of the cable, "
                 f"and the finest model resolves {(FINEST - MARGIN) / PER_WAVE:.0f}"
             )
-        resolved = PER_WAVE * waves + MARGIN <= elements * order
-        unseen = 0.0 if resolved else UNSEEN * turn
         if unseen > accuracy or (history and history[-1][1].keys() != values.keys()):
             history = []  # it says nothing of how the error falls
         if unseen > accuracy:
             continue
-        history.append((elements * order, values))
-        left = left_of_three if len(history) > 2 else left_of_two if len(history) == 2 and resolved else None
+        history.append((rung[0] * rung[1], values))
+        left = left_of_three if len(history) > 2 else None
+        if len(history) == 2 and not feeling.damped and not unseen:
+            left = left_of_two
         if left:
             errors = {name: max(ROUNDING, unseen, left(history[-3:], name)) for name in values}
             if max(errors.values(), default=ROUNDING) <= accuracy:
                 return finer, values, errors
-    if failure is not None and not history:
-        raise failure
+    if failures and not history:
+        raise failures[-1]
     reached = "the finest model is too coarse"
     if errors is not None:
         reached = f"the error reached is about {max(errors.values()):.1e}"

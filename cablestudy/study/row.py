@@ -10,7 +10,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study.batch import Batch, ScenesOnly
 from cablestudy.study.case import Case
 from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
-from cablestudy.study.ladder import ROUNDING, climb, felt_by, relative
+from cablestudy.study.ladder import ROUNDING, Feeling, climb, felt_by, relative
 from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
@@ -229,7 +229,7 @@ def _values(case, wanted, known, exact):
         return numbers, case, 0, exact, CHEAPEST[False]
     if wanted.damped and case.scene.cable.damping.model == "modal":
         raise NoSolutionError(MODAL)
-    finer, moving, errors = climb(case, wanted.sample, *felt_by(case, wanted.motion))
+    finer, moving, errors = climb(case, wanted.sample, felt_by(case, wanted.motion))
     for column in wanted.motion:
         if column.needs == "wind":
             errors[column.header] += finer.integration_error
@@ -290,12 +290,9 @@ def modes(case, count=None, upto=None):
         model = case.scene.model
         note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
         return case, wanted(case), (note, f"statics: {case.discrete[1]}")
-    finer, _, errors = climb(
-        case,
-        lambda other: dict(enumerate(wanted(other).frequency)),
-        count or 2 * upto * case.travel_time,
-        lambda _, values: max(values.values(), default=0.0),
-    )
+    waves = count or 2 * upto * case.travel_time
+    feeling = Feeling(waves, lambda _, values: max(values.values(), default=0.0))
+    finer, _, errors = climb(case, lambda other: dict(enumerate(wanted(other).frequency)), feeling)
     return finer, wanted(finer), (_about(finer, max(errors.values(), default=0.0)),)
 
 
