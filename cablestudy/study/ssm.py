@@ -17,8 +17,8 @@ from cablestudy.study.table import write_whole
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
 DEFAULT_MODES = 12  # of a model that is as fine as the accuracy asks for
-MAX_FREQUENCIES = 10_000_000
 LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies; squares of others might be no numbers [Hz]
+MAX_FREQUENCIES = 10_000_000
 MAX_MARKDOWN = 100_000  # rows: aligned columns need all of them at once
 END = "end_2_x"
 PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
