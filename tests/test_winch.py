@@ -6,7 +6,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from references import loop_matrix
+from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from references import bars, loop_matrix
 from scenes import scene
 from scipy.optimize import brentq
 
@@ -114,6 +115,57 @@ def test_a_gain_that_is_stable_again_is_accepted():
 def test_the_notch_at_the_coupled_frequency_bears_more_on_the_thick_cable():
     # DESIGN.md, section 7
     assert loop_of("thick", "ground", "coupled").largest_gain > 5 * loop_of("thick", "ground", "static").largest_gain
+
+
+# damped strain: hardly any of it reaches a mode across the axis
+
+
+def dense_pole(gain, law, amount, number):
+    """Pole of the paper's 40 bars as dense textbook matrices with gondola and loop, that of mode `number` across."""
+    chain = bars.solve_spatial((PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS * G, 40)
+    K, M = bars.matrices(chain, PAPER_LENGTH, EA, MASS)
+    elastic = np.zeros_like(K)
+    for bar, along in enumerate(chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]):
+        place = np.s_[3 * bar : 3 * bar + 6]
+        elastic[place, place] += np.kron([[1, -1], [-1, 1]], EA / (PAPER_LENGTH / 40) * np.outer(along, along))
+    free = np.array([3 * node + axis for node in range(1, 40) for axis in (0, 2)] + [120])
+    mass = M[free] + 50.0 * (free == 120)
+    w1, w2 = np.sqrt(chain.end_stiffness[0, 0] / 50.0), 2 * np.pi * 10
+
+    def matrix(s):
+        stiff = K + (s if law == "kelvin_voigt" else 1j) * amount * elastic
+        whole = stiff[np.ix_(free, free)] + np.diag(mass * s**2)
+        winch = gain / s * (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
+        whole[:, -1] -= winch * stiff[free, 0]
+        return whole
+
+    left = right = np.append(np.kron(np.sin(number * np.pi * np.arange(1, 40) / 40), [0, 1]), 0).astype(complex)
+    s = 1j * number * 2 * np.pi * 1.59
+    for _ in range(10):  # inverse iteration on both sides, Newton on the quotient
+        whole, slope = matrix(s), (matrix(s * (1 + 1e-5)) - matrix(s * (1 - 1e-5))) / (2e-5 * s)
+        right, left = np.linalg.solve(whole, slope @ right), np.linalg.solve(whole.T, slope.T @ left)
+        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
+        step = (left @ whole @ right) / (left @ slope @ right)
+        s = s - step
+    assert abs(step) < 1e-11
+    return s
+
+
+@pytest.mark.parametrize(
+    ("law", "key", "amount"), [("kelvin_voigt", "time", 1e-3), ("hysteretic", "loss_factor", 0.02)]
+)
+def test_a_mode_that_damped_strain_hardly_reaches_is_lost_where_dense_bars_lose_it(law, key, amount):
+    loop = loop_of("carlina", "ground", "static", f"cable.damping={{model: {law}, {key}: {amount}}}")
+    limit = brentq(lambda gain: dense_pole(gain, law, amount, 2).real, 0.1, 0.2, rtol=1e-9)
+    assert loop.largest_gain == pytest.approx(limit, rel=1e-5)
+    replace(loop, gain=limit * (1 - 1e-4)).check_stable()
+    expected = dense_pole(0.325, law, amount, 2)
+    assert 0 < expected.real < 1e-8 * expected.imag
+    with pytest.raises(NoSolutionError, match="unstable loop") as caught:
+        replace(loop, gain=0.325).check_stable()
+    frequency, growth = re.search(r"a motion of (\S+) Hz grows by (\S+) 1/s", str(caught.value)).groups()
+    assert float(frequency) == pytest.approx(expected.imag / (2 * np.pi), rel=1e-3)
+    assert float(growth) == pytest.approx(expected.real, rel=5e-3)
 
 
 def test_modes_that_nothing_feels_change_nothing():

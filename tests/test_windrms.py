@@ -11,6 +11,7 @@ from command import CARLINA, process, rows_of, run, study_file, table_of
 from references import loop_matrix
 from scenes import cells, scene
 
+from cablestudy.control import statespace
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
@@ -136,9 +137,17 @@ def test_white_noise_on_a_spring_without_modes_is_the_textbook_s():
     assert found.displacement == pytest.approx(found.open_displacement, rel=1e-14)
 
 
-def test_a_wind_record_through_the_loop_gives_the_rms_within_its_sampling_error():
+@pytest.mark.parametrize("source", ["dense", "statespace"])
+def test_a_wind_record_through_the_loop_gives_the_rms_within_its_sampling_error(source):
     loop = loop_with(0.01, 0.1)
-    A, B = loop_matrix.matrices(loop, loop.gain)
+    if source == "dense":
+        A, B = loop_matrix.matrices(loop, loop.gain)
+        place = np.eye(len(A))[loop_matrix.place(A)]
+    else:
+        system = statespace.closed(loop)
+        A, B, place = system.a, system.b[:, 0], system.c[0]
+        assert system.outputs[0] == ("gondola_position", "m")
+        assert not system.d[0].any()
     size, step, count, records = len(A), 0.02, 2**14, 48
     # exact for a force that is linear between samples
     block = np.zeros((size + 2, size + 2))
@@ -150,13 +159,13 @@ def test_a_wind_record_through_the_loop_gives_the_rms_within_its_sampling_error(
     level = np.zeros(len(frequency))
     level[1:] = np.sqrt(force(frequency[1:]) / (4 * step * count)) * count
     record = np.fft.irfft((draw[0] + 1j * draw[1]) * level, count)
-    state, place = np.zeros((size, records)), loop_matrix.place(A)
+    state = np.zeros((size, records))
     seen = np.empty((count, records))
     for k in range(count):
         now = record[:, k]
         slope = record[:, (k + 1) % count] - now
         state = carry @ state + np.outer(first, now) + np.outer(second, slope)
-        seen[k] = state[place]
+        seen[k] = place @ state
     variance = (seen[count // 4 :] ** 2).mean(axis=0)
     error = variance.std(ddof=1) / np.sqrt(records)
     found = windrms.respond(loop, force, CORNER)

@@ -101,6 +101,7 @@ def _between_poles(function, edges):
     low[0] = 0.0
     between = (function(low)[0] > 0) & (function(high)[0] < 0)
     low, high, left, right = low[between], high[between], left[between], right[between]
+    first, last = low, high
     place = (low + high) / 2
     begins = function(place)[0] < 0
     pole = np.where(begins, left, right)
@@ -111,7 +112,7 @@ def _between_poles(function, edges):
         slope = slope + np.where(smooth, 0.0, value / (place - pole))
         step = place - value / np.where(slope < 0, slope, -1e-300)
         settled = np.abs(step - place) <= 1e-15 * place  # if only by rounding out of the bracket
-        place = np.where(settled | (step > low) & (step < high), step, (low + high) / 2)
+        place = np.where(settled | (step > low) & (step < high), np.clip(step, first, last), (low + high) / 2)
         if settled.all():
             break
     return place

@@ -137,8 +137,9 @@ def climb(case, sample, feeling):
             if values is not None:
                 unseen, waves = seen(finer, feeling.highest(finer, values))
         except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
+            again = failures and str(failures[-1]) == str(problem)
             failures.append(problem)
-            if len(failures) > TRIALS:
+            if again or len(failures) > TRIALS:
                 break
             continue
         failures.clear()

@@ -17,6 +17,7 @@ from cablestudy.study.table import write_whole
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
 DEFAULT_MODES = 12  # of a model that is as fine as the accuracy asks for
+LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies; squares of others might be no numbers [Hz]
 MAX_FREQUENCIES = 10_000_000
 END = "end_2_x"
 PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
@@ -97,7 +98,7 @@ def span_of_frequencies(text):
     Raises
     ------
     SceneError
-        Not such a text, a range that is reversed or reaches zero, too few or too many.
+        Not such a text, a range that is reversed, reaches zero or leaves all reason, too few or too many.
     """
     option = f"--response {text}"
     parts = text.split(":")
@@ -106,6 +107,8 @@ def span_of_frequencies(text):
     low, high = (read_frequency(option, part) for part in parts[:2])
     if low >= high:
         raise SceneError(f"{option}: FROM must be below TO")
+    if low < LOWEST or high > HIGHEST:
+        raise SceneError(f"{option}: frequencies must be between {LOWEST:g} and {HIGHEST:g} Hz")
     count = parts[2].strip()
     if not (count.isascii() and count.isdigit()) or len(count) > 9 or not 2 <= int(count) <= MAX_FREQUENCIES:
         raise SceneError(f"{option}: COUNT must be a whole number from 2 to {MAX_FREQUENCIES}")
@@ -218,18 +221,24 @@ def _candidates(case, wish):
             raise ConvergenceError(f"{reached}{failure}") from None
         found = finer.dynamics.modes(min(finer.dynamics.dof, MAX_MODES))
         of_kind = [k for k in range(len(some)) if some.kind[k] in wish.wanted_kinds]
+        lacking = f"the {len(some)} lowest modes are not enough for what is asked"
         if wish.upto:
             enough = True
         elif wish.error is None:
             enough = len(of_kind) >= (wish.count or 0)
         else:
             share = reduction.share_omitted(finer.end_model, *([k] for k in wish.pair))
-            enough = share.sum() - share[of_kind].sum() <= wish.error
+            left = share.sum() - share[of_kind].sum()
+            enough = left <= wish.error
+            lacking = (
+                f"--error {wish.error:g}: the {len(some)} lowest modes leave out {left:.3g} of the inertia between "
+                f"{wish.input} and {wish.output} (a model of fixed model.elements has no more modes than it needs)"
+            )
         if enough:
             return finer, found, len(some), list(notes)
-        reached = f"the {len(some)} lowest modes are not enough for what is asked, and of more, "
+        reached = f"{lacking}; of more, "
         if size >= MAX_MODES:
-            raise NoSolutionError(f"the {MAX_MODES} lowest modes are not enough for what is asked")
+            raise NoSolutionError(f"{lacking}, and no more than {MAX_MODES} can be had")
         size = min(2 * size, MAX_MODES)
 
 

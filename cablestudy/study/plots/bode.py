@@ -23,10 +23,10 @@ def bode(frequency, curves):
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
-    for colour, curve in zip(SERIES, curves, strict=False):
-        label = curve.label
-        magnitude.loglog(frequency, curve.magnitude, color=colour, lw=1.1, label=label)
-        phase.semilogx(frequency, curve.phase, color=colour, lw=1.1, label=label)
+    for colour, dashes, curve in zip(SERIES, ("-", "--"), curves, strict=False):
+        look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # one curve may lie upon the other
+        magnitude.loglog(frequency, curve.magnitude, **look)
+        phase.semilogx(frequency, curve.phase, **look)
     unit = curves[0].unit or "-"
     magnitude.set_ylabel(f"magnitude [{unit}]")
     phase.set_ylabel("phase [deg]")
@@ -35,10 +35,11 @@ def bode(frequency, curves):
     if high - low < 2000:
         phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
     magnitude.set_xlim(frequency[0], frequency[-1])
+    title = "gondola position over winch movement"
     if len(curves) > 1:
         magnitude.legend()
-        figure.suptitle("Gondola position over winch movement", x=0.01, ha="left", fontsize=10)
     else:
-        figure.suptitle(curves[0].label, x=0.01, ha="left", fontsize=10)
+        title = curves[0].label.replace("_", " ")
+    figure.suptitle(title[0].upper() + title[1:], x=0.01, ha="left", fontsize=10)
     figure.align_ylabels()
     return figure
