@@ -24,7 +24,7 @@ study: $(VENV)/.study
 test: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/pytest -q
+	$(BIN)/pytest -q -n auto
 	$(MAKE) tables
 
 # every stored table, computed anew and compared

@@ -8,7 +8,7 @@ from functools import lru_cache
 from hashlib import blake2b
 
 from cablestudy.errors import SceneError
-from cablestudy.study.columns import find
+from cablestudy.study.columns import ROUNDING, find
 from cablestudy.study.fingerprint import program
 from cablestudy.study.row import evaluate_cases
 
@@ -94,7 +94,10 @@ def compute(chunk):
             cells = {**dict.fromkeys((column.header for column in columns), None), "status": refused[case]}
             lines.append(line_of(case, "", cells))
         else:
-            lines.append(line_of(case, key_of(scenes[case]), rows[case].cells, rows[case].notes * chunk.explain))
+            row = rows[case]
+            lines.append(
+                line_of(case, key_of(scenes[case]), row.cells, row.notes * chunk.explain, errors=larger(row.errors))
+            )
     return Done(b"".join(lines), len(lines), time.perf_counter() - begin)
 
 
@@ -108,7 +111,14 @@ def key_of(scene):
     return blake2b(scene.model_dump_json().encode(), digest_size=12).hexdigest()
 
 
-def line_of(case, key, cells, notes=(), kind="row"):
+def larger(errors):
+    """Those of the estimated errors of a row that exceed the rounding of closed forms; None where there are none."""
+    if None in errors.values():
+        return None
+    return {name: error for name, error in errors.items() if error > ROUNDING}
+
+
+def line_of(case, key, cells, notes=(), kind="row", errors=None):
     """A line of the journal.
 
     Parameters
@@ -121,10 +131,14 @@ def line_of(case, key, cells, notes=(), kind="row"):
     notes : tuple of str
     kind : str
         `row`, or `part` while some columns are still to be computed.
+    errors : dict or None
+        From `larger`.
     """
     content = {kind: case + 1, "key": key}
     if notes:
         content["notes"] = notes
+    if errors != {}:
+        content["errors"] = errors
     status = {"status": cells["status"]} if "status" in cells else {}
     content["cells"] = {**{name: cell for name, cell in cells.items() if name != "status"}, **status}
     return json.dumps(content, ensure_ascii=False, allow_nan=False).encode() + b"\n"

@@ -93,4 +93,13 @@ def _shortened(case, line, names, complete):
     cells = {name: content["cells"][name] for name in names}
     if complete:
         cells["status"] = "ok"
-    return [line_of(case, content["key"], cells, content.get("notes", ()), "row" if complete else "part")]
+    return [
+        line_of(
+            case,
+            content["key"],
+            cells,
+            content.get("notes", ()),
+            "row" if complete else "part",
+            content.get("errors", {}),
+        )
+    ]

@@ -97,6 +97,10 @@ class Journal:
         """Cells of a complete row: header -> number, text or None."""
         return self._read(self._begins[case])["cells"]
 
+    def errors(self, case):
+        """Estimated errors that exceed the rounding of closed forms: header -> number; None where none is known."""
+        return self._read(self._begins[case]).get("errors", {})
+
     def notes(self, case):
         """What was modelled, as far as it was kept: tuple of str."""
         return tuple(self._read(self._begins[case]).get("notes", ()))
@@ -211,7 +215,9 @@ class Journal:
             cells = {**old["cells"], **cells}
         else:
             cells = {**dict.fromkeys(old["cells"]), **dict.fromkeys(cells), "status": cells["status"]}
-        return line_of(case, new["key"], cells, (*old.get("notes", ()), *new.get("notes", ())))
+        known = [part.get("errors", {}) for part in (old, new)]
+        errors = None if None in known else {**known[0], **known[1]}
+        return line_of(case, new["key"], cells, (*old.get("notes", ()), *new.get("notes", ())), errors=errors)
 
 
 def _split(lines):

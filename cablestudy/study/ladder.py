@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from math import ceil, log10
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.columns import ROUNDING
 
-ROUNDING = 1e-12  # of the closed forms and of modes, held by the tests against 50 digits
 LOWEST, HIGHEST = 3, 48  # orders of an element
 FINEST = 380  # orders of the elements of a smooth piece, all together
 MOST = 3000  # unknowns beyond which the search ends
@@ -101,6 +101,8 @@ def climb(case, sample, feeling):
         The finest that was needed.
     values, errors : dict
         The numbers and their estimated relative errors.
+    tried : int
+        How many models it took.
 
     Raises
     ------
@@ -118,7 +120,7 @@ def climb(case, sample, feeling):
     wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
-    history, errors, failures, last = [], None, [], 0.0
+    history, errors, failures, last, tried = [], None, [], 0.0, 0
 
     def seen(finer, frequency):
         """Error by waves that are not resolved, and how many there are."""
@@ -128,6 +130,7 @@ def climb(case, sample, feeling):
     longest = float(case.catenary.segments.fraction.max())
     for rung in rungs(PER_WAVE * feeling.waves * longest + PER_DIGIT * -log10(accuracy) + 1):
         finer = case.refined(*rung)
+        tried += 1
         if history and finer.felt.dof > MOST:
             break
         try:
@@ -160,7 +163,7 @@ def climb(case, sample, feeling):
         if left:
             errors = {name: max(ROUNDING, unseen, left(history[-3:], name)) for name in values}
             if max(errors.values(), default=ROUNDING) <= accuracy:
-                return finer, values, errors
+                return finer, values, errors, tried
     if failures and not history:
         raise failures[-1]
     reached = "the finest model is too coarse"

@@ -47,7 +47,7 @@ def static_table(row, columns):
     -------
     Table
     """
-    return Table((*map(field_of, columns), STATUS), [row.cells], single=True)
+    return Table((*map(field_of, columns), STATUS), [row.cells], single=True, errors=row.known_errors)
 
 
 def shape_table(case):

@@ -48,6 +48,10 @@ class Row:
     notes: tuple
     errors: dict
 
+    def known_errors(self):
+        """Yield the estimated errors of the cells, as a table of this one row has them."""
+        yield {name: error for name, error in self.errors.items() if error is not None}
+
     @property
     def failed(self):
         """Whether the case has no answer."""
@@ -110,7 +114,7 @@ class Wanted:
         self.sample = lambda case: {column.header: value(column, case) for column in self.motion}
         self.scene_only = all(column.needs == "scene" for column in self.physical)
         self.estimate = any(column.name == "error_estimate" for column in columns)
-        self.exact = {column.header: 0.0 if column.needs == "scene" else ROUNDING for column in self.physical}
+        self.exact = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = dict.fromkeys(column.header for column in columns)
 
 
@@ -229,20 +233,26 @@ def _values(case, wanted, known, exact):
         return numbers, case, 0, exact, CHEAPEST[False]
     if wanted.damped and case.scene.cable.damping.model == "modal":
         raise NoSolutionError(MODAL)
-    finer, moving, errors = climb(case, wanted.sample, felt_by(case, wanted.motion))
+    finer, moving, errors, tried = climb(case, wanted.sample, felt_by(case, wanted.motion))
     for column in wanted.motion:
         if column.needs == "wind":
             errors[column.header] += finer.integration_error
-    notes = (CLOSED_FORM, _about(finer, max(errors.values())))
+    notes = (CLOSED_FORM, *_about(finer, max(errors.values()), tried))
     return {**numbers, **moving}, finer, finer.dof, {**exact, **errors}, notes
 
 
-def _about(case, error):
+def _about(case, error, tried):
+    """What was chosen for the motion, what was left out, and what it cost."""
     mesh = case.discrete[0].mesh
-    return (
+    yield (
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
+    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.__dict__]
+    if case.span.planar and planes in (["in_plane"], ["out_of_plane"]):
+        there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
+        yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
+    yield f"compared: {tried} models, coarse to fine"
 
 
 def _static_dof(case):
@@ -292,8 +302,8 @@ def modes(case, count=None, upto=None):
         return case, wanted(case), (note, f"statics: {case.discrete[1]}")
     waves = count or 2 * upto * case.travel_time
     feeling = Feeling(waves, lambda _, values: max(values.values(), default=0.0))
-    finer, _, errors = climb(case, lambda other: dict(enumerate(wanted(other).frequency)), feeling)
-    return finer, wanted(finer), (_about(finer, max(errors.values(), default=0.0)),)
+    finer, _, errors, tried = climb(case, lambda other: dict(enumerate(wanted(other).frequency)), feeling)
+    return finer, wanted(finer), tuple(_about(finer, max(errors.values(), default=0.0), tried))
 
 
 def _errors_of_fixed(case, columns, values):

@@ -220,6 +220,7 @@ class Rows(Sequence):
     Parameters
     ----------
     study : Study
+    columns : list of Column
     reference : tuple
         From `reference_of`.
     journal : Journal
@@ -228,18 +229,26 @@ class Rows(Sequence):
         From 0.
     """
 
-    def __init__(self, study, reference, journal, cases):
-        self._study, self._reference, self._journal, self._cases = study, reference, journal, cases
+    def __init__(self, study, columns, reference, journal, cases):
+        self._study, self._columns, self._reference = study, columns, reference
+        self._journal, self._cases = journal, cases
 
     def __len__(self):
         return len(self._cases)
 
     def __getitem__(self, place):
         if isinstance(place, slice):
-            return Rows(self._study, self._reference, self._journal, self._cases[place])
+            return Rows(self._study, self._columns, self._reference, self._journal, self._cases[place])
         case = self._cases[place]
         cells = self._journal.cells(case)
         return {**written(self._study.overrides(case)), **cells, **_printed(cells, self._reference, case)}
+
+    def errors(self):
+        """Yield the estimated error of each cell that has one, row by row: header -> number."""
+        for case in self._cases:
+            known, cells = self._journal.errors(case), self._journal.cells(case)
+            there = [c for c in self._columns if c.least_error is not None and cells[c.header] is not None]
+            yield {} if known is None else {c.header: known.get(c.header, c.least_error) for c in there}
 
 
 def table_of(study, columns, reference, journal, cases):
@@ -259,7 +268,8 @@ def table_of(study, columns, reference, journal, cases):
     -------
     Table
     """
-    return Table(_fields(study, columns, reference[0]), Rows(study, reference, journal, cases))
+    rows = Rows(study, columns, reference, journal, cases)
+    return Table(_fields(study, columns, reference[0]), rows, errors=rows.errors)
 
 
 def written(overrides):

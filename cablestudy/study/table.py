@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import tempfile
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 
@@ -49,11 +50,14 @@ class Table:
         Name -> number, text or None.
     single : bool
         One row by nature: Markdown then lists quantities downwards.
+    errors : callable or None
+        Without arguments; yields for each row the estimated relative errors of its cells, for JSON.
     """
 
     fields: tuple
     rows: list
     single: bool = False
+    errors: Callable | None = None
 
     def render(self, style):
         """The table as one text; see `pieces`."""
@@ -77,7 +81,7 @@ class Table:
         return self.render("csv")
 
     def json(self):
-        """One object: columns with their units, and rows."""
+        """One object: columns with their units, rows, and the estimated errors of their cells where they are known."""
         return self.render("json")
 
     def jsonl(self):
@@ -105,7 +109,14 @@ class Table:
         for row in self._plain_rows():
             yield before + _indented(row, 2)
             before = ",\n  "
-        yield ("]" if before == "\n  " else "\n ]") + "\n}\n"
+        yield "]" if before == "\n  " else "\n ]"
+        if self.errors is not None:
+            before = ',\n "errors": [\n  '
+            for row in self.errors():
+                yield before + _indented(row, 2)
+                before = ",\n  "
+            yield "\n ]"
+        yield "\n}\n"
 
     def _jsonl(self):
         for row in self._plain_rows():

@@ -16,8 +16,8 @@ from cablestudy.errors import CablestudyError, ConvergenceError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.columns import broken, find, lacks
-from cablestudy.study.row import DISCRETE, MODAL, ROUNDING
+from cablestudy.study.columns import ROUNDING, broken, find, lacks
+from cablestudy.study.row import DISCRETE, MODAL
 from cablestudy.study.trade_models import Answer, choices, integrate_by, read, with_accuracy
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")

@@ -70,7 +70,7 @@ def wind_table(document, scene, on="gondola"):
         remarks = tuple(_vortices(row.case))
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
-    return Table((*fields, STATUS), [cells], single=True), row, remarks
+    return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
 
 
 def _response(case, on):
