@@ -26,8 +26,8 @@ class OpenSees:
         f"{BARS} `corotTruss` bars with `InitStrainMaterial`, so that each has exactly its unstretched length, from "
         "nodes on the parabola of the tension that the taut-cable cubic estimates; weight as loads on the nodes, in "
         f"one step; `Newton` to a displacement increment of {TOLERANCE:g} m in at most {STEPS} steps, "
-        "`BandGeneral` (the fastest here of its solvers that fail on none); in the plane for statics alone, in space with lumped masses and `eigen` (its default solver) "
-        "for the modes"
+        "`BandGeneral` (the fastest here of its solvers that fail on none); in the plane for statics alone, in space "
+        "with lumped masses and `eigen` (its default solver) for the modes"
     )
 
     def __init__(self):
