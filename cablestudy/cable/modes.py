@@ -233,18 +233,21 @@ def _dense(system, count):
     """Lowest modes of a small system, from its compliance in mass-normalised coordinates."""
     from scipy.linalg import cholesky, eigh
 
-    mass = system.mass.toarray()
-    diagonal = np.diagonal(mass)
-    coupled = np.count_nonzero(mass - np.diag(diagonal))
-    root = cholesky(mass) if coupled else np.diag(np.sqrt(diagonal))  # M = R^T R
-    flexible, _ = system.solve(root.T)
-    compliance = root @ flexible
+    mass = system.mass
+    if mass.nnz > system.dof:  # M = R^T R
+        root = cholesky(mass.toarray())
+        flexible, _ = system.solve(root.T)
+        compliance = root @ flexible
+    else:
+        root = np.sqrt(mass.diagonal())
+        flexible, _ = system.solve(np.diag(root))
+        compliance = root[:, None] * flexible
     chosen = None if 4 * count > system.dof else (system.dof - count, system.dof - 1)
     value, vector = eigh((compliance + compliance.T) / 2, subset_by_index=chosen)
     if value[0] <= 0:
         raise ConvergenceError("a mode without positive stiffness: the state is not a stable equilibrium")
     vector = vector[:, ::-1][:, :count]
-    shapes, _ = system.solve(root.T @ vector)
+    shapes, _ = system.solve(root.T @ vector if root.ndim > 1 else root[:, None] * vector)
     return shapes / value[::-1][:count]
 
 

@@ -59,13 +59,14 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     felt = np.abs(participation) > NEGLIGIBLE * np.abs(participation).max(initial=0.0)
     square = every[felt]
     strength = participation[felt] ** 2
+    weaker = strength / square
 
     def balance(value):
         """The equation and its slope, which is negative everywhere."""
-        gap = square - value[:, None]
-        terms = strength / gap
-        carried = mass + (terms / square).sum(axis=1) + rest[0] + value * (rest[1] + value * rest[2])
-        slope = mass + (terms / gap).sum(axis=1) + rest[0] + value * (2 * rest[1] + 3 * value * rest[2])
+        near = 1 / (square - value[:, None])
+        carried = mass + near @ weaker + rest[0] + value * (rest[1] + value * rest[2])
+        near *= near
+        slope = mass + near @ strength + rest[0] + value * (2 * rest[1] + 3 * value * rest[2])
         return stiffness - value * carried, -slope
 
     # above the last W the root is below that of the gondola on all the springs of the cable together
