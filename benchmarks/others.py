@@ -36,6 +36,7 @@ def statics(cables, peers):
     errors = [
         max(relative(row.cells[column.header], value) for column, value in zip(wanted, values, strict=False))
         for row, values in zip(rows, truth, strict=True)
+        if not row.failed
     ]
     answers = {peer.name: [] for peer in peers}
 
@@ -54,8 +55,8 @@ def statics(cables, peers):
             theirs[peer.name].append(len(part) / seconds(lambda peer=peer, part=part: solve(peer, part)))
     yield "| program | cables/s | ours over it | median error | largest error | said no | wrong |"
     yield "|---|---:|---:|---:|---:|---:|---:|"
-    failed = sum(row.failed for row in rows)
-    yield f"| cablestudy | {median(own):.0f} | | {median(errors):.1e} | {max(errors):.1e} | {failed} | 0 |"
+    failed, wrong = sum(row.failed for row in rows), sum(error > WRONG for error in errors)
+    yield f"| cablestudy | {median(own):.0f} | | {median(errors):.1e} | {max(errors):.1e} | {failed} | {wrong} |"
     ratios = []
     for peer in peers:
         rates = theirs[peer.name]
@@ -112,7 +113,7 @@ def motion(cables, peers):
     yield "|---|---:|---:|---:|---:|---:|---:|"
     yield (
         f"| cablestudy, accuracy {ACCURACY:g} | {median(own):.0f} | | {median(errors):.1e} | {max(errors):.1e} |"
-        f" {failed} | 0 |"
+        f" {failed} | {sum(error > 10 * WRONG for error in errors)} |"
     )
     aim = f"error below {ACCURACY:g}: {verdict(max(errors) < ACCURACY)}"
     if opensees:

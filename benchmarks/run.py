@@ -5,6 +5,7 @@ import os
 os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))  # before numpy
 
 import platform
+import textwrap
 import time
 
 import others
@@ -12,8 +13,14 @@ import rows
 import scaling
 
 
+def wrapped(line):
+    """A paragraph or an item of a list in lines of the usual length; tables as they are."""
+    return line if line.startswith("|") else textwrap.fill(line, 118, subsequent_indent="  " * line.startswith("* "))
+
+
 def main():
     """Every section, one after the other."""
+    size = list(scaling.section())  # first: what it starts would inherit the peak memory of all that came before
     import numpy
     import scipy
 
@@ -21,7 +28,7 @@ def main():
     sections = {
         "Beside other programs": others.section(),
         "Rows of a sweep": rows.section(),
-        "Effort against size": scaling.section(),
+        "Effort against size": size,
         "Start-up": scaling.start_up(),
     }
     lines = [
@@ -32,7 +39,7 @@ def main():
         "another machine has other milliseconds.",
     ]
     for title, section in sections.items():
-        lines += ["", f"## {title}", "", *section]
+        lines += ["", f"## {title}", "", *map(wrapped, section)]
     print("\n".join(lines))  # noqa: T201
 
 
