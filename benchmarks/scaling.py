@@ -1,16 +1,11 @@
 """Effort against size: static form and ten modes of a chain of bars, 250 to 100 000 of them; and start-up.
 
-Prints docs/benchmarks.md (`make bench`).
-
-    OPENBLAS_NUM_THREADS=1 python benchmarks/scaling.py
-
 The paper's cable at 1:45 sag. Times are the best of a few runs on one thread; each size runs in a process of its own,
 so that its peak memory is its own. The last row is the exponent p of time ~ bars^p, fitted over the larger half.
 """
 
 import json
 import os
-import platform
 import resource
 import subprocess
 import sys
@@ -105,35 +100,14 @@ def start_up():
     yield f"| `cablestudy sweep configs/preload.yaml` | {study:.2f} | at most 1.5 |"
 
 
-def main():
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    import numpy
-    import scipy
-
-    versions = f"Python {platform.python_version()}, numpy {numpy.__version__}, scipy {scipy.__version__}"
-    lines = [
-        "# Benchmarks",
-        "",
-        f"Printed by `make bench` on {time.strftime('%Y-%m-%d')}: {versions}, {platform.machine()},",
-        f"{os.cpu_count()} cores, one thread. Read the ratios and exponents; another machine has other milliseconds.",
-        "",
-        "## Effort against size",
-        "",
-        "The paper's cable at 1:45 sag as so many bars: static form, and the ten lowest modes. Best of a few runs,",
-        "each size in a process of its own. The exponent p of time ~ bars^p is fitted from 2000 bars up; that of the",
-        "static form is below 1 because a finer chain needs fewer Newton steps.",
-        "",
-        *scaling(),
-        "",
-        "## Start-up",
-        "",
-        *start_up(),
-    ]
-    print("\n".join(lines))  # noqa: T201
+def section():
+    """Lines of the section on size."""
+    yield "The paper's cable at 1:45 sag as so many bars: static form, and the ten lowest modes. Best of a few runs,"
+    yield "each size in a process of its own. The exponent p of time ~ bars^p is fitted from 2000 bars up; that of the"
+    yield "static form is below 1 because a finer chain needs fewer Newton steps."
+    yield ""
+    yield from scaling()
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        print(json.dumps(measure(int(sys.argv[1]))))  # noqa: T201
-    else:
-        main()
+    print(json.dumps(measure(int(sys.argv[1]))))  # noqa: T201

@@ -229,10 +229,8 @@ class System:
         elastic, geometric : ndarray, shape (r, r)
         """
         along, across, weights = self._gradients(shapes)
-        elastic = np.einsum("eq,eqr,eqs->rs", weights / self.state.compliance, along, along, optimize=True)
         rate = weights * self.state.tension / self.state.stretch
-        geometric = np.einsum("eq,eqar,eqas->rs", rate, across, across, optimize=True)
-        return elastic, geometric
+        return _gram(weights[..., None] / self.state.compliance, along), _gram(rate[..., None, None], across)
 
     def modal_energies(self, shapes):
         """Diagonals of `strain_energy`, each of shape (r,)."""
@@ -312,6 +310,12 @@ class System:
             coupling = self.coupling_blocks
             elastic = (coupling / self.compliance_diagonal[:, None, :]) @ coupling.transpose(0, 2, 1)
         return _sparse(self.state.mesh, len(self.axes), self.geometric_blocks + elastic)
+
+
+def _gram(weights, shapes):
+    """Sum of weights times products of shapes, over all axes but the last, shape (r, r)."""
+    flat = shapes.reshape(-1, shapes.shape[-1])
+    return (weights * shapes).reshape(flat.shape).T @ flat
 
 
 @lru_cache(maxsize=8)

@@ -14,6 +14,7 @@ from cablestudy.cable.segment import TINY, evaluate, extension, flexibility, sol
 from cablestudy.cable.span import Span
 
 MAX_STEPS = 60
+EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -255,21 +256,31 @@ class Catenary:
         tension = [np.take_along_axis(np.broadcast_to(p, reached.shape), which, axis=-1) for p in self.tension]
         weight = np.asarray(self.span.weight)[..., None]
 
-        low, high, part = np.zeros_like(whole), whole.copy(), whole / 2
-        settled = np.zeros(whole.shape, dtype=bool)
+        # only those still under way are carried on: a few near the vertical take long
+        part = np.empty(whole.shape).ravel()
+        todo = np.arange(part.size)
+        data = [np.broadcast_to(x, whole.shape).ravel() for x in (
+            whole, half - before, EPSILON * half, rate, stiffness, weight, cosine, sine, *tension)]  # fmt: skip
+        low, high, place = np.zeros_like(data[0]), data[0].copy(), data[0] / 2
         for _ in range(80):  # Newton kept inside a bracket
-            shift = weight * (part - whole) / 2
-            middle = (tension[0] + shift * sine, tension[1] + shift * cosine, tension[2])
-            piece = evaluate(middle, weight * part, cosine, sine)
-            gap = half - before - rate * part * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
-            low, high = np.where(gap > 0, part, low), np.where(gap > 0, high, part)
-            slope = np.maximum(rate, TINY) * (1 / stiffness + 1 / np.maximum(piece.tensions[1], TINY))
-            trial = part + gap / slope
-            inside = (trial > low) & (trial < high)
-            trial = np.where(inside, trial, (low + high) / 2)
-            part, settled = np.where(settled, part, trial), settled | (np.abs(trial - part) <= 4e-16)
-            if settled.all():
+            whole_, target, rounding, rate_, stiffness_, weight_, cosine_, sine_, q, n, y = data
+            shift = weight_ * (place - whole_) / 2
+            piece = evaluate((q + shift * sine_, n + shift * cosine_, y), weight_ * place, cosine_, sine_)
+            gap = target - rate_ * place * (1 / stiffness_ + 2 * (1 + piece.excess) / piece.sum_of_tensions)
+            low, high = np.where(gap > 0, place, low), np.where(gap > 0, high, place)
+            slope = np.maximum(rate_, TINY) * (1 / stiffness_ + 1 / np.maximum(piece.tensions[1], TINY))
+            trial = place + gap / slope
+            trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
+            trial = np.where(np.abs(gap) > rounding, trial, place)
+            moving = np.abs(trial - place) > 4e-16
+            place = trial
+            part[todo] = trial
+            if not moving.all():
+                todo, low, high, place = (x[moving] for x in (todo, low, high, place))
+                data = [x[moving] for x in data]
+            if not len(todo):
                 break
+        part = part.reshape(whole.shape)
         edges = np.cumsum(self.segments.fraction, axis=-1) - self.segments.fraction
         position = (np.take_along_axis(edges, which, axis=-1) + part)[..., 0]
         # pulled out of the vertical a cable goes and comes back: halfway along the horizontal means nothing

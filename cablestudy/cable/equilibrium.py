@@ -71,8 +71,8 @@ def from_catenary(catenary, mesh):
         Exact at every point; `solve` turns it into the equilibrium of the discrete cable.
     """
     points = mesh.point_positions
-    _, force = catenary.at(points.ravel())
-    displacement, _ = catenary.at(mesh.node_positions)
+    displacement, force = catenary.at(np.concatenate([mesh.node_positions, points.ravel()]))
+    displacement, force = displacement[: mesh.nodes].copy(), force[mesh.nodes :]
     displacement[-1] = 0.0
     size = np.sqrt((force**2).sum(axis=-1))
     reference = float(catenary.max_tension)

@@ -233,22 +233,27 @@ def _dense(system, count):
     """Lowest modes of a small system, from its compliance in mass-normalised coordinates."""
     from scipy.linalg import cholesky, eigh, qr, solve_triangular
 
-    mass = system.mass.toarray()
-    diagonal = np.diagonal(mass)
-    coupled = np.count_nonzero(mass - np.diag(diagonal))
-    root = cholesky(mass) if coupled else np.diag(np.sqrt(diagonal))  # M = R^T R
-    flexible, _ = system.solve(root.T)
-    compliance = root @ flexible
+    mass = system.mass
+    if mass.nnz > system.dof:  # M = R^T R
+        root = cholesky(mass.toarray())
+        flexible, _ = system.solve(root.T)
+        compliance = root @ flexible
+    else:
+        root = np.sqrt(mass.diagonal())
+        flexible, _ = system.solve(np.diag(root))
+        compliance = root[:, None] * flexible
     chosen = None if 4 * count > system.dof else (system.dof - count, system.dof - 1)
     value, vector = eigh((compliance + compliance.T) / 2, subset_by_index=chosen)
     # the stiffest modes of an almost inextensible cable are below the rounding of the softest
     if value[0] < -1e-13 * system.dof * value[-1]:
         raise ConvergenceError("a mode without positive stiffness: the state is not a stable equilibrium")
     vector = vector[:, ::-1][:, :count]
-    shapes, _ = system.solve(root.T @ vector)
+    shapes, _ = system.solve(root.T @ vector if root.ndim > 1 else root[:, None] * vector)
+    shapes = shapes / np.maximum(value[::-1][:count], 1e-18 * value[-1])
     # the solution has magnified what a high mode had of the low ones in rounding: take it off again, lowest first
-    pure, size = qr(root @ (shapes / np.maximum(value[::-1][:count], 1e-18 * value[-1])), mode="economic")
-    return solve_triangular(root, pure * np.sign(np.diagonal(size)))
+    pure, size = qr(root @ shapes if root.ndim > 1 else root[:, None] * shapes, mode="economic")
+    pure = pure * np.sign(np.diagonal(size))
+    return solve_triangular(root, pure) if root.ndim > 1 else pure / root[:, None]
 
 
 def _lanczos(system, count):

@@ -145,10 +145,9 @@ def _shallow(tension, weight, cosine, sine, kernel):
     i0 = 2 * total / product
     i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, TINY)
     wq, wn = weight * sine, weight * cosine
-    i2 = np.zeros_like(i0)
-    for point, share in zip(GAUSS_POINTS / 2, GAUSS_WEIGHTS / 2, strict=True):
-        square = (q + wq * point) ** 2 + (n + wn * point) ** 2 + y**2
-        i2 = i2 + share * point**2 / np.maximum(square * np.sqrt(square), TINY)
+    point, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
+    square = (q + wq * point) ** 2 + (n + wn * point) ** 2 + y**2
+    i2 = sum(share * point**2 / np.maximum(square * np.sqrt(square), TINY))  # one by one: the same for one as for many
     qq = q * q * i0 + 2 * q * wq * i1 + wq * wq * i2
     nn = n * n * i0 + 2 * n * wn * i1 + wn * wn * i2
     yy = y * y * i0

@@ -18,7 +18,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
-BLOCK = 8192  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
+BLOCK = 16384  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 TRUSTED = 1e-10  # difference between the sum over poles and solved systems up to which the sum is an answer
 
@@ -172,40 +172,63 @@ def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
     ndarray, complex, shape (m, r, c)
         [N/m]
     """
-    s = np.asarray(s)[:, None]
-    modal = (
-        _of_modes(model, s, rows, columns) if model.strain is None else _summed(model, model.poles, s, rows, columns)
-    )
-    own = model.residual_inertia if model.strain is None else model.inertia
-    return model.stiffness[rows][:, columns] + own[rows][:, columns] * s[..., None] ** 2 + modal
+    return Transfer(model, rows, columns)(s)
 
 
-def _of_modes(model, s, rows, columns):
-    """Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s."""
-    square, drag = model.omega**2, 2 * model.damping_ratio * model.omega
-    left, right = model.participation[:, rows], model.participation[:, columns]
-    products = left[:, :, None] * right[:, None, :] / square[:, None, None]
-    modes, r, c = products.shape
-    products = products.reshape(modes, r * c)
-    share = _on_axis if not s.real.any() else _in_plane
-    size = max(BLOCK // max(modes, 1), 16)
-    blocks = [share(s[i : i + size], square, drag, products) for i in range(0, len(s), size)]
-    return np.concatenate([np.zeros((0, r * c)), *blocks]).reshape(len(s), r, c)
+class Transfer:
+    """Some forces at the ends per some displacements there; what does not depend on s is prepared once.
 
+    Parameters
+    ----------
+    model, rows, columns
+        As for `dynamic_stiffness`.
+    """
 
-def _in_plane(s, square, drag, products):
-    """Sum of products r/(r + W^2) anywhere."""
-    rate = (s + drag) * s
-    return (rate / (rate + square)) @ products
+    def __init__(self, model, rows=slice(None), columns=slice(None)):
+        self._model, self._rows, self._columns = model, rows, columns
+        own = model.residual_inertia if model.strain is None else model.inertia
+        self._static, self._own = model.stiffness[rows][:, columns], own[rows][:, columns]
+        if model.strain is None:
+            left, right = model.participation[:, rows], model.participation[:, columns]
+            self._square, self._drag = model.omega**2, 2 * model.damping_ratio * model.omega
+            products = left[:, :, None] * right[:, None, :] / self._square[:, None, None]
+            self._products = products.reshape(len(products), self._static.size)
+            self._lossy = self._products * (self._drag * self._square)[:, None]
 
+    def __call__(self, s):
+        """Value at s, shape (m,) -> (m, r, c). [N/m]"""
+        s = np.asarray(s)[:, None]
+        modal = self._of_modes(s) if self._model.strain is None else self._of_strain(s)
+        return self._static + self._own * s[..., None] ** 2 + modal
 
-def _on_axis(s, square, drag, products):
-    """The same on the imaginary axis, in real numbers: several times faster."""
-    omega = s.imag
-    loss = omega * drag
-    gap = square - omega**2
-    size = 1 / (gap**2 + loss**2)
-    return ((loss**2 - omega**2 * gap) * size) @ products + 1j * ((loss * size * square) @ products)
+    def _of_strain(self, s):
+        return _summed(self._model, self._model.poles, s, self._rows, self._columns)
+
+    def _of_modes(self, s):
+        """Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s."""
+        share = self._in_plane if s.real.any() else self._on_axis
+        size = max(BLOCK // max(len(self._square), 1), 16)
+        if len(s) <= size:
+            return share(s).reshape(len(s), *self._static.shape)
+        blocks = [share(s[i : i + size]) for i in range(0, len(s), size)]
+        return np.concatenate(blocks).reshape(len(s), *self._static.shape)
+
+    def _in_plane(self, s):
+        """Sum of products r/(r + W^2) anywhere."""
+        rate = (s + self._drag) * s
+        return (rate / (rate + self._square)) @ self._products
+
+    def _on_axis(self, s):
+        """The same on the imaginary axis, in real numbers: several times faster."""
+        omega, drag = s.imag, self._drag
+        gap = self._square - omega**2
+        size = gap**2
+        size += (omega * drag) ** 2
+        np.reciprocal(size, out=size)
+        imaginary = omega * (size @ self._lossy)
+        np.subtract(drag**2, gap, out=gap)
+        gap *= size
+        return omega**2 * (gap @ self._products) + 1j * imaginary
 
 
 def _summed(model, poles, s, rows, columns):

@@ -61,13 +61,14 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     felt = carried > NEGLIGIBLE * carried.max(initial=0.0)
     rest = [max(s - (carried[felt] ** 2 / every[felt] ** j).sum(), 0.0) for j, s in enumerate(inertia)]
     square, strength = _united(every[felt], participation[felt] ** 2)
+    weaker = strength / square
 
     def balance(value):
         """The equation and its slope, which is negative everywhere."""
-        gap = square - value[:, None]
-        terms = strength / gap
-        carried = mass + (terms / square).sum(axis=1) + rest[0] + value * (rest[1] + value * rest[2])
-        slope = mass + (terms / gap).sum(axis=1) + rest[0] + value * (2 * rest[1] + 3 * value * rest[2])
+        near = 1 / (square - value[:, None])
+        carried = mass + near @ weaker + rest[0] + value * (rest[1] + value * rest[2])
+        near *= near
+        slope = mass + near @ strength + rest[0] + value * (2 * rest[1] + 3 * value * rest[2])
         return stiffness - value * carried, -slope
 
     # above the last W the root is below that of the gondola on all the springs of the cable together

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA, GROUND, EndModel, dynamic_stiffness
+from cablestudy.control.ends import GONDOLA, GROUND, EndModel, Transfer
 from cablestudy.control.gondola import coupled_modes
 from cablestudy.errors import NoSolutionError
 
@@ -117,9 +117,13 @@ class Loop:
         size = np.abs(self.cable.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0) / self.cable.omega**2
         return self.cable.select(np.flatnonzero(size > 1e-9 * size.max(initial=0.0)))
 
+    @cached_property
+    def _transfer(self):
+        return Transfer(self.felt, [GONDOLA], [GONDOLA, GROUND])
+
     def stiffness(self, s):
         """k_xx, and what the winch acts through with the sign of the loop, each of shape (m,). [N/m]"""
-        both = dynamic_stiffness(self.felt, s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
+        both = self._transfer(s)[:, 0]
         return both[:, 0], both[:, 0] if self.location == "gondola" else -both[:, 1]
 
     def controller(self, s):
