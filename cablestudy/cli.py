@@ -373,15 +373,13 @@ def words_of(study, sets, vary=()):
 
 def exclude(*pairs):
     """Refuse options of the two groups of a pair that are given together."""
-    wrong = [
-        f"{one} and {other} exclude each other"
-        for some, others in pairs
-        for one in some
-        for other in others
-        if some[one] and others[other]
-    ]
+    wrong = {}
+    for some, others in pairs:
+        given = ([name for name in group if group[name]] for group in (some, others))
+        for one, other in itertools.product(*given):
+            wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
     if wrong:
-        raise SceneError(*dict.fromkeys(wrong))
+        raise SceneError(*wrong.values())
 
 
 def compute(work, words):

@@ -25,9 +25,20 @@ class Gathered:
 
     def __getattr__(self, name):
         values = [getattr(one, name, None) for one in self._objects]
+        if all(value is None for value in values):
+            return np.full(len(values), np.nan).view(Absent)
         if all(value is None or isinstance(value, float | int) for value in values):
             return np.array(values, dtype=float)
         return Gathered(values)
+
+
+class Absent(np.ndarray):
+    """What no object has: not a number, and neither is any attribute of it."""
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return self
 
 
 class ScenesOnly:

@@ -67,7 +67,7 @@ def read_tolerances(texts, study):
         Every option that is wrong.
     """
     usual, columns, mistakes = [], {}, []
-    known = {find(name).header for name in study.columns}
+    known = set(study.columns)
     for text in texts:
         name, sign, written = text.rpartition("=")
         value = number(written)
@@ -77,11 +77,12 @@ def read_tolerances(texts, study):
             usual.append(value)
         else:
             try:
-                header = find(name.strip()).header
+                column = find(name.strip())
             except ValueError as error:
                 mistakes.append(f"--rtol {text}: {error}")
                 continue
-            if header not in known:
+            header = column.header
+            if not known.intersection((column.name, header)):
                 mistakes.append(f"--rtol {text}: {name} is not among the study's columns")
             elif columns.setdefault(header, value) != value:
                 mistakes.append(f"--rtol {text}: given twice")
