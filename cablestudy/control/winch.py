@@ -97,6 +97,8 @@ class Loop:
     gain : float
         k_i of C = (k_i/s) N(s). [rad/s]
     notch : Notch or None
+    undamped : tuple of 2 ndarray or None
+        `coupled`, where it is known already.
     """
 
     cable: EndModel
@@ -104,6 +106,7 @@ class Loop:
     location: str = "ground"
     gain: float = 0.0
     notch: Notch | None = None
+    undamped: tuple | None = None
 
     @property
     def at_rest(self):
@@ -144,6 +147,8 @@ class Loop:
     @cached_property
     def coupled(self):
         """Undamped frequencies of gondola and cable [Hz] and the gondola's share in them, each of shape (k,)."""
+        if self.undamped is not None:
+            return self.undamped
         cable = self.felt
         square, first = cable.omega**2, cable.participation[:, GONDOLA] ** 2
         omitted = max(float(cable.residual_inertia[GONDOLA, GONDOLA]), 0.0)

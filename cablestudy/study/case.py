@@ -17,7 +17,7 @@ from cablestudy.study.shelf import Shelf, frozen, shared
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
-FELT = ("end_inertia", "end_model_along_x", "gondola_frequency", "loop")  # made of what a moved end stirs
+FELT = ("coupled", "end_inertia", "end_model_along_x", "loop")  # made of what a moved end stirs
 GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
 MAX_MODES = 600  # of a large model, for its dynamics
 UNDAMPED = 1e-12  # damping ratio that cannot be told from none
@@ -316,8 +316,8 @@ class Case:
         return gondola.static_frequency(self.scene.gondola.mass, self.end_stiffness_along(0))
 
     @shared("mass_key")
-    def gondola_frequency(self):
-        """Frequency of the coupled mode in which the gondola moves most. [Hz]"""
+    def coupled(self):
+        """Undamped frequencies of gondola and cable together [Hz], and the gondola's share in them."""
         found = self.gondola_frequency_static
         while True:
             limit = GONDOLA_MODES * found
@@ -331,7 +331,13 @@ class Case:
             )
             found = float(frequency[np.argmax(share)])
             if modes.complete or GONDOLA_MODES * found <= 1.5 * limit:
-                return found
+                return frequency, share
+
+    @property
+    def gondola_frequency(self):
+        """Frequency of the coupled mode in which the gondola moves most. [Hz]"""
+        frequency, share = self.coupled
+        return float(frequency[np.argmax(share)])
 
 
 class DiscreteStatics:

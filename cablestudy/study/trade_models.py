@@ -262,7 +262,7 @@ def _with_ends(case, model):
         frequency, share = Loop(model, case.scene.gondola.mass).coupled
         if not len(frequency):
             raise NoSolutionError("gondola and kept modes have no motion in common")
-        case.gondola_frequency = float(frequency[np.argmax(share)])
+        case.coupled = frequency, share
     return case
 
 

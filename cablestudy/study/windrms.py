@@ -58,7 +58,12 @@ def loop_of(case):
     """
     scene = case.scene
     controller = scene.winch.controller if scene.winch else None
-    loop = Loop(case.end_model_along_x, scene.gondola.mass, scene.winch.location if scene.winch else "ground")
+    loop = Loop(
+        case.end_model_along_x,
+        scene.gondola.mass,
+        scene.winch.location if scene.winch else "ground",
+        undamped=case.coupled if case.felt.modes(1).complete else None,
+    )
     if controller is None:
         return loop
     loop = replace(loop, notch=_notch(case, controller.notch))
