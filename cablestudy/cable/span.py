@@ -4,6 +4,7 @@ The chord frame (e, n, y): e from end 1 to end 2, n at right angles to it in the
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -79,7 +80,7 @@ class Span:
         """The vertical in the chord frame, shape (..., 3). [-]"""
         return np.stack([self.sine, self.cosine, np.zeros_like(self.cosine)], axis=-1)
 
-    @property
+    @cached_property
     def frame(self):
         """Rows e, n, y in global coordinates, shape (..., 3, 3). [-]"""
         cosine, sine = np.asarray(self.cosine)[..., None], np.asarray(self.sine)[..., None]

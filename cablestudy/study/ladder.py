@@ -80,7 +80,8 @@ def felt_by(case, columns):
         waves.append(2 * case.gondola_frequency_static * case.travel_time)
 
     def highest(other, values):
-        return max([values[column.header] for column in own] + [other.gondola_frequency] * body)
+        felt = [values[column.header] for column in own]
+        return max([*felt, other.gondola_frequency] if body else felt)
 
     return Feeling(max(waves), highest, body, any(column.needs in ("loop", "wind") for column in columns))
 
