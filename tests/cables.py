@@ -2,12 +2,13 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 from mpmath import mp
 from references import catenary_mp
 
-from cablestudy.cable.span import Span
+from cablestudy.cable.span import CORES, Span
 
 G = 9.81
 AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
@@ -33,7 +34,7 @@ def chord_span(chord, degrees, chord_strain, stiffness, mass=1.0, gravity=G, loa
     loads = sorted(loads, key=lambda load: load[0])
     positions = np.array([share for share, _ in loads]) * span.unstretched_length
     forces = np.array([force for _, force in loads], dtype=float) @ span.frame.T
-    return Span(**{**vars(span), "load_positions": positions, "load_forces": forces})
+    return replace(span, load_positions=positions, load_forces=forces)
 
 
 def _exact(degrees):
@@ -50,7 +51,7 @@ def paper_span(length=PAPER_LENGTH, degrees=0.0, **other):
 
 def batch(spans):
     """Many cables with equally many loads as one `Span` of arrays."""
-    return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in vars(spans[0])})
+    return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in CORES})
 
 
 class Exact:

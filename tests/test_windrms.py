@@ -258,7 +258,7 @@ def test_damped_strain_gives_the_gondola_what_a_spring_would_have_whatever_the_b
     assert abs(ratios[2] - ratios[1]) < 0.4 * abs(ratios[1] - ratios[0])
 
 
-@pytest.mark.parametrize("time", ["1 us", "1 ms", "1 s", "1000 s"])
+@pytest.mark.parametrize("time", ["1 us", "1 ms", "1 s", "100 s"])
 def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
     case = Case(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
     assert 0 < case.gondola_damping_ratio <= 1

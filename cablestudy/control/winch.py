@@ -22,6 +22,7 @@ from cablestudy.errors import NoSolutionError
 
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # grid beside a pole, in half-widths
 PER_DECADE = 40
+REACH = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
 NEAR = 20  # times the gondola's frequency
 SECANT_STEPS = 40
 ROOT_STEPS = 120
@@ -254,7 +255,7 @@ class Loop:
         width = np.maximum(np.abs(poles.real), 1e-9 * centre)[:, None] * ASIDE
         low, high = 1e-4 * centre.min(), 1e3 * centre.max()
         smooth = np.geomspace(low, high, int(PER_DECADE * np.log10(high / low)))
-        beside = np.where(width < 0.9 * centre[:, None], width, 0.0)
+        beside = np.where(width < REACH * centre[:, None], width, 0.0)
         points = np.unique(
             np.concatenate([smooth, (centre[:, None] + beside).ravel(), (centre[:, None] - beside).ravel()])
         )
