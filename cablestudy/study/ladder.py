@@ -9,7 +9,8 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 ROUNDING = 1e-12  # of the closed forms and of modes, held by the tests against 50 digits
 LOWEST, HIGHEST = 3, 48  # orders of an element
 FINEST = 380  # orders of the elements of a smooth piece, all together
-MOST = 3000  # unknowns beyond which the search ends
+MOST = 3000  # unknowns beyond which the search ends,
+MANY = 100  # or does not begin where so many waves must be told apart
 GROWTH = 1.3
 TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
@@ -49,15 +50,15 @@ class Feeling:
         About how many transverse half-waves along the cable, to begin with.
     highest : callable
         Case, values -> highest frequency. [Hz]
-    body : bool
-        Whether the gondola moves.
+    surely : callable
+        Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
         Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
     """
 
     waves: float
     highest: Callable
-    body: bool = False
+    surely: Callable = lambda case: 0.0
     damped: bool = False
 
 
@@ -74,15 +75,24 @@ def felt_by(case, columns):
     Feeling
     """
     own = [column for column in columns if column.needs == "modes"]
-    waves = [column.number * (case.axial_waves if "axial" in column.name else 1) for column in own]
+    axial = max((column.number for column in own if "axial" in column.name), default=0)
+    waves = [column.number for column in own]
+    if axial and UNSEEN * case.refined(1, LOWEST).waves(0.0)[1] > case.scene.model.accuracy:
+        waves.append(axial * case.axial_waves)  # a cable that turns moves across beside them
     body = len(own) < len(columns)
     if body:
         waves.append(2 * case.gondola_frequency_static * case.travel_time)
 
     def highest(other, values):
-        return max([values[column.header] for column in own] + [other.gondola_frequency] * body)
+        found = max((values[column.header] for column in own), default=0.0)
+        return max(found, other.gondola_frequency) if body else found
 
-    return Feeling(max(waves), highest, body, any(column.needs in ("loop", "wind") for column in columns))
+    def surely(other):
+        # half of k c/(2 L): what lies beside an axial mode shifts it
+        alone = axial * case.axial_waves / (4 * case.travel_time)
+        return max(alone, other.gondola_frequency) if body else alone
+
+    return Feeling(max(waves), highest, surely, any(column.needs in ("loop", "wind") for column in columns))
 
 
 def climb(case, sample, feeling):
@@ -125,14 +135,16 @@ def climb(case, sample, feeling):
         waves, turn = finer.waves(frequency)
         return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
 
+    too_coarse = "the finest model is too coarse"
     longest = float(case.catenary.segments.fraction.max())
     for rung in rungs(PER_WAVE * feeling.waves * longest + PER_DIGIT * -log10(accuracy) + 1):
         finer = case.refined(*rung)
-        if history and finer.felt.dof > MOST:
+        if finer.felt.dof > MOST and (history or feeling.waves > MANY):
+            too_coarse = f"about {feeling.waves:.3g} waves along the cable need {finer.felt.dof} unknowns"
             break
         try:
-            # what the gondola cannot be seen to do needs no further look
-            unseen, waves = seen(finer, finer.gondola_frequency) if feeling.body else (0.0, 0.0)
+            # where the waves are surely not resolved, nothing needs a further look
+            unseen, waves = seen(finer, feeling.surely(finer))
             values = sample(finer) if unseen <= accuracy else None
             if values is not None:
                 unseen, waves = seen(finer, feeling.highest(finer, values))
@@ -162,9 +174,7 @@ def climb(case, sample, feeling):
                 return finer, values, errors
     if failures and not history:
         raise failures[-1]
-    reached = "the finest model is too coarse"
-    if errors is not None:
-        reached = f"the error reached is about {max(errors.values()):.1e}"
+    reached = too_coarse if errors is None else f"the error reached is about {max(errors.values()):.1e}"
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
