@@ -2,15 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, log10
+from math import ceil, inf, log10
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 ROUNDING = 1e-12  # of the closed forms and of modes, held by the tests against 50 digits
 LOWEST, HIGHEST = 3, 48  # orders of an element
 FINEST = 380  # orders of the elements of a smooth piece, all together
-MOST = 3000  # unknowns beyond which the search ends,
-MANY = 100  # or does not begin where so many waves must be told apart
+MOST = 12000  # unknowns beyond which the search ends,
+DENSE = 3000  # where a large share of the modes is needed,
+MANY = 100  # or even does not begin, so many waves being told apart
+IN_VAIN, LOST = 2, 1e-5  # models after which rounding, in errors below the latter, is no longer fought
 GROWTH = 1.3
 TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
@@ -128,19 +130,20 @@ def climb(case, sample, feeling):
     wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
-    history, errors, failures, last = [], None, [], 0.0
+    history, failures, last = [], [], 0.0
 
     def seen(finer, frequency):
         """Error by waves that are not resolved, and how many there are."""
         waves, turn = finer.waves(frequency)
         return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
 
-    too_coarse = "the finest model is too coarse"
+    reached, best, in_vain = "the finest model is too coarse", inf, 0
     longest = float(case.catenary.segments.fraction.max())
     for rung in rungs(PER_WAVE * feeling.waves * longest + PER_DIGIT * -log10(accuracy) + 1):
         finer = case.refined(*rung)
-        if finer.felt.dof > MOST and (history or feeling.waves > MANY):
-            too_coarse = f"about {feeling.waves:.3g} waves along the cable need {finer.felt.dof} unknowns"
+        many = feeling.waves > MANY
+        if finer.felt.dof > (DENSE if many or feeling.damped else MOST) and (history or many):
+            reached = f"about {feeling.waves:.3g} waves along the cable, and {finer.felt.dof} unknowns, are too many"
             break
         try:
             # where the waves are surely not resolved, nothing needs a further look
@@ -170,11 +173,15 @@ def climb(case, sample, feeling):
             left = left_of_two
         if left:
             errors = {name: max(ROUNDING, unseen, left(history[-3:], name)) for name in values}
-            if max(errors.values(), default=ROUNDING) <= accuracy:
+            error = max(errors.values(), default=ROUNDING)
+            if error <= accuracy:
                 return finer, values, errors
+            reached = f"the error reached is about {min(error, best):.1e}"
+            best, in_vain = min(error, best), in_vain + 1 if best <= error < LOST else 0
+            if in_vain == IN_VAIN:
+                break
     if failures and not history:
         raise failures[-1]
-    reached = too_coarse if errors is None else f"the error reached is about {max(errors.values()):.1e}"
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
