@@ -10,7 +10,7 @@ ROUNDING = 1e-12  # of the closed forms and of modes, held by the tests against 
 LOWEST, HIGHEST = 3, 48  # orders of an element
 FINEST = 380  # orders of the elements of a smooth piece, all together
 MOST = 12000  # unknowns beyond which the search ends,
-DENSE = 3000  # where a large share of the modes is needed,
+DENSE = 2000  # where a large share of the modes is needed,
 MANY = 100  # or even does not begin, so many waves being told apart
 IN_VAIN, LOST = 2, 1e-5  # models after which rounding, in errors below the latter, is no longer fought
 GROWTH = 1.3
@@ -20,6 +20,7 @@ PER_DIGIT = 0.9  # orders for each digit more
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
 STEEP = 0.3  # of the difference of two neighbours, both resolved: at least the error of the finer one
+STEEPER = 0.1  # the same for transverse frequencies, whose errors fall fastest
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
@@ -56,12 +57,15 @@ class Feeling:
         Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
         Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
+    transverse : frozenset of str
+        Names of the numbers that are frequencies of transverse modes, and nothing else.
     """
 
     waves: float
     highest: Callable
     surely: Callable = lambda case: 0.0
     damped: bool = False
+    transverse: frozenset = frozenset()
 
 
 def felt_by(case, columns):
@@ -94,7 +98,9 @@ def felt_by(case, columns):
         alone = axial * case.axial_waves / (4 * case.travel_time)
         return max(alone, other.gondola_frequency) if body else alone
 
-    return Feeling(max(waves), highest, surely, any(column.needs in ("loop", "wind") for column in columns))
+    damped = any(column.needs in ("loop", "wind") for column in columns)
+    transverse = frozenset(column.header for column in own if "axial" not in column.name)
+    return Feeling(max(waves), highest, surely, damped, transverse)
 
 
 def climb(case, sample, feeling):
@@ -125,9 +131,9 @@ def climb(case, sample, feeling):
     -----
     Of three neighbours the differences d1 and d2 tell how fast the error falls with the order, and so what is left:
     d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved, nothing
-    is damped, and STEEP of their difference is little enough. A model that does not resolve the transverse waves at a
-    frequency agrees with its neighbours on a number that ignores them: where the cable turns by an angle, they may be
-    wrong by UNSEEN times as much.
+    is damped, and STEEP (or STEEPER) of their difference is little enough. A model that does not resolve the
+    transverse waves at a frequency agrees with its neighbours on a number that ignores them: where the cable turns by
+    an angle, they may be wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
     history, failures, last = [], [], 0.0
@@ -172,7 +178,8 @@ def climb(case, sample, feeling):
         if len(history) == 2 and not feeling.damped and not unseen:
             left = left_of_two
         if left:
-            errors = {name: max(ROUNDING, unseen, left(history[-3:], name)) for name in values}
+            rest = {name: left(history[-3:], name, name in feeling.transverse) for name in values}
+            errors = {name: max(ROUNDING, unseen, share) for name, share in rest.items()}
             error = max(errors.values(), default=ROUNDING)
             if error <= accuracy:
                 return finer, values, errors
@@ -185,13 +192,13 @@ def climb(case, sample, feeling):
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
-def left_of_two(history, name):
+def left_of_two(history, name, transverse):
     """Relative error that is left in the second of two values, where its waves are resolved."""
     (_, before), (_, last) = history
-    return STEEP * relative(last[name], before[name])
+    return (STEEPER if transverse else STEEP) * relative(last[name], before[name])
 
 
-def left_of_three(history, name):
+def left_of_three(history, name, _):
     """Relative error that is left in the last of three values."""
     orders, values = zip(*((order, values[name]) for order, values in history), strict=True)
     last, before = relative(values[2], values[1]), relative(values[1], values[0])
