@@ -195,7 +195,10 @@ def climb(case, sample, feeling):
 def left_of_two(history, name, transverse):
     """Relative error that is left in the second of two values, where its waves are resolved."""
     (_, before), (_, last) = history
-    return (STEEPER if transverse else STEEP) * relative(last[name], before[name])
+    difference = relative(last[name], before[name])
+    if transverse:
+        return STEEPER * difference
+    return difference * (STEEP if difference > NOISE else 1.0)
 
 
 def left_of_three(history, name, _):
