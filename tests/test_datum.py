@@ -5,6 +5,7 @@ import pytest
 from cables import Exact, chord_span, paper_span
 from references import catenary_mp
 
+from cablestudy.cable import datum
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.datum import chord_strain_for_sag, chord_strain_for_tension
 from cablestudy.errors import NoSolutionError
@@ -117,3 +118,48 @@ def test_a_preload_of_a_strain_of_1e_12():
     assert strain == pytest.approx(1e-12, rel=1e-9)
     assert float(H) == pytest.approx(1.0, rel=1e-9)
     assert float(V0) == pytest.approx(-1e-10 * 9.81 / 2, rel=1e-9)
+
+
+@pytest.fixture
+def solutions(monkeypatch):
+    """Whether each closed form that is asked for was found, and in how many steps."""
+    found = []
+
+    def counted(span):
+        answer = solve(span)
+        found.append((bool(answer.record.converged.all()), int(answer.record.steps.max())))
+        return answer
+
+    monkeypatch.setattr(datum, "solve", counted)
+    return found
+
+
+@pytest.mark.parametrize("force", [1.8e7, -1.8e7])
+def test_a_weightless_upright_cable_is_not_searched_where_it_folds(solutions, force):
+    """Its two parts: T = EA strain, and a jump by the load; slack ones have no form, and cost a hundred times more."""
+    stiffness, mean, share = 1.6e11, 2.86e7, 0.4
+    span = chord_span(1716.0, -90, 0.0, stiffness, gravity=0.0, loads=[(share, (0, 0, force))])
+    strain = chord_strain_for_tension(span, mean)
+    assert strain == pytest.approx(mean / stiffness, rel=1e-12)
+    assert all(answered for answered, _ in solutions)
+    assert len(solutions) < 40
+
+
+def test_a_search_by_sag_ends_at_rounding(solutions):
+    span = paper_span()
+    assert solve(span.with_chord_strain(chord_strain_for_sag(span, 0.57))).sag == pytest.approx(0.57, rel=1e-12)
+    assert len(solutions) < 30
+
+
+def test_a_refusal_is_cheap(solutions):
+    with pytest.raises(NoSolutionError, match="below the least"):
+        chord_strain_for_tension(paper_span(), 1.0)
+    assert len(solutions) < 100
+
+
+def test_a_weightless_cable_slack_below_its_loads():
+    """115 N hang on its upper part, and 0.015 N of mean tension leave none for the lower one: refused, not a crash."""
+    loads = [(0.66, (92.2, -0.0086, 0)), (0.72, (22.7, -0.0021, 0))]
+    span = chord_span(479.6, -89.99, 0.0, 9.5e6, gravity=0.0, loads=loads)
+    with pytest.raises(NoSolutionError, match="definite form"):
+        chord_strain_for_tension(span, 0.015)

@@ -13,7 +13,7 @@ from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 
-SCENES = range(20, 44)
+SCENES = range(90_000, 90_015)  # never looked at while anything was tuned
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +34,9 @@ def test_no_error_is_larger_than_stated(cells):
 
 
 def test_the_asked_accuracy_is_kept(cells):
-    late = [cell for cell in cells if cell.estimate is not None and cell.estimate > cell.accuracy]
+    late = [cell for cell in cells if cell.value is not None and cell.estimate > cell.accuracy]
     assert late == []
+    assert any(cell.together for cell in cells)
 
 
 def test_what_is_refused_has_a_reason(cells):

@@ -33,6 +33,33 @@ def test_high_modes_are_reached_by_raising_the_order():
     assert too_many.cells["status"] == "the model has 39 out-of-plane modes, not 60"
 
 
+def test_a_cable_without_a_gondola_has_its_frequencies():
+    """And none of a gondola is asked for on the way."""
+    plain = scene().model_copy(update={"gondola": None, "winch": None, "wind": None, "model": scene(
+        "model={accuracy: 1e-6}").model})  # fmt: skip
+    row = row_of(plain, "cable_frequency", "axial_frequency_1")
+    assert row.cells["cable_frequency_Hz"] == pytest.approx(1.59146, rel=1e-4)
+    assert row.cells["axial_frequency_1_Hz"] == pytest.approx(6987 / (2 * 184.4883), rel=1e-3)
+
+
+def test_an_axial_mode_among_too_many_transverse_ones_is_refused_at_once():
+    """EA/T near 1e8 and a sag: ten thousand half-waves, of which no model is made."""
+    row = row_of(
+        scene("model={accuracy: 1e-2}", "cable.elastic_modulus=7e17 Pa", base=SLACK), "axial_frequency_1", "dof"
+    )
+    assert row.failed
+    assert "waves" in row.cells["status"]
+
+
+def test_an_axial_mode_of_a_straight_cable_needs_no_transverse_waves():
+    """c/(2 L) with nothing that bends the cable, however many half-waves there are beside it."""
+    upright = scene("model={accuracy: 1e-8}", "gravity=0", "cable.elastic_modulus=7e17 Pa", "cable.preload=100 N")
+    row = row_of(upright, "axial_frequency_1", "dof", "unstretched_length")
+    speed = np.sqrt(7e17 / upright.cable.density)
+    assert row.cells["axial_frequency_1_Hz"] == pytest.approx(speed / 2 / row.cells["unstretched_length_m"], rel=1e-8)
+    assert row.cells["dof"] < 100
+
+
 def test_what_cannot_be_had_says_so():
     row = row_of(scene("model.accuracy=1e-16"), "inplane_frequency_3")
     assert row.failed

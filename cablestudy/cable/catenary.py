@@ -15,6 +15,7 @@ from cablestudy.cable.span import Span
 
 MAX_STEPS = 60
 EPSILON = float(np.finfo(float).eps)
+STUCK = 1e-12  # share of a Newton step in which there is still none: at a fold without tension
 
 
 @dataclass(frozen=True)
@@ -381,10 +382,11 @@ def solve(span):
             if not worse.any():
                 break
             share = np.where(worse, share / 2, share)
+        stuck = worse & (share < STUCK)
         unknown, tension, kernel, gap = trial, new_tension, new_kernel, new_gap
         steps = steps + active
         # quadratic convergence: below 1e-9 the step just taken was the last that matters; rounding stops the rest
-        active = active & ~((change < 1e-13) | ((change < 1e-9) & (change >= last / 2)) | ~np.isfinite(change))
+        active = active & ~(stuck | (change < 1e-13) | ((change < 1e-9) & (change >= last / 2)) | ~np.isfinite(change))
         if not active.any():
             break
     converged = np.isfinite(change) & (change < 1e-8) & ~weightless

@@ -6,6 +6,8 @@ from cablestudy.cable.catenary import solve
 from cablestudy.errors import NoSolutionError
 
 MAX_STEPS = 120
+NEAR = 100  # steps about a guess in which its zero is looked for first, then in all of the range
+BRACKETS = 16
 ROUNDING = 1e-12  # of a mean tension
 LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long
 
@@ -31,12 +33,15 @@ def chord_strain_for_tension(span, tension):
         The tension is below the least that any length gives, or asks for a cable that ends before its last load.
     """
     strain = float(strains_for_tension(span.as_batch(), np.array([tension], dtype=float))[0])
-    if np.isfinite(strain):
-        return strain
+    return strain if np.isfinite(strain) else closer_strain_for_tension(span, tension)
+
+
+def closer_strain_for_tension(span, tension):
+    """As `chord_strain_for_tension`, where a plain search found nothing."""
     highest = float(_tightest(span, tension))
 
     def excess(strain, _=None):
-        return _solved(span, strain).mean_tension / tension - 1
+        return _tension(span, strain) / tension - 1
 
     if excess(highest) < 0:  # the load keeps it too long to be taut
         raise NoSolutionError(
@@ -44,6 +49,8 @@ def chord_strain_for_tension(span, tension):
             f"{span.load_positions[-1]:.6g} m"
         )
     lowest, least = _least_tension(span, highest)
+    if not np.isfinite(least):
+        raise NoSolutionError(f"at no length with a mean tension of {tension:.6g} N has the cable a definite form")
     if tension > least:
         return float(_between(excess, np.array([lowest]), np.array([highest]))[0])
     if tension >= least * (1 - ROUNDING):
@@ -68,14 +75,14 @@ def strains_for_tension(span, tension):
     Returns
     -------
     ndarray, shape (n,)
-        Not a number where `chord_strain_for_tension` has to look closer. [-]
+        Not a number where `closer_strain_for_tension` has to look. [-]
     """
     highest = _tightest(span, tension)
     loose = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
     guess = tension / span.axial_stiffness + np.maximum(loose, -0.05)
 
     def excess(strain, index):
-        return _solved(span.take(index), strain).mean_tension / tension[index] - 1
+        return _tension(span.take(index), strain) / tension[index] - 1
 
     strain = _root(excess, guess, highest)
     every = np.arange(len(tension))
@@ -107,9 +114,12 @@ def chord_strain_for_sag(span, sag):
         No length gives this sag: a weightless cable, for example.
     """
     strain = float(strains_for_sag(span.as_batch(), np.array([sag], dtype=float))[0])
-    if not np.isfinite(strain):
-        raise NoSolutionError(f"no unstretched length gives a sag of {sag:.6g} m")
-    return strain
+    return strain if np.isfinite(strain) else no_strain_for_sag(span, sag)
+
+
+def no_strain_for_sag(_, sag):
+    """Refuse a sag that a plain search found no length for."""
+    raise NoSolutionError(f"no unstretched length gives a sag of {sag:.6g} m")
 
 
 def strains_for_sag(span, sag):
@@ -154,6 +164,12 @@ def _solved(span, strain):
     return solve(span.with_chord_strain(np.asarray(strain, dtype=float)))
 
 
+def _tension(span, strain):
+    """Mean tension at each chord strain; not a number where the cable has no definite form."""
+    solved = _solved(span, strain)
+    return np.where(solved.record.converged, solved.mean_tension, np.nan)
+
+
 def _root(function, guess, highest):
     """Zeros of rising functions near guesses, each of shape (n,); not a number where there is none.
 
@@ -163,21 +179,26 @@ def _root(function, guess, highest):
 
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - LOOSEST) / 8)
     guess = np.minimum(np.maximum(guess, LOOSEST + 2 * step), highest - 2 * step)
-    every = np.arange(len(guess))
-    bracket = elementwise.bracket_root(
-        function, guess - step, guess + step, xmin=LOOSEST, xmax=highest, args=(every,), maxiter=MAX_STEPS
-    )
-    root = np.full(len(guess), np.nan)
-    found = np.flatnonzero(bracket.success)
-    if len(found):
-        root[found] = _between(function, *(end[found] for end in bracket.bracket), found)
+    root, rest = np.full(len(guess), np.nan), np.arange(len(guess))
+    near = np.maximum(guess - NEAR * step, LOOSEST), np.minimum(guess + NEAR * step, highest)
+    for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), LOOSEST), highest))):
+        bracket = elementwise.bracket_root(
+            function, (guess - step)[rest], right[rest], xmin=least[rest], xmax=most[rest], args=(rest,),
+            maxiter=BRACKETS,
+        )  # fmt: skip
+        found = rest[bracket.success]
+        if len(found):
+            root[found] = _between(function, *(end[bracket.success] for end in bracket.bracket), found)
+        rest = rest[~bracket.success]
+        if not len(rest):
+            break
     return root
 
 
 def _between(function, low, high, index=None):
     from scipy.optimize import elementwise
 
-    tolerances = {"xatol": 0.0, "xrtol": 2e-16, "fatol": 4e-16, "frtol": 0.0}
+    tolerances = {"xatol": 0.0, "xrtol": 5e-16, "fatol": 4e-16, "frtol": 0.0}
     index = np.zeros(len(low), dtype=int) if index is None else index
     return elementwise.find_root(function, (low, high), args=(index,), tolerances=tolerances, maxiter=MAX_STEPS).x
 
@@ -189,10 +210,10 @@ def _least_tension(span, highest):
     near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension where it just hangs straight
     strain = np.concatenate([np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, 1e3, 100)])
     strain = np.append(strain[strain < highest], highest)
-    tension = _solved(span, strain).mean_tension
-    place = int(np.argmin(tension))
+    tension = _tension(span, strain)
+    place = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
     if 0 < place < len(strain) - 1:
-        found = elementwise.find_minimum(lambda x: _solved(span, x).mean_tension, tuple(strain[place - 1 : place + 2]))
+        found = elementwise.find_minimum(lambda x: _tension(span, x), tuple(strain[place - 1 : place + 2]))
         if found.success and found.f_x <= tension[place]:
             return float(found.x), float(found.f_x)
     return float(strain[place]), float(tension[place])

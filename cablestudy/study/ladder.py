@@ -2,14 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, log10
+from math import ceil, inf, log10
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 
 LOWEST, HIGHEST = 3, 48  # orders of an element
 FINEST = 380  # orders of the elements of a smooth piece, all together
-MOST = 3000  # unknowns beyond which the search ends
+MOST = 12000  # unknowns beyond which the search ends,
+DENSE = 2000  # where a large share of the modes is needed,
+MANY = 100  # or even does not begin, so many waves being told apart
+IN_VAIN, LOST = 2, 1e-5  # models after which rounding, in errors below the latter, is no longer fought
 GROWTH = 1.3
 TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
@@ -17,6 +20,7 @@ PER_DIGIT = 0.9  # orders for each digit more
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
 STEEP = 0.3  # of the difference of two neighbours, both resolved: at least the error of the finer one
+STEEPER = 0.1  # the same for transverse frequencies, whose errors fall fastest
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
@@ -49,16 +53,19 @@ class Feeling:
         About how many transverse half-waves along the cable, to begin with.
     highest : callable
         Case, values -> highest frequency. [Hz]
-    body : bool
-        Whether the gondola moves.
+    surely : callable
+        Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
         Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
+    transverse : frozenset of str
+        Names of the numbers that are frequencies of transverse modes, and nothing else.
     """
 
     waves: float
     highest: Callable
-    body: bool = False
+    surely: Callable = lambda case: 0.0
     damped: bool = False
+    transverse: frozenset = frozenset()
 
 
 def felt_by(case, columns):
@@ -74,16 +81,26 @@ def felt_by(case, columns):
     Feeling
     """
     own = [column for column in columns if column.needs == "modes"]
-    waves = [column.number * (case.axial_waves if "axial" in column.name else 1) for column in own]
+    axial = max((column.number for column in own if "axial" in column.name), default=0)
+    waves = [column.number for column in own]
+    if axial and UNSEEN * case.refined(1, LOWEST).waves(0.0)[1] > case.scene.model.accuracy:
+        waves.append(axial * case.axial_waves)  # a cable that turns moves across beside them
     body = len(own) < len(columns)
     if body:
         waves.append(2 * case.gondola_frequency_static * case.travel_time)
 
     def highest(other, values):
-        felt = [values[column.header] for column in own]
-        return max([*felt, other.gondola_frequency] if body else felt)
+        found = max((values[column.header] for column in own), default=0.0)
+        return max(found, other.gondola_frequency) if body else found
 
-    return Feeling(max(waves), highest, body, any(column.needs in ("loop", "wind") for column in columns))
+    def surely(other):
+        # half of k c/(2 L): what lies beside an axial mode shifts it
+        alone = axial * case.axial_waves / (4 * case.travel_time)
+        return max(alone, other.gondola_frequency) if body else alone
+
+    damped = any(column.needs in ("loop", "wind") for column in columns)
+    transverse = frozenset(column.header for column in own if "axial" not in column.name)
+    return Feeling(max(waves), highest, surely, damped, transverse)
 
 
 def climb(case, sample, feeling):
@@ -116,27 +133,30 @@ def climb(case, sample, feeling):
     -----
     Of three neighbours the differences d1 and d2 tell how fast the error falls with the order, and so what is left:
     d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved, nothing
-    is damped, and STEEP of their difference is little enough. A model that does not resolve the transverse waves at a
-    frequency agrees with its neighbours on a number that ignores them: where the cable turns by an angle, they may be
-    wrong by UNSEEN times as much.
+    is damped, and STEEP (or STEEPER) of their difference is little enough. A model that does not resolve the
+    transverse waves at a frequency agrees with its neighbours on a number that ignores them: where the cable turns by
+    an angle, they may be wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
-    history, errors, failures, last, tried = [], None, [], 0.0, 0
+    history, failures, last, tried = [], [], 0.0, 0
 
     def seen(finer, frequency):
         """Error by waves that are not resolved, and how many there are."""
         waves, turn = finer.waves(frequency)
         return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
 
+    reached, best, in_vain = "the finest model is too coarse", inf, 0
     longest = float(case.catenary.segments.fraction.max())
     for rung in rungs(PER_WAVE * feeling.waves * longest + PER_DIGIT * -log10(accuracy) + 1):
         finer = case.refined(*rung)
         tried += 1
-        if history and finer.felt.dof > MOST:
+        many = feeling.waves > MANY
+        if finer.felt.dof > (DENSE if many or feeling.damped else MOST) and (history or many):
+            reached = f"about {feeling.waves:.3g} waves along the cable, and {finer.felt.dof} unknowns, are too many"
             break
         try:
-            # what the gondola cannot be seen to do needs no further look
-            unseen, waves = seen(finer, finer.gondola_frequency) if feeling.body else (0.0, 0.0)
+            # where the waves are surely not resolved, nothing needs a further look
+            unseen, waves = seen(finer, feeling.surely(finer))
             values = sample(finer) if unseen <= accuracy else None
             if values is not None:
                 unseen, waves = seen(finer, feeling.highest(finer, values))
@@ -162,24 +182,30 @@ def climb(case, sample, feeling):
         if len(history) == 2 and not feeling.damped and not unseen:
             left = left_of_two
         if left:
-            errors = {name: max(ROUNDING, unseen, left(history[-3:], name)) for name in values}
-            if max(errors.values(), default=ROUNDING) <= accuracy:
+            rest = {name: left(history[-3:], name, name in feeling.transverse) for name in values}
+            errors = {name: max(ROUNDING, unseen, share) for name, share in rest.items()}
+            error = max(errors.values(), default=ROUNDING)
+            if error <= accuracy:
                 return finer, values, errors, tried
+            reached = f"the error reached is about {min(error, best):.1e}"
+            best, in_vain = min(error, best), in_vain + 1 if best <= error < LOST else 0
+            if in_vain == IN_VAIN:
+                break
     if failures and not history:
         raise failures[-1]
-    reached = "the finest model is too coarse"
-    if errors is not None:
-        reached = f"the error reached is about {max(errors.values()):.1e}"
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
-def left_of_two(history, name):
+def left_of_two(history, name, transverse):
     """Relative error that is left in the second of two values, where its waves are resolved."""
     (_, before), (_, last) = history
-    return STEEP * relative(last[name], before[name])
+    difference = relative(last[name], before[name])
+    if transverse:
+        return STEEPER * difference
+    return difference * (STEEP if difference > NOISE else 1.0)
 
 
-def left_of_three(history, name):
+def left_of_three(history, name, _):
     """Relative error that is left in the last of three values."""
     orders, values = zip(*((order, values[name]) for order, values in history), strict=True)
     last, before = relative(values[2], values[1]), relative(values[1], values[0])

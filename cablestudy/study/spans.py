@@ -102,8 +102,8 @@ def _chord_strain(span, cables):
     chosen = np.flatnonzero(np.isfinite(length))
     strain[chosen] = (span.chord[chosen] - length[chosen]) / length[chosen]
     for key, batch, single in (
-        ("preload", datum.strains_for_tension, datum.chord_strain_for_tension),
-        ("sag", datum.strains_for_sag, datum.chord_strain_for_sag),
+        ("preload", datum.strains_for_tension, datum.closer_strain_for_tension),
+        ("sag", datum.strains_for_sag, datum.no_strain_for_sag),
     ):
         wanted = _given(cables, key)
         chosen = np.flatnonzero(np.isfinite(wanted))
