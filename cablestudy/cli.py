@@ -294,6 +294,7 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
         (alone, shown),
         *(({one: alone[one]}, {other: alone[other]}) for one, other in itertools.combinations(alone, 2)),
     )
+    refuse({"--rtol": rtols and not check}, "for --check only")
     from cablestudy.study.interrupt import Interrupts
 
     keep, typed, work, failed = not any(silent.values()), context.obj["words"], None, 0
@@ -380,6 +381,13 @@ def exclude(*pairs):
             wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
     if wrong:
         raise SceneError(*wrong.values())
+
+
+def refuse(options, reason):
+    """Refuse options that would have no effect."""
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise SceneError(f"{', '.join(given)}: no effect: {reason}")
 
 
 def compute(work, words):
@@ -561,10 +569,8 @@ def columns(style):
 @click.option("--with", "attached", type=click.Choice(["gondola", "loop"]), help="On end 2: gondola, or winch loop.")
 @click.option("--wind", is_flag=True, help="Forces on the cable's nodes as inputs too.")
 @click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
-@click.option(
-    "--input", "moved", type=click.Choice(ENDS), default="end_2_x", help="For --response and --error. Default: end_2_x."
-)
-@click.option("--output", "felt", type=click.Choice(ENDS), default="end_2_x", help="The force there. Default: end_2_x.")
+@click.option("--input", "moved", type=click.Choice(ENDS), help="For --response and --error. Default: end_2_x.")
+@click.option("--output", "felt", type=click.Choice(ENDS), help="The force there. Default: end_2_x.")
 @FORMAT
 @PLOT
 @EXPLAIN
@@ -576,12 +582,15 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
     check_picture(plot)
     if plot and not span:
         raise SceneError("--plot: needs --response, which it draws")
+    if error is None and (attached or not span):
+        use = "--with shows the response of the gondola" if span else "for --response and --error only"
+        refuse({"--input": moved, "--output": felt}, use)
     from cablestudy.scene.scene import load_scene
     from cablestudy.study import ssm as study
     from cablestudy.study import ssm_tables as tables
 
     study.check_file(out)
-    wish = study.Wish(count, upto, error, kinds, not no_residual, attached, wind, moved, felt)
+    wish = study.Wish(count, upto, error, kinds, not no_residual, attached, wind, moved or "end_2_x", felt or "end_2_x")
     frequency = study.span_of_frequencies(span) if span else None
     document, model = load_scene(scene, sets)
     choice = study.choose(document, model, wish)

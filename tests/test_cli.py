@@ -50,8 +50,9 @@ def folder(tmp_path, monkeypatch):
         (["static", CARLINA, "--set", "model.elements=1"], 0),
         (["sweep", PRELOAD, "--no-write"], 0),
         (["sweep", PRELOAD, "--no-write", "--jobs", "0"], 2),
-        (["sweep", PRELOAD, "--no-write", "--rtol", "nan"], 2),
-        (["sweep", PRELOAD, "--no-write", "--rtol", "-1"], 2),
+        (["sweep", PRELOAD, "--check", "--rtol", "nan"], 2),
+        (["sweep", PRELOAD, "--check", "--rtol", "-1"], 2),
+        (["sweep", PRELOAD, "--no-write", "--rtol", "1e-3"], 2),
         (["sweep", PRELOAD, "--check"], 2),  # nothing stored here
         (["validate", CARLINA, PRELOAD], 0),
         (["validate", CARLINA, "absent.yaml"], 2),

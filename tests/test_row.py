@@ -88,7 +88,7 @@ def test_modes_up_to_a_frequency_miss_none():
 
 
 def test_notes_say_what_was_left_out():
-    assert "left out: mass and modes" in " ".join(row_of(scene(base=SLACK), "sag").notes)
+    assert "left out: inertia and modes" in " ".join(row_of(scene(base=SLACK), "sag").notes)
     assert "elements" in row_of(scene(), "sag").notes[0]
     assert "asked for 0.0001" in " ".join(row_of(scene(base=SLACK), "cable_frequency").notes)
 

@@ -1,5 +1,6 @@
 """--where, --sort and --best on studies: which rows are shown, what is stored, and what is refused."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,17 @@ def folder(tmp_path, monkeypatch):
 def shown(*arguments, code=3, style="json"):
     outcome = run("sweep", "study.yaml", "--no-write", "--format", style, *arguments, code=code)
     return rows_of(outcome.out, style), outcome
+
+
+def test_the_errors_in_json_are_those_of_the_rows_that_are_shown():
+    # bars: each row has an error of its own
+    study = STUDY.replace("sag]", "sag, error_estimate]")
+    study_file(Path.cwd(), f"set: {{model.elements: 10}}\n{study}")
+    for options in ((), ("--where", "sag < 0.2"), ("--sort", "sag"), ("--best", "max sag"), ("--where", "sag > 1 km")):
+        table = json.loads(shown(*options)[1].out)
+        assert len(table["errors"]) == len(table["rows"])
+        for row, errors in zip(table["rows"], table["errors"], strict=True):
+            assert max(errors.values(), default=None) == (row["error_estimate"] and max(row["error_estimate"], 1e-12))
 
 
 def test_where_shows_the_rows_that_satisfy_it():

@@ -267,6 +267,8 @@ def test_bode_plot_draws_the_curves():
         (["--plot", "bode.gif", "--response", "1:2:3"], ".png"),
         (["--with", "winch"], "winch"),
         (["--input", "end_3_x"], "end_3_x"),
+        (["--input", "end_1_x"], "--input: no effect: for --response and --error only"),
+        (["--output", "end_1_x", "--with", "loop", "--response", "1:2:3"], "--output: no effect"),
     ],
 )
 def test_mistakes_are_one_line(folder, arguments, words):

@@ -294,3 +294,28 @@ def test_largest_gain_of_a_curve_that_passes_forth_and_back():
     nothing = Passages(np.zeros(0), np.zeros(0), np.zeros(0, dtype=int))
     assert nothing.largest_gain is None
     assert nothing.unstable_poles(1e9) == 0
+
+
+@pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0.01}", "{model: kelvin_voigt, time: 1 ms}"])
+@pytest.mark.parametrize("where", ["ground", "gondola"])
+def test_modes_across_the_plane_that_nothing_damps_lie_upon_the_axis(damping, where):
+    """A gondola that is moved at an angle to the cable's plane feels them; any warning of numpy fails."""
+    ends = ("cable.ends=[[0, 0, 0], [70, 70, 20]]", "cable.unstretched_length=99 m", "cable.strength=null")
+    winch = (f"winch.location={where}", "winch.controller.gain=1e-3", "winch.controller.notch=none")
+    loop = Case(scene(*ends, *winch, f"cable.damping={damping}", "model.elements=10")).loop
+    undamped = np.abs(loop.cable.poles[0].real) if "kelvin" in damping else np.abs(loop.cable.poles[0].imag)
+    assert (undamped < 1e-12 * np.abs(loop.cable.poles[0])).any()
+    # a scan that is fine beside the narrow resonances, and its passages refined one by one
+    beside = np.concatenate([-np.geomspace(1e-14, 1e-2, 300), np.geomspace(1e-14, 1e-2, 300)])
+    narrow = np.outer(loop.open_poles.imag[loop.open_poles.imag > 0.01], 1 + beside).ravel()
+    omega = np.unique(np.concatenate([np.geomspace(0.01, 3e3, 100_001), narrow]))
+    value = np.concatenate([loop.unit_gain(1j * part) for part in np.array_split(omega, 50)])
+    depth = []
+    for i in np.flatnonzero(value.imag[:-1] * value.imag[1:] < 0):
+        at = brentq(lambda w: loop.unit_gain(1j * np.array([w])).imag[0], omega[i], omega[i + 1], xtol=1e-15 * omega[i])
+        here = loop.unit_gain(1j * np.array([at]))[0]
+        if abs(here.imag) < 1e-3 * abs(here.real):  # and no pole
+            depth.append(-here.real)
+    # from stability, the first gain that puts a pole on the axis is the limit
+    assert loop.largest_gain == pytest.approx(1 / max(depth), rel=1e-3)
+    assert all(number is None or number > 0 for number in (loop.bandwidth, loop.phase_margin))

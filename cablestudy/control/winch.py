@@ -262,13 +262,22 @@ class Loop:
         return points[np.concatenate([[True], np.diff(points) > 1e-14 * points[1:]])]
 
     @cached_property
-    def _on_grid(self):
+    def _sampled(self):
+        """The grid and the unit gain on it, but for places upon the pole of an undamped mode, which have no value."""
         self.check_damped()
-        return self.unit_gain(1j * self.grid)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            value = self.unit_gain(1j * self.grid)
+        there = np.isfinite(value)
+        return self.grid[there], value[there]
+
+    @property
+    def _on_grid(self):
+        return self._sampled[1]
 
     def _brackets(self, where):
         """The grid intervals of some places."""
-        return self.grid[where], self.grid[where + 1]
+        grid = self._sampled[0]
+        return grid[where], grid[where + 1]
 
     @cached_property
     def passages(self):

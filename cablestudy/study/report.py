@@ -109,14 +109,16 @@ def mode_table(case, modes):
     Table
     """
     participation = np.abs(case.participation(modes))
-    floor = 1e-12 * participation.max(initial=0.0)
+    # of the largest, and of what a mode could have: all that are shown may be rounding
+    own = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
+    floor = 1e-12 * np.maximum(own, participation.max(initial=0.0))
     rows = [
         {
             "number": i + 1,
             "type": modes.kind[i],
             "symmetry": modes.symmetry[i],
             "frequency_Hz": float(modes.frequency[i]),
-            "participation": float(participation[i]) if participation[i] > floor else 0.0,
+            "participation": float(participation[i]) if participation[i] > floor[i] else 0.0,
         }
         for i in range(len(modes))
     ]

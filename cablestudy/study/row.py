@@ -20,7 +20,7 @@ CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, n
 # notes on what takes no elements: without a cable, and with one
 CHEAPEST = {
     True: ("nothing to model",),
-    False: (CLOSED_FORM, "left out: mass and modes, which no column needs"),
+    False: (CLOSED_FORM, "left out: inertia and modes, which no column needs"),
 }
 CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")

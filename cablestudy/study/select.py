@@ -3,6 +3,7 @@
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.study.condition import Names, parse
@@ -72,7 +73,9 @@ class Selection:
 
     def table(self, table):
         """A table with only the rows that are shown."""
-        return replace(table, rows=Chosen(table.rows, self.places(table.rows)))
+        places = self.places(table.rows)
+        errors = partial(table.errors, places) if table.errors else None
+        return replace(table, rows=Chosen(table.rows, places), errors=errors)
 
 
 class Chosen(Sequence):

@@ -243,9 +243,9 @@ class Rows(Sequence):
         cells = self._journal.cells(case)
         return {**written(self._study.overrides(case)), **cells, **_printed(cells, self._reference, case)}
 
-    def errors(self):
-        """Yield the estimated error of each cell that has one, row by row: header -> number."""
-        for case in self._cases:
+    def errors(self, places=None):
+        """Yield the estimated error of each cell that has one, of all rows or of some: header -> number."""
+        for case in self._cases if places is None else (self._cases[place] for place in places):
             known, cells = self._journal.errors(case), self._journal.cells(case)
             there = [c for c in self._columns if c.least_error is not None and cells[c.header] is not None]
             yield {} if known is None else {c.header: known.get(c.header, c.least_error) for c in there}

@@ -51,7 +51,8 @@ class Table:
     single : bool
         One row by nature: Markdown then lists quantities downwards.
     errors : callable or None
-        Without arguments; yields for each row the estimated relative errors of its cells, for JSON.
+        Yields for each row the estimated relative errors of its cells, for JSON; of a table that a selection chooses
+        from, given places, for those rows.
     """
 
     fields: tuple
@@ -104,18 +105,15 @@ class Table:
 
     def _json(self):
         units = {field.name: field.unit for field in self.fields}
-        yield '{\n "columns": ' + _indented(units, 1) + ',\n "rows": ['
-        before = "\n  "
-        for row in self._plain_rows():
-            yield before + _indented(row, 2)
-            before = ",\n  "
-        yield "]" if before == "\n  " else "\n ]"
-        if self.errors is not None:
-            before = ',\n "errors": [\n  '
-            for row in self.errors():
+        yield '{\n "columns": ' + _indented(units, 1)
+        lists = {"rows": self._plain_rows()} | ({} if self.errors is None else {"errors": self.errors()})
+        for name, rows in lists.items():
+            yield f',\n "{name}": ['
+            before = "\n  "
+            for row in rows:
                 yield before + _indented(row, 2)
                 before = ",\n  "
-            yield "\n ]"
+            yield "]" if before == "\n  " else "\n ]"
         yield "\n}\n"
 
     def _jsonl(self):

@@ -12,7 +12,6 @@ from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, together
 from cablestudy.wind.drag import shedding_frequencies
 
-LOADED = ("gondola", "cable", "both")
 PARTS = {"gondola": ("",), "cable": ("_cable_wind",), "both": ("", "_cable_wind", "_all_wind")}
 CLOSED, OPEN = (
     ("gondola_rms", "gondola_rms_velocity"),
