@@ -161,5 +161,6 @@ def test_a_weightless_cable_slack_below_its_loads():
     """115 N hang on its upper part, and 0.015 N of mean tension leave none for the lower one: refused, not a crash."""
     loads = [(0.66, (92.2, -0.0086, 0)), (0.72, (22.7, -0.0021, 0))]
     span = chord_span(479.6, -89.99, 0.0, 9.5e6, gravity=0.0, loads=loads)
-    with pytest.raises(NoSolutionError, match="definite form"):
+    # rounding decides whether the least that it can have is found
+    with pytest.raises(NoSolutionError, match=r"definite form|below the least that this cable can have"):
         chord_strain_for_tension(span, 0.015)
