@@ -243,8 +243,8 @@ def _dense(system, count):
         flexible, _ = system.solve(np.diag(root))
         compliance = root[:, None] * flexible
     chosen = None if 4 * count > system.dof else (system.dof - count, system.dof - 1)
-    # all of them are had faster by another way
-    value, vector = eigh((compliance + compliance.T) / 2, subset_by_index=chosen, driver="evr" if chosen else "evd")
+    driver = "evr" if chosen else "evd"  # all of them are had faster by the latter
+    value, vector = eigh((compliance + compliance.T) / 2, subset_by_index=chosen, driver=driver, check_finite=False)
     # the stiffest modes of an almost inextensible cable are below the rounding of the softest
     if value[0] < -1e-13 * system.dof * value[-1]:
         raise ConvergenceError("a mode without positive stiffness: the state is not a stable equilibrium")
@@ -252,7 +252,7 @@ def _dense(system, count):
     shapes, _ = system.solve(root.T @ vector if root.ndim > 1 else root[:, None] * vector)
     shapes = shapes / np.maximum(value[::-1][:count], 1e-18 * value[-1])
     # the solution has magnified what a high mode had of the low ones in rounding: take it off again, lowest first
-    pure, size = qr(root @ shapes if root.ndim > 1 else root[:, None] * shapes, mode="economic")
+    pure, size = qr(root @ shapes if root.ndim > 1 else root[:, None] * shapes, mode="economic", check_finite=False)
     pure = pure * np.sign(np.diagonal(size))
     return solve_triangular(root, pure) if root.ndim > 1 else pure / root[:, None]
 

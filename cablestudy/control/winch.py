@@ -25,6 +25,7 @@ PER_DECADE = 40
 REACH = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
 NEAR = 20  # times the gondola's frequency
 SECANT_STEPS = 40
+SETTLED = 1e-8  # relative change: the error left is that of the last two steps, multiplied
 ROOT_STEPS = 120
 FOLLOWED = 300  # steps at most in which a pole is followed over the gain
 UNDAMPED = 1e-8  # damping ratio of the gondola below which it is taken for none
@@ -425,10 +426,10 @@ def _secant(function, begin):
             move = np.where(rise != 0, value * (s - before) / np.where(rise != 0, rise, 1.0), 0.0)
             size, limit = np.abs(move), 0.3 * np.abs(s)
             move = np.where(size > limit, move * limit / np.where(size > 0, size, 1.0), move)
-            settled = change < 1e-12  # a secant through two places that are one leads nowhere
+            settled = change < SETTLED  # a secant through two places that are one leads nowhere
             before, last, s = s, value, np.where(settled, s, s - move)
             change = np.where(settled, change, np.abs(move) / np.abs(s))
-            if (change < 1e-12).all():
+            if (change < SETTLED).all():
                 break
         return np.where(change < 1e-8, s, np.nan)
 
