@@ -178,11 +178,26 @@ def with_loads(span, loads):
     -------
     Span
     """
+    merged = merged_loads(loads)
+    if not merged:
+        return span.without_loads()
+    positions, forces = (np.array(part) for part in zip(*merged, strict=True))
+    return replace(span, load_positions=positions, load_forces=forces @ span.frame.T)
+
+
+def merged_loads(loads):
+    """Point loads from end 1 on, those at one place added up.
+
+    Parameters
+    ----------
+    loads : iterable of (position, force)
+        As for `with_loads`.
+
+    Returns
+    -------
+    list of (float, ndarray of shape (3,))
+    """
     forces = {}
     for position, force in loads:
         forces[position] = forces.get(position, 0.0) + np.asarray(force, dtype=float)
-    positions = np.array(sorted(forces))
-    if not len(positions):
-        return span.without_loads()
-    stacked = np.array([forces[position] for position in positions])
-    return replace(span, load_positions=positions, load_forces=stacked @ span.frame.T)
+    return sorted(forces.items())

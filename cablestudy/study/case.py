@@ -37,7 +37,7 @@ class Case:
     place : int
         Of the scene in it.
     rung : tuple of int, optional
-        (elements for each segment, order) of the motion about the closed-form statics; without it the scene's own
+        (elements for each smooth piece, order) of the motion about the closed-form statics; without it the scene's own
         model.
     shelf : Shelf, optional
         Shared with other cases.
@@ -246,6 +246,10 @@ class Case:
         """The winch loop: `control.winch.Loop`."""
         return windrms.loop_of(self)
 
+    @property
+    def _stable(self):
+        return not self.loop.gain or not self.loop.passages.unstable_poles(self.loop.gain)
+
     @cached_property
     def response(self):
         """What the wind does to the gondola: `windrms.Response`."""
@@ -254,9 +258,7 @@ class Case:
     @cached_property
     def open_response(self):
         """The same with the winch at rest: all there is without a controller, and where the loop is unstable."""
-        loop = self.loop
-        stable = not loop.gain or not loop.passages.unstable_poles(loop.gain)
-        return self.response if stable else windrms.response_of(self, loop.at_rest)
+        return self.response if self._stable else windrms.response_of(self, self.loop.at_rest)
 
     @cached_property
     def cable_response(self):
@@ -266,9 +268,7 @@ class Case:
     @cached_property
     def open_cable_response(self):
         """The same with the winch at rest."""
-        loop = self.loop
-        stable = not loop.gain or not loop.passages.unstable_poles(loop.gain)
-        return self.cable_response if stable else windrms.cable_response_of(self, loop.at_rest)
+        return self.cable_response if self._stable else windrms.cable_response_of(self, self.loop.at_rest)
 
     @property
     def integration_error(self):

@@ -93,17 +93,17 @@ class Journal:
         """Headers that are known of the rows of which only some columns are."""
         return frozenset(self._read(next(iter(self.parts.values())))["cells"]) if self.parts else frozenset()
 
+    def row(self, case):
+        """What the line of a complete row holds."""
+        return self._read(self._begins[case])
+
     def cells(self, case):
         """Cells of a complete row: header -> number, text or None."""
-        return self._read(self._begins[case])["cells"]
-
-    def errors(self, case):
-        """Estimated errors that exceed the rounding of closed forms: header -> number; None where none is known."""
-        return self._read(self._begins[case]).get("errors", {})
+        return self.row(case)["cells"]
 
     def notes(self, case):
         """What was modelled, as far as it was kept: tuple of str."""
-        return tuple(self._read(self._begins[case]).get("notes", ()))
+        return tuple(self.row(case).get("notes", ()))
 
     def append(self, lines):
         """Add rows that are done, and hand them to the system before anything else happens.

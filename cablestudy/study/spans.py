@@ -1,9 +1,11 @@
 """The cables of scenes, for the core: all at once where they carry equally many loads."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablestudy.cable import datum
-from cablestudy.cable.span import CORES, Span
+from cablestudy.cable.span import Span, merged_loads
 from cablestudy.errors import NoSolutionError
 
 
@@ -82,17 +84,11 @@ def spans_of(scenes):
 def _with_loads(span, cables):
     if not cables[0].loads:
         return span
-    merged = []
-    for cable in cables:
-        forces = {}
-        for load in cable.loads:
-            forces[load.at] = forces.get(load.at, 0.0) + np.asarray(load.force, dtype=float)
-        merged.append(sorted(forces.items()))
+    merged = [merged_loads((load.at, load.force) for load in cable.loads) for cable in cables]
     positions = np.array([[place for place, _ in loads] for loads in merged])
     stacked = np.array([[force for _, force in loads] for loads in merged])
     turned = (stacked[:, :, None, :] * span.frame[:, None]).sum(axis=-1)
-    values = {name: getattr(span, name) for name in CORES}
-    return Span(**{**values, "load_positions": positions, "load_forces": turned})
+    return replace(span, load_positions=positions, load_forces=turned)
 
 
 def _chord_strain(span, cables):

@@ -246,7 +246,8 @@ class Rows(Sequence):
     def errors(self, places=None):
         """Yield the estimated error of each cell that has one, of all rows or of some: header -> number."""
         for case in self._cases if places is None else (self._cases[place] for place in places):
-            known, cells = self._journal.errors(case), self._journal.cells(case)
+            row = self._journal.row(case)
+            known, cells = row.get("errors", {}), row["cells"]
             there = [c for c in self._columns if c.least_error is not None and cells[c.header] is not None]
             yield {} if known is None else {c.header: known.get(c.header, c.least_error) for c in there}
 
