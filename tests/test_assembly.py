@@ -1,4 +1,4 @@
-"""`cable/assembly.py`: the tangent as a derivative, rigid motions, patch test, mass, partition."""
+"""`cable/assembly.py`: the tangent as a derivative, rigid motions, patch test, mass, compliance."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from mpmath import mp
 from references import bars
 
 from cablestudy.cable import catenary, equilibrium
-from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System, partition
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System, carried, gathered, influence
 from cablestudy.cable.element import MASSES, Mesh, basis, mesh_segments
 
 CABLES = {
@@ -122,21 +122,57 @@ def test_mass(span, order, mass):
 
 
 @pytest.mark.parametrize("axes", [IN_PLANE, OUT_OF_PLANE, SPATIAL])
+@each_cable
 @each_order
-def test_partition_and_condensation(axes, order):
-    """K11 - K12 K22^-1 K21 by dense algebra equals the end stiffness from energies."""
-    state = state_of(CABLES["sagging, 19 degrees"], 6, order)
-    system = System(state, axes)
-    k11, k12, k22 = (part.toarray() for part in partition(system.full_stiffness(), len(axes)))
-    d = len(axes)
-    assert (k11.shape, k12.shape, k22.shape) == ((2 * d, 2 * d), (2 * d, system.dof), (system.dof, system.dof))
-    condensed = k11 - k12 @ np.linalg.solve(k22, k12.T)
+def test_compliance_and_condensation(span, axes, order):
+    """The force method against dense algebra with K in displacements: K22^-1, condensation, static shapes."""
+    if axes != SPATIAL and not span.planar:
+        return
+    state = state_of(span, 6, order)
+    system, d = System(state, axes), len(axes)
+    K = system.full_stiffness().toarray()
+    ends = np.r_[0:d, len(K) - d : len(K)]
+    k11, k12, k22 = K[ends][:, ends], K[ends, d:-d], K[d:-d, d:-d]
+    assert k22.shape == (system.dof, system.dof)
+    compliance = np.linalg.inv(k22)
+    assert graded_error(system.root.T @ system.root, compliance) < 1e-7
+    loads = np.random.default_rng(3).normal(size=(system.dof, 2))
+    assert system.solve(loads) == pytest.approx(compliance @ loads, rel=1e-6, abs=1e-7 * np.abs(compliance).max())
+    condensed = k11 - k12 @ compliance @ k12.T
     assert graded_error(system.end_stiffness, condensed[d:, d:]) < 1e-7
     assert np.abs(condensed[:d] + condensed[d:]).max() < 1e-7 * np.abs(condensed).max()
-    m11, m12, m22 = partition(system.full_mass(), d)
-    assert abs(m22 - system.mass).max() == 0
-    assert m12.nnz == 0  # lumped
-    assert m11.shape == (2 * d, 2 * d)
+    shapes = -compliance @ k12.T[:, d:]
+    assert system.end_shapes[1:-1].reshape(-1, d) == pytest.approx(shapes, abs=1e-7)
+    assert not system.end_shapes[0].any()
+    assert (system.end_shapes[-1] == np.eye(d)).all()
+    M = system.full_mass()[d:-d, d:-d]
+    assert abs(M - system.mass).max() == 0
+
+
+@pytest.mark.parametrize("elements", [1, 2, 5])
+@each_order
+def test_forces_carried_are_in_equilibrium_and_gradients_add_up(elements, order):
+    """S by virtual work: sum of w (S f) v' = -f v for every v at rest at end 1; S^T by integrals of polynomials."""
+    mesh = Mesh(np.sort(np.r_[0, np.random.default_rng(elements).uniform(size=elements - 1), 1]), order)
+    element, inner = basis(order), mesh.nodes - 2
+    slope = np.zeros((mesh.elements * order, mesh.nodes))  # v' at the points
+    for e in range(elements):
+        rows, columns = slice(e * order, (e + 1) * order), slice(e * order, (e + 1) * order + 1)
+        slope[rows, columns] = element.derivative / mesh.sizes[e]
+    weights = mesh.point_weights.ravel()
+    S = influence(mesh)
+    assert S.shape == (elements * order, inner)
+    assert (slope[:, 1:-1].T * weights) @ S == pytest.approx(-np.eye(inner), abs=1e-11)
+    assert (slope[:, 0] * weights) @ S == pytest.approx(np.zeros(inner), abs=1e-11)
+    forces = np.random.default_rng(5).normal(size=(2, inner, 3))
+    assert carried(mesh, forces) == pytest.approx(S @ forces, abs=1e-12)
+    gradient = np.random.default_rng(6).normal(size=(2, elements * order, 3))
+    places = gathered(mesh, weights[:, None] * gradient)
+    assert places == pytest.approx(S.T @ (weights[:, None] * gradient), abs=1e-12)
+    # a polynomial's gradient, added up from end 2
+    place = np.vander(mesh.node_positions, order + 1)
+    end = place[-1] - gathered(mesh, weights[:, None] * (slope @ place))
+    assert end == pytest.approx(place[1:-1], abs=1e-12)
 
 
 @each_cable

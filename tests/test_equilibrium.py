@@ -12,6 +12,7 @@ from references import bars
 from slack_chain import span_margin
 
 from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.assembly import SPATIAL, System
 from cablestudy.cable.element import basis, mesh_segments
 from cablestudy.errors import ConvergenceError
 
@@ -128,7 +129,7 @@ def test_bars_converge_if_and_only_if_none_hangs_slack():
         outcomes.append(taut)
         if taut:
             _, state = solved(span, elements)
-            forces = equilibrium.internal_forces(equilibrium.System(state, equilibrium.SPATIAL))
+            forces = equilibrium.internal_forces(System(state, SPATIAL))
             outside = equilibrium.external_forces(span, mesh, state.force)
             assert np.abs(forces - outside)[1:-1].max(initial=0) < 1e-12
         else:
@@ -220,7 +221,7 @@ def test_loads_a_hair_apart_or_at_an_end(gap, place):
     loads = [(place, (0, 0, -5.0)), (place + gap, (0, 3.0, -5.0))]
     span = chord_span(10, 0, 0.01, 1e5, loads=loads)
     start, state = solved(span, 10, 4)
-    K = equilibrium.System(state, equilibrium.SPATIAL).end_stiffness * state.force / span.unstretched_length
+    K = System(state, SPATIAL).end_stiffness * state.force / span.unstretched_length
     assert graded_error(K, start.end_stiffness) < 1e-9
 
 

@@ -183,7 +183,7 @@ def dense(case, frequency, direction):
         whole = system.full_stiffness().toarray()
         shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
         K[np.ix_(index, index)] = whole * force / length
-        E[np.ix_(index, index)] = system.strain_energy(shapes)[0] * force / length
+        E[np.ix_(index, index)] = system.elastic_energy(shapes) * force / length
         M[np.ix_(index, index)] = system.full_mass().toarray() * float(span.mass) * length
     turn = np.kron(np.eye(nodes), span.frame)
     K, E, M = (turn.T @ matrix @ turn for matrix in (K, E, M))

@@ -1,13 +1,21 @@
-"""Elements -> the tangent of a whole cable: sparse K and M, and the mixed system that every solver uses.
+"""Elements -> the tangent of a whole cable, its compliance from the forces that each Gauss point carries.
 
-The mixed system keeps the tensions at the Gauss points as unknowns beside the displacements,
+A cable is statically determinate but for one force: with loads f on its nodes the tension vector at the Gauss points is
+N = c - S f, where S, the same for every cable with so many elements of an order, adds up the loads nearer to end 1, and
+c is constant along the cable. The elements' gradient r' answers by the local compliance
 
-    [ K_G   G ] [ u ]   [ f ]        K_G = integral of B^T T/|r'| (I - t t^T) B ds
-    [ G^T  -C ] [ s ] = [ g ]        G   = integral of B^T t ds,   C = integral of ds/EA
+    A = |r'|/T (I - t t^T) + 1/EA t t^T,
 
-Eliminating s gives the paper's K_E + K_G. Kept apart, EA appears only as its inverse: an almost inextensible cable is
-as well conditioned as an elastic one, in any direction of the axes. Lengths are counted in unstretched lengths and
+the inverse of K_G + K_E at that point. The ends at rest give c: sum of w A (c - S f) = 0, with the weights w of the
+points; and S^T, the same by virtual work, adds the gradients up to displacements. So
+
+    K^-1 = (S - m)^T w A (S - m),    m = (sum of w A)^-1 (sum of w A S),    end stiffness = (sum of w A)^-1:
+
+sums of positive terms, in which EA appears only as its inverse. Nothing of the size of the cable is factorised, and an
+almost inextensible cable is as well conditioned as an elastic one. Lengths are counted in unstretched lengths and
 forces in a reference force.
+
+Every array may have leading axes, one entry for each cable: they share a mesh. No sum runs over cables.
 """
 
 from dataclasses import dataclass
@@ -16,27 +24,28 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, mass_matrix
-from cablestudy.cable.linear import Factor, Pattern
+
+IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
 
 
 @dataclass(frozen=True)
 class State:
-    """A cable in equilibrium, at the Gauss points and nodes of a mesh; chord frame.
+    """A cable in equilibrium, at the Gauss points and nodes of a mesh, or many on one mesh; chord frame.
 
     Attributes
     ----------
     mesh : Mesh
-    direction : ndarray, shape (n, q, 3)
+    direction : ndarray, shape (..., n, q, 3)
         Unit tangent. [-]
-    tension : ndarray, shape (n, q)
+    tension : ndarray, shape (..., n, q)
         In units of `force`. [-]
-    stretch : ndarray, shape (n, q)
+    stretch : ndarray, shape (..., n, q)
         |r'|. [-]
-    displacement : ndarray, shape (nodes, 3)
+    displacement : ndarray, shape (..., nodes, 3)
         Of the nodes from the straight chord, in unstretched lengths. [-]
-    compliance : float
+    compliance : float or ndarray, shape (...)
         force / EA. [-]
-    force : float
+    force : float or ndarray, shape (...)
         Reference force. [N]
     """
 
@@ -45,36 +54,102 @@ class State:
     tension: np.ndarray
     stretch: np.ndarray
     displacement: np.ndarray
-    compliance: float
-    force: float
+    compliance: np.ndarray
+    force: np.ndarray
+
+    def take(self, index):
+        """One cable of many, or some of them."""
+        fields = (self.direction, self.tension, self.stretch, self.displacement, self.compliance, self.force)
+        return State(self.mesh, *(field[index] for field in fields))
 
 
-IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
+@lru_cache(maxsize=128)
+def within(order):
+    """Share of a force on each inner node of an element that its Gauss points carry less, shape (q, order - 1). [-]
+
+    Of the polynomial that is in equilibrium with it, end 1 of the element being free.
+    """
+    element = basis(order)
+    rows = (element.weights[:, None] * element.derivative[:, :-1]).T
+    return -np.linalg.solve(rows, np.eye(order)[:, 1:])
 
 
-@lru_cache(maxsize=16)
-def layout(elements, order, axes, mixed):
-    """Where each unknown of the mixed system stands: element by element, tensions before displacements.
+def carried(mesh, forces):
+    """S f: what the Gauss points carry less for forces on the inner nodes, end 1 being free.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    forces : ndarray, shape (..., nodes - 2, r)
 
     Returns
     -------
-    tension_index : ndarray, shape (n, q) or None
-    node_index : ndarray, shape (nodes, axes)
-        -1 at the two ends.
-    pattern : Pattern
+    ndarray, shape (..., n q, r)
     """
-    block = order * (axes + mixed)
-    first = np.arange(elements)[:, None] * block
-    tension_index = first + np.arange(order) if mixed else np.zeros((elements, 0), dtype=int)
-    node_index = np.full((elements * order + 1, axes), -1)
-    inner = first[:, :, None] + mixed * order + np.arange(order * axes).reshape(1, order, axes)
-    node_index[1:] = inner.reshape(-1, axes)
-    node_index[-1] = -1
-    size = elements * block - axes
-    of_element = node_index[np.arange(elements)[:, None] * order + np.arange(order + 1)].reshape(elements, -1)
-    unknowns = np.concatenate([of_element, tension_index], axis=1)
-    pattern = Pattern.of_blocks(unknowns, size, bandwidth=block + axes - 1)
-    return tension_index, node_index, pattern
+    n, p, shape = mesh.elements, mesh.order, forces.shape
+    padded = np.zeros((*shape[:-2], n * p, shape[-1]))
+    padded[..., 1:, :] = forces
+    padded = padded.reshape(*shape[:-2], n, p, shape[-1])
+    passed = np.cumsum(padded.sum(axis=-2), axis=-2)
+    passed = np.concatenate([np.zeros_like(passed[..., :1, :]), passed[..., :-1, :]], axis=-2) + padded[..., 0, :]
+    points = passed[..., None, :] + within(p) @ padded[..., 1:, :]
+    return points.reshape(*shape[:-2], n * p, shape[-1])
+
+
+def gathered(mesh, weighted):
+    """S^T w e: how far the inner nodes stay behind end 2 for gradients e times weights w.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    weighted : ndarray, shape (..., n q, r)
+
+    Returns
+    -------
+    ndarray, shape (..., nodes - 2, r)
+    """
+    n, p, shape = mesh.elements, mesh.order, weighted.shape
+    parts = weighted.reshape(*shape[:-2], n, p, shape[-1])
+    whole = parts.sum(axis=-2)
+    ahead = np.cumsum(whole[..., ::-1, :], axis=-2)[..., ::-1, :]  # from the element's end 1 on
+    behind = np.concatenate([ahead[..., 1:, :], np.zeros_like(ahead[..., :1, :])], axis=-2)
+    inner = behind[..., None, :] + within(p).T @ parts
+    nodes = np.concatenate([ahead[..., None, :], inner], axis=-2)
+    return nodes.reshape(*shape[:-2], n * p, shape[-1])[..., 1:, :]
+
+
+@lru_cache(maxsize=64)
+def influence(mesh):
+    """S of a small model as a matrix, shape (n q, nodes - 2). [-]"""
+    return carried(mesh, np.eye(mesh.nodes - 2))
+
+
+def local_compliance(t, along, across):
+    """along t t^T + across (I - t t^T) for unit vectors t in two or three dimensions, without a difference.
+
+    Parameters
+    ----------
+    t : ndarray, shape (..., d)
+    along, across : ndarray, shape (...)
+
+    Returns
+    -------
+    ndarray, shape (..., d, d)
+    """
+    products = t[..., :, None] * t[..., None, :]
+    matrix = (along - across)[..., None, None] * products
+    squares = t**2
+    for i in range(t.shape[-1]):
+        others = squares[..., [j for j in range(t.shape[-1]) if j != i]].sum(axis=-1)
+        matrix[..., i, i] = along * squares[..., i] + across * others
+    return matrix
+
+
+def inverse(matrix):
+    """Inverse of symmetric positive definite matrices, shape (..., d, d), scaled to a unit diagonal first."""
+    root = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
+    scale = root[..., :, None] * root[..., None, :]
+    return np.linalg.inv(matrix / scale) / scale
 
 
 @dataclass(frozen=True)
@@ -92,207 +167,128 @@ class System:
     axes: tuple
 
     @property
-    def mixed(self):
-        """False where the cable moves across its plane: no first-order strain, hence no tension unknowns."""
-        return self.axes != OUT_OF_PLANE
-
-    @cached_property
-    def layout(self):
-        """See `layout`."""
-        mesh = self.state.mesh
-        return layout(mesh.elements, mesh.order, len(self.axes), self.mixed)
-
-    @cached_property
-    def geometric_blocks(self):
-        """K_G of each element, shape (n, (p + 1) d, (p + 1) d). [-]"""
-        state, element = self.state, basis(self.state.mesh.order)
-        nodes, axes = len(element.nodes), len(self.axes)
-        share = state.tension / state.stretch * element.weights / state.mesh.sizes[:, None]
-        t = state.direction[..., self.axes]
-        blocks = np.empty((len(share), nodes, axes, nodes, axes))
-        for a in range(axes):
-            for b in range(axes):
-                projector = (a == b) - t[..., a] * t[..., b]
-                blocks[:, :, a, :, b] = element.derivative.T @ ((share * projector)[..., None] * element.derivative)
-        return blocks.reshape(len(share), nodes * axes, nodes * axes)
-
-    @cached_property
-    def coupling_blocks(self):
-        """G of each element, shape (n, (p + 1) d, q). [-]"""
-        element = basis(self.state.mesh.order)
-        weighted = element.weights[:, None] * element.derivative
-        blocks = np.einsum("qi,eqa->eiaq", weighted, self.state.direction[..., self.axes])
-        return blocks.reshape(len(blocks), -1, len(element.weights))
-
-    @cached_property
-    def compliance_diagonal(self):
-        """C at each Gauss point, shape (n, q). [-]"""
-        return self.state.compliance * self.state.mesh.sizes[:, None] * basis(self.state.mesh.order).weights
-
-    @cached_property
-    def factor(self):
-        """The factorised mixed matrix of the interior."""
-        geometric = self.geometric_blocks
-        if not self.mixed:
-            return Factor(self.layout[2], geometric)
-        size, points = geometric.shape[1], self.state.tension.shape[1]
-        blocks = np.zeros((len(geometric), size + points, size + points))
-        blocks[:, :size, :size] = geometric
-        blocks[:, :size, size:] = self.coupling_blocks
-        blocks[:, size:, :size] = self.coupling_blocks.transpose(0, 2, 1)
-        diagonal = np.arange(size, size + points)
-        blocks[:, diagonal, diagonal] = -self.compliance_diagonal
-        if self.scale is not None:
-            tension_index, node_index, _ = self.layout
-            nodes = self.element_vectors(node_index).reshape(len(blocks), size)
-            local = np.concatenate([np.where(nodes < 0, 1.0, self.scale[nodes]), self.scale[tension_index]], axis=1)
-            blocks *= local[:, :, None] * local[:, None, :]
-        return Factor(self.layout[2], blocks)
-
-    @cached_property
-    def scale(self):
-        """Units of the mixed unknowns where elements differ much in size, shape (mixed size,); else None.
-
-        K_G grows as 1/size and C as size: without it two loads a hair apart leave no digits to the pivots.
-        """
-        mesh = self.state.mesh
-        if not self.mixed or mesh.sizes.max() < 4 * mesh.sizes.min():
-            return None
-        tension_index, node_index, pattern = self.layout
-        root = np.exp2(np.round(np.log2(mesh.sizes * mesh.elements) / 2))  # powers of two: exact
-        per_node = np.full(mesh.nodes, np.inf)
-        np.minimum.at(per_node, self.element_vectors(np.arange(mesh.nodes)), root[:, None])
-        scale = np.ones(pattern.size)
-        scale[node_index[1:-1]] = per_node[1:-1, None]
-        scale[tension_index] = 1 / root[:, None]
-        return scale
-
-    @property
-    def interior(self):
-        """Index of the interior displacements in the mixed vector, shape (dof,)."""
-        return self.layout[1][1:-1].ravel()
-
-    @property
     def dof(self):
         """Number of free displacements. [-]"""
         return (self.state.mesh.nodes - 2) * len(self.axes)
 
-    def solve(self, forces, mismatch=None):
+    @cached_property
+    def weights(self):
+        """Share of the unstretched length of each Gauss point, shape (n q,). [-]"""
+        return self.state.mesh.point_weights.ravel()
+
+    @cached_property
+    def tangent(self):
+        """Unit tangent at the Gauss points, shape (..., n q, d). [-]"""
+        direction = self.state.direction
+        return direction.reshape(*direction.shape[:-3], -1, 3)[..., self.axes]
+
+    @cached_property
+    def yielding(self):
+        """Gradient per force along and across the cable at the Gauss points, shapes (..., 1) and (..., n q). [-]"""
+        state = self.state
+        across = state.stretch / state.tension
+        return np.asarray(state.compliance)[..., None], across.reshape(*across.shape[:-2], -1)
+
+    @cached_property
+    def compliance(self):
+        """w A at the Gauss points, shape (..., n q, d, d). [-]"""
+        along, across = self.yielding
+        if len(self.axes) == 1:  # across its plane
+            return (self.weights * across)[..., None, None]
+        return local_compliance(self.tangent, self.weights * along, self.weights * across)
+
+    @cached_property
+    def end_stiffness(self):
+        """Condensed stiffness of end 2, end 1 fixed, shape (..., d, d). [-]"""
+        return inverse(self.compliance.sum(axis=-3))
+
+    @cached_property
+    def end_shapes(self):
+        """Static shapes for unit movements of end 2, shape (..., nodes, d, d). [-]"""
+        axes, mesh = len(self.axes), self.state.mesh
+        strained = _times(self.compliance, self.end_stiffness[..., None, :, :])
+        behind = gathered(mesh, strained.reshape(*strained.shape[:-2], -1))
+        shapes = np.zeros((*strained.shape[:-3], mesh.nodes, axes, axes))
+        shapes[..., 1:-1, :, :] = np.eye(axes) - behind.reshape(*behind.shape[:-1], axes, axes)
+        shapes[..., -1, :, :] = np.eye(axes)
+        return shapes
+
+    def solve(self, forces):
         """Interior displacements under nodal forces, ends held.
 
         Parameters
         ----------
-        forces : ndarray, shape (dof,) or (dof, r)
-        mismatch : ndarray, shape (n q,) or (n q, r), optional
-            Right-hand side of the tension rows.
+        forces : ndarray, shape (..., dof, r)
 
         Returns
         -------
-        displacement : ndarray, shape (dof,) or (dof, r)
-        tension : ndarray, shape (n q,) or (n q, r)
+        ndarray, shape (..., dof, r)
         """
-        right = np.zeros((self.layout[2].size, *forces.shape[1:]))
-        right[self.interior] = forces
-        where = self.layout[0].ravel()
-        if mismatch is not None:
-            right[where] = mismatch
-        scale = 1.0 if self.scale is None else self.scale.reshape(-1, *[1] * (right.ndim - 1))
-        answer = scale * self.factor.solve(scale * right)
-        return answer[self.interior], answer[where]
+        mesh, axes, count = self.state.mesh, len(self.axes), forces.shape[-1]
+        inner = forces.reshape(*forces.shape[:-2], mesh.nodes - 2, axes * count)
+        hung = carried(mesh, inner)
+        hung = hung.reshape(*hung.shape[:-1], axes, count)
+        compliance = self.compliance
+        mean = self.end_stiffness @ _times(compliance, hung).sum(axis=-3)
+        strained = _times(compliance, mean[..., None, :, :] - hung)
+        moved = -gathered(mesh, strained.reshape(*strained.shape[:-2], -1))
+        return moved.reshape(*moved.shape[:-2], self.dof, count)
 
-    def element_vectors(self, nodal):
-        """Nodal vectors gathered by element.
+    @cached_property
+    def root(self):
+        """B of a small model with K^-1 = B^T B, shape (..., n q d, dof). [-]"""
+        mesh, d = self.state.mesh, len(self.axes)
+        S = influence(mesh)
+        lead = self.tangent.shape[:-2]
+        compliance = self.compliance.reshape(*lead, -1, d * d)
+        mean = (compliance.swapaxes(-1, -2) @ S).reshape(*lead, d, d, -1)
+        mean = (self.end_stiffness @ mean.reshape(*lead, d, -1)).reshape(*lead, d, d, -1).swapaxes(-1, -2)
+        along, across = self.yielding
+        frame = _frame(self.tangent)
+        size = np.repeat(np.sqrt(self.weights * across)[..., None], d, axis=-1)
+        if d > 1:
+            size[..., 0] = np.sqrt(self.weights * along)
+        ahead = (frame.reshape(*lead, -1, d) @ mean.reshape(*lead, d, -1)).reshape(*lead, -1, d, S.shape[1], d)
+        root = S[:, None, :, None] * frame[..., None, :] - ahead
+        root *= size[..., None, None]
+        return root.reshape(*lead, -1, self.dof)
 
-        Parameters
-        ----------
-        nodal : ndarray, shape (nodes, d, ...)
-
-        Returns
-        -------
-        ndarray, shape (n, p + 1, d, ...)
-        """
-        mesh = self.state.mesh
-        index = mesh.element_nodes
-        return nodal[index]
-
-    def strain_energy(self, shapes):
-        """Twice the elastic and the geometric energy of displacement shapes, and their products.
+    def modal_energies(self, shapes):
+        """Twice the elastic and the geometric energy of displacement shapes.
 
         Sums of squares: nothing cancels, however stiff the cable.
 
         Parameters
         ----------
-        shapes : ndarray, shape (nodes, d, r)
+        shapes : ndarray, shape (..., nodes, d, r)
 
         Returns
         -------
-        elastic, geometric : ndarray, shape (r, r)
+        elastic, geometric : ndarray, shape (..., r)
         """
-        along, across, weights = self._gradients(shapes)
-        rate = weights * self.state.tension / self.state.stretch
-        return _gram(weights[..., None] / self.state.compliance, along), _gram(rate[..., None, None], across)
+        along, across = self._gradients(shapes)
+        yielding, soft = self.yielding
+        elastic = (self.weights[:, None] / yielding[..., None] * along**2).sum(axis=-2)
+        geometric = ((self.weights / soft)[..., None, None] * across**2).sum(axis=(-3, -2))
+        return elastic, geometric
 
-    def modal_energies(self, shapes):
-        """Diagonals of `strain_energy`, each of shape (r,)."""
-        along, across, weights = self._gradients(shapes)
-        elastic = np.einsum("eq,eqr->r", weights / self.state.compliance, along**2)
-        rate = weights * self.state.tension / self.state.stretch
-        return elastic, np.einsum("eq,eqar->r", rate, across**2)
+    def elastic_energy(self, shapes):
+        """Twice the elastic energy of displacement shapes and of their products, shape (..., r, r)."""
+        along, _ = self._gradients(shapes)
+        weighted = self.weights[:, None] / self.yielding[0][..., None] * along
+        return weighted.swapaxes(-1, -2) @ along
 
     def _gradients(self, shapes):
-        mesh, t = self.state.mesh, self.state.direction[..., self.axes]
-        element = basis(mesh.order)
-        gathered = self.element_vectors(shapes)
-        gradient = np.tensordot(element.derivative, gathered, axes=(1, 1)).swapaxes(0, 1)
-        gradient = gradient / mesh.sizes[:, None, None, None]
-        along = np.einsum("eqa,eqar->eqr", t, gradient)
-        across = gradient - t[..., None] * along[:, :, None]
-        return along, across, mesh.sizes[:, None] * element.weights
-
-    def end_columns(self, end):
-        """Right-hand sides of the interior when one end moves by one unit in each direction.
-
-        Parameters
-        ----------
-        end : int
-            0 for end 1, -1 for end 2.
-
-        Returns
-        -------
-        forces : ndarray, shape (dof, d)
-        mismatch : ndarray, shape (n q, d)
-        """
-        axes, mesh = len(self.axes), self.state.mesh
-        nodes = mesh.order + 1
-        local = slice(0, axes) if end == 0 else slice((nodes - 1) * axes, nodes * axes)
-        which = 0 if end == 0 else mesh.elements - 1
-        forces = np.zeros((mesh.nodes * axes, axes))
-        begin = which * mesh.order * axes
-        forces[begin : begin + nodes * axes] = -self.geometric_blocks[which][:, local]
-        points = self.layout[0].shape[1]
-        mismatch = np.zeros((mesh.elements * points, axes))
-        if self.mixed:
-            mismatch[which * points : (which + 1) * points] = -self.coupling_blocks[which][local].T
-        return forces[axes:-axes], mismatch
-
-    @cached_property
-    def end_stiffness(self):
-        """Condensed stiffness of end 2, end 1 fixed, shape (d, d). [-]
-
-        By the energy of the shapes that the cable takes: error squared, and no difference of large numbers.
-        """
-        return sum(self.strain_energy(self.end_shapes))
-
-    @cached_property
-    def end_shapes(self):
-        """Static shapes for unit movements of end 2, shape (nodes, d, d). [-]"""
-        axes = len(self.axes)
-        shapes = np.zeros((self.state.mesh.nodes, axes, axes))
-        shapes[-1] = np.eye(axes)
-        if self.dof:
-            inner, _ = self.solve(*self.end_columns(-1))
-            shapes[1:-1] = inner.reshape(-1, axes, axes)
-        return shapes
+        """Gradient of shapes along the cable, shape (..., n q, r), and across it, shape (..., n q, d, r)."""
+        mesh, axes = self.state.mesh, len(self.axes)
+        index = mesh.element_nodes
+        lead = shapes.shape[:-3]
+        parts = shapes.reshape(*lead, mesh.nodes, -1)[..., index, :]
+        gradient = basis(mesh.order).derivative @ parts / mesh.sizes[:, None, None]
+        gradient = gradient.reshape(*lead, len(self.weights), axes, -1)
+        t = self.tangent[..., None]
+        along = (t * gradient).sum(axis=-2)
+        return along, gradient - t * along[..., None, :]
 
     @property
     def mass(self):
@@ -304,21 +300,40 @@ class System:
         return masses(self.state.mesh, len(self.axes))[0]
 
     def full_stiffness(self):
-        """Sparse K_E + K_G of all nodes, shape (nodes d, nodes d). [-]"""
-        elastic = 0.0
-        if self.mixed:
-            coupling = self.coupling_blocks
-            elastic = (coupling / self.compliance_diagonal[:, None, :]) @ coupling.transpose(0, 2, 1)
-        return _sparse(self.state.mesh, len(self.axes), self.geometric_blocks + elastic)
+        """Sparse K_E + K_G of all nodes of one cable, shape (nodes d, nodes d). [-]
+
+        In displacements, as in the paper: of an almost inextensible cable it has few digits.
+        """
+        state, element = self.state, basis(self.state.mesh.order)
+        t = state.direction[..., self.axes]
+        own = np.eye(len(self.axes)) - t[..., :, None] * t[..., None, :]
+        own *= (state.tension / state.stretch)[..., None, None]
+        own += t[..., :, None] * t[..., None, :] / state.compliance
+        share = element.weights / state.mesh.sizes[:, None]
+        blocks = np.einsum("eq,qi,qj,eqab->eiajb", share, element.derivative, element.derivative, own, optimize=True)
+        width = (state.mesh.order + 1) * len(self.axes)
+        return _sparse(state.mesh, len(self.axes), blocks.reshape(-1, width, width))
 
 
-def _gram(weights, shapes):
-    """Sum of weights times products of shapes, over all axes but the last, shape (r, r)."""
-    flat = shapes.reshape(-1, shapes.shape[-1])
-    return (weights * shapes).reshape(flat.shape).T @ flat
+def _times(matrices, vectors):
+    """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than one after the other."""
+    return (matrices[..., None] * vectors[..., None, :, :]).sum(axis=-2)
 
 
-@lru_cache(maxsize=8)
+def _frame(tangent):
+    """Orthonormal directions at each point, the tangent first, shape (..., d, d)."""
+    d = tangent.shape[-1]
+    if d == 1:
+        return np.ones((*tangent.shape, 1))
+    if d == 2:
+        return np.stack([tangent, np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)], axis=-2)
+    least = np.eye(3)[np.argmin(np.abs(tangent), axis=-1)]
+    first = np.cross(tangent, least)
+    first /= np.sqrt((first**2).sum(axis=-1, keepdims=True))
+    return np.stack([tangent, first, np.cross(tangent, first)], axis=-2)
+
+
+@lru_cache(maxsize=32)
 def masses(mesh, axes):
     """Sparse mass matrices of a cable of unit mass: all nodes, and the interior. [-]
 
@@ -349,23 +364,3 @@ def _sparse(mesh, axes, blocks):
     matrix = coo_array((blocks.ravel(), (rows, columns)), shape=(total, total)).tocsr()
     matrix.eliminate_zeros()
     return matrix
-
-
-def partition(matrix, axes):
-    """Split a full matrix into ends (1) and interior (2).
-
-    Parameters
-    ----------
-    matrix : sparse array, shape (nodes d, nodes d)
-    axes : int
-        Components d of a node.
-
-    Returns
-    -------
-    m11, m12, m22 : sparse arrays
-        (2 d, 2 d), (2 d, dof), (dof, dof); the ends in the order end 1, end 2.
-    """
-    total = matrix.shape[0]
-    ends = np.r_[0:axes, total - axes : total]
-    inner = np.arange(axes, total - axes)
-    return matrix[ends][:, ends], matrix[ends][:, inner], matrix[inner][:, inner]

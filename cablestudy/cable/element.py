@@ -169,6 +169,11 @@ class Mesh:
         return np.append(inner.ravel(), 1.0)
 
     @cached_property
+    def point_weights(self):
+        """Share of the unstretched length of each Gauss point, shape (n, q). [-]"""
+        return self.sizes[:, None] * basis(self.order).weights
+
+    @cached_property
     def point_positions(self):
         """Gauss points, shape (n, q). [-]"""
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points

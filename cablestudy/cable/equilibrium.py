@@ -1,21 +1,22 @@
-"""The static form: Newton on displacements and tensions, from the catenary, with a guarded step and a record.
+"""The static form of the elements: Newton on one tension vector, from the catenary, with a guarded step.
 
-The energy of a cable that bears no compression is convex. A state in equilibrium whose tensions are all positive is
-therefore THE equilibrium: the last check of `solve` is a proof, and no false state passes.
+With loads on its nodes the tension vectors at a cable's Gauss points are N = c - S f (see `assembly`), so that only c
+is unknown: the places of the ends determine it. It minimises the complementary energy, which is strictly convex. A c
+that fulfils the equation while every tension is positive is therefore THE equilibrium: no false state passes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.cable.assembly import IN_PLANE, SPATIAL, State, System
-from cablestudy.cable.catenary import solve as closed_form
+from cablestudy.cable.assembly import State, carried, gathered, inverse, local_compliance
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.errors import ConvergenceError
 
-MAX_STEPS = 40
-SLACK = 1e-7  # share of the largest tension below which a piece of the lumped chain hangs slack
+MAX_STEPS = 60
+HALVINGS = 40
 TOLERANCE = 1e-9  # of the last correction: the error left is about its square
+TINY = 1e-300
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class Step:
     Attributes
     ----------
     residual : float
-        Largest force out of balance before the step over the largest tension. [-]
+        How far end 2 was from its place before the step, over the length. [-]
     correction : float
-        Largest change of a tension over the largest tension, or of a place over the length. [-]
+        Change of the tension over the largest one, or of its part across the chord over the largest such part. [-]
     share : float
         Share of the full step that was taken. [-]
     """
@@ -62,76 +63,52 @@ def from_catenary(catenary, mesh):
     Parameters
     ----------
     catenary : Catenary
-        One cable.
+        One cable, or many.
     mesh : Mesh
 
     Returns
     -------
     State
-        Exact at every point; `solve` turns it into the equilibrium of the discrete cable.
+        Exact at every point; `solve` gives the equilibrium of the discrete cable.
     """
     points = mesh.point_positions
     displacement, force = catenary.at(np.concatenate([mesh.node_positions, points.ravel()]))
-    displacement, force = displacement[: mesh.nodes].copy(), force[mesh.nodes :]
-    displacement[-1] = 0.0
+    displacement, force = displacement[..., : mesh.nodes, :].copy(), force[..., mesh.nodes :, :]
+    displacement[..., -1, :] = 0.0
+    return _state(catenary, mesh, force / np.asarray(catenary.max_tension)[..., None, None], displacement)
+
+
+def _state(catenary, mesh, force, displacement):
+    """From the tension vectors at the Gauss points in units of the largest of the catenary, shape (..., n q, 3)."""
+    reference = np.asarray(catenary.max_tension)
+    compliance = reference / np.asarray(catenary.span.axial_stiffness, dtype=float)
     size = np.sqrt((force**2).sum(axis=-1))
-    reference = float(catenary.max_tension)
-    stiffness = float(catenary.span.axial_stiffness)
-    tension = size.reshape(points.shape)
-    direction = (force / np.maximum(size, 1e-300)[:, None]).reshape(*points.shape, 3)
+    shape = (*size.shape[:-1], mesh.elements, mesh.order)
     return State(
         mesh=mesh,
-        direction=direction,
-        tension=tension / reference,
-        stretch=1 + tension / stiffness,
+        direction=(force / np.maximum(size, TINY)[..., None]).reshape(*shape, 3),
+        tension=size.reshape(shape),
+        stretch=(1 + compliance[..., None] * size).reshape(shape),
         displacement=displacement,
-        compliance=reference / stiffness,
+        compliance=compliance,
         force=reference,
     )
 
 
-def gradient(span, mesh, displacement):
-    """r' minus the unit vector along the chord, at the Gauss points, shape (n, q, 3). [-]"""
-    index = mesh.element_nodes
-    slope = np.einsum("qi,eia->eqa", basis(mesh.order).derivative, displacement[index]) / mesh.sizes[:, None, None]
-    slope[..., 0] += span.chord_strain
-    return slope
-
-
-def tangent(slope):
-    """Unit tangent and strain from `gradient`, without cancellation for small strain."""
-    excess = 2 * slope[..., 0] + (slope**2).sum(axis=-1)
-    stretch = np.sqrt(np.maximum(1 + excess, 0.0))
-    direction = slope / np.maximum(stretch, 1e-300)[..., None]
-    direction[..., 0] += 1 / np.maximum(stretch, 1e-300)
-    return direction, excess / (1 + stretch)
-
-
 def external_forces(span, mesh, force):
-    """Weight and point loads on the nodes, shape (nodes, 3), in units of `force`. [-]"""
-    nodal = np.zeros((mesh.nodes, 3))
-    shares = mesh.sizes[:, None] * basis(mesh.order).shares
-    index = mesh.element_nodes
-    np.add.at(nodal, index, -float(span.weight) / force * shares[..., None] * np.asarray(span.up))
-    for position, load in zip(span.load_positions / span.unstretched_length, span.load_forces, strict=True):
-        edge = int(np.argmin(np.abs(mesh.edges - position)))
-        nodal[edge * mesh.order] += load / force
-    return nodal
-
-
-def lumped_chain(catenary, mesh):
-    """The cable with its weight gathered at the nodes: straight weightless pieces, solved in closed form.
-
-    For order 1 this is the exact discrete equilibrium; it helps where a few elements must follow a sharp bend.
-
-    Returns
-    -------
-    Catenary
-    """
-    span = catenary.span
-    nodal = external_forces(span, mesh, 1.0)[1:-1]
-    positions = mesh.node_positions[1:-1] * span.unstretched_length
-    return closed_form(replace(span, mass=0.0, load_positions=positions, load_forces=nodal))
+    """Weight and point loads on the nodes, shape (..., nodes, 3), in units of `force`. [-]"""
+    nodal = np.zeros(mesh.nodes)
+    np.add.at(nodal, mesh.element_nodes, mesh.sizes[:, None] * basis(mesh.order).shares)
+    force = np.asarray(force)[..., None, None]
+    weight = np.asarray(span.weight)[..., None, None] / force
+    total = -weight * nodal[:, None] * np.asarray(span.up)[..., None, :]
+    positions = span.load_positions / np.asarray(span.unstretched_length)[..., None]
+    loads = span.load_forces / force
+    for place in range(positions.shape[-1]):
+        edge = np.argmin(np.abs(mesh.edges - positions[..., place, None]), axis=-1)
+        hit = np.arange(mesh.nodes) == edge[..., None] * mesh.order
+        total = total + hit[..., None] * loads[..., place, None, :]
+    return total
 
 
 def solve(catenary, mesh):
@@ -153,74 +130,155 @@ def solve(catenary, mesh):
     ConvergenceError
         No equilibrium with every tension positive was reached; its record is the Convergence.
     """
-    try:
-        return _newton(catenary.span, from_catenary(catenary, mesh))
-    except ConvergenceError as error:
-        chain = lumped_chain(catenary, mesh)
-        if not chain.record.converged or chain.min_tension < SLACK * chain.max_tension:
-            raise ConvergenceError(
+    state, record = solve_many(catenary, mesh)
+    convergence = record.of(())
+    if convergence.reason != CONVERGED:
+        raise record.error(())
+    return state, convergence
+
+
+CONVERGED = "converged"
+
+
+@dataclass(frozen=True)
+class Record:
+    """How the Newton iterations of many cables went.
+
+    Attributes
+    ----------
+    residual, correction, share : ndarray, shape (steps, ...)
+        As in `Step`; not a number once a cable has stopped.
+    slack : ndarray of bool, shape (...)
+        Whether a piece hangs slack in equilibrium, without tension.
+    converged : ndarray of bool, shape (...)
+    mesh : Mesh
+    """
+
+    residual: np.ndarray
+    correction: np.ndarray
+    share: np.ndarray
+    slack: np.ndarray
+    converged: np.ndarray
+    mesh: object
+
+    def of(self, index):
+        """`Convergence` of one cable."""
+        columns = (self.residual, self.correction, self.share)
+        rows = zip(*(part[(slice(None), *np.atleast_1d(index))].tolist() for part in columns), strict=True)
+        steps = tuple(Step(*row) for row in rows if row[2] == row[2])
+        reason = CONVERGED
+        if not self.converged[index]:
+            reason = f"no convergence in {len(steps)} steps, last correction {steps[-1].correction:.1e}"
+            if self.slack[index]:
+                reason = "somewhere the cable hangs slack"
+        return Convergence(steps, reason)
+
+    def error(self, index):
+        """Why one cable has no equilibrium."""
+        record, mesh = self.of(index), self.mesh
+        if self.slack[index]:
+            return ConvergenceError(
                 f"too few elements ({mesh.elements} of order {mesh.order}) for so sharp a bend: "
                 "one would hang slack, without tension",
-                error.record,
-            ) from None
-        return _newton(catenary.span, from_catenary(chain, mesh))
+                record,
+            )
+        return ConvergenceError(
+            f"static form of {mesh.elements} elements of order {mesh.order}: {record.reason}", record
+        )
 
 
-def _newton(span, state):
-    """Newton from a state whose tensions are positive."""
-    mesh, displacement, tension = state.mesh, state.displacement, state.tension
-    axes = IN_PLANE if span.planar else SPATIAL
-    loads = external_forces(span, mesh, state.force)[1:-1][:, axes].ravel()
-    weights = mesh.sizes[:, None] * basis(mesh.order).weights
-    steps = []
+def solve_many(catenary, mesh):
+    """Equilibria of discrete cables that share a mesh.
 
-    def at(displacement, tension):
-        direction, strain = tangent(gradient(span, mesh, displacement))
-        moved = replace(state, direction=direction, tension=tension, stretch=1 + strain, displacement=displacement)
-        return moved, strain
+    Parameters
+    ----------
+    catenary : Catenary
+        Fields of shape (...).
+    mesh : Mesh
 
-    def failed(reason):
-        message = f"static form of {mesh.elements} elements of order {mesh.order}: {reason}"
-        return ConvergenceError(message, Convergence(tuple(steps), reason))
+    Returns
+    -------
+    state : State
+    record : Record
+        Tells for each cable whether it is in equilibrium.
+    """
+    span, reference = catenary.span, np.asarray(catenary.max_tension)
+    axes = 2 if span.planar else 3
+    loads = external_forces(span, mesh, reference)[..., :axes]
+    hung = carried(mesh, loads[..., 1:-1, :])
+    unknown = catenary.at(np.zeros(1))[1][..., 0, :axes] / reference[..., None] - loads[..., 0, :]
+    weights = mesh.point_weights.ravel()
+    yielding = (reference / np.asarray(span.axial_stiffness, dtype=float))[..., None]
+    target = np.zeros(unknown.shape)
+    target[..., 0] = span.chord_strain
 
-    while True:
-        current, strain = at(displacement, tension)
-        if not (strain > -1).all():
-            raise failed("an element has collapsed")
-        system = System(current, axes)
-        unbalance = loads - internal_forces(system)[1:-1].ravel()
-        mismatch = -weights * (strain - state.compliance * tension)
-        try:
-            shift, pull = system.solve(unbalance, mismatch.ravel())
-        except ConvergenceError as error:
-            raise failed(str(error)) from None
-        pull = pull.reshape(tension.shape)
-        change = float(max(np.abs(pull).max(), np.abs(shift).max(initial=0.0)))
-        if not np.isfinite(change):
-            raise failed("a correction is not finite")
-        share = min(1.0, 0.9 / max(float(np.max(-pull / tension)), 0.9))
-        steps.append(Step(float(np.abs(unbalance).max(initial=0.0)), change, share))
-        displacement = displacement.copy()
-        displacement[1:-1, axes] += share * shift.reshape(-1, len(axes))
-        tension = tension + share * pull
-        rounding = len(steps) > 1 and change < 1e-6 and change >= steps[-2].correction / 2
-        if share == 1.0 and (change < TOLERANCE or rounding):
+    def at(unknown):
+        """Tension vectors, tensions and gradients less the chord's direction at the points, and the gap at end 2."""
+        force = unknown[..., None, :] - hung
+        size = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY)
+        t = force / size[..., None]
+        aside = (t[..., 1:] ** 2).sum(axis=-1)
+        ahead = t[..., 0] > 0
+        back = np.where(ahead, -aside / np.where(ahead, 1 + t[..., 0], 1.0), t[..., 0] - 1)
+        slope = (yielding * size)[..., None] * t
+        slope[..., 0] += back
+        slope[..., 1:] += t[..., 1:]
+        return force, size, t, slope, target - weights @ slope
+
+    force, size, t, slope, gap = at(unknown)
+    active, change = np.ones(size.shape[:-1], dtype=bool), np.full(size.shape[:-1], np.inf)
+    converged = np.zeros(size.shape[:-1], dtype=bool)
+    trace = []
+    for _ in range(MAX_STEPS):
+        own = local_compliance(t, weights * yielding, weights * (1 / size + yielding))
+        step = (inverse(own.sum(axis=-3)) @ gap[..., None])[..., 0]
+        slope_along = (gap * step).sum(axis=-1)
+        rounding = 1e-15 * np.abs(target[..., 0] * step[..., 0]) + 1e-16 * np.abs(step).max(axis=-1)
+        last, change = change, _change(step, force, size)
+        share = active.astype(float)
+        for _ in range(HALVINGS):
+            trial = unknown + share[..., None] * step
+            found = at(trial)
+            worse = active & ((found[-1] * step).sum(axis=-1) < -0.5 * slope_along - rounding) & (change > 1e-12)
+            if not worse.any():
+                break
+            share = np.where(worse, share / 2, share)
+        residual = np.where(active, np.abs(gap).max(axis=-1), np.nan)
+        trace.append((residual, np.where(active, change, np.nan), np.where(active, share, np.nan)))
+        unknown, (force, size, t, slope, gap) = trial, found
+        settled = (change < TOLERANCE) | ((change < 1e-6) & (change >= last / 2))
+        converged |= active & settled & (share == 1)
+        active = active & ~settled & ~worse & np.isfinite(change)
+        if not active.any():
             break
-        if len(steps) == MAX_STEPS:
-            raise failed(f"no convergence in {MAX_STEPS} steps, last correction {change:.1e}")
-    if tension.min() <= 0:
-        raise failed("an element would be in compression: too few elements for so sharp a bend")
-    return at(displacement, tension)[0], Convergence(tuple(steps), "converged")
+    excess = slope - target[..., None, :]
+    displacement = np.zeros((*excess.shape[:-2], mesh.nodes, 3))
+    displacement[..., 1:-1, :axes] = -gathered(mesh, weights[:, None] * excess)
+    whole = np.zeros((*force.shape[:-1], 3))
+    whole[..., :axes] = force
+    slack = np.zeros_like(converged)
+    if not converged.all():  # the energy has a kink where a tension vanishes: is its minimum at the smallest one's?
+        least = np.argmin(size, axis=-1)
+        there = np.take_along_axis(np.broadcast_to(hung, force.shape), least[..., None, None], axis=-2)[..., 0, :]
+        slack = ~converged & (np.sqrt((at(there)[-1] ** 2).sum(axis=-1)) <= weights[least])
+    traces = (np.array(part) for part in zip(*trace, strict=True))
+    return _state(catenary, mesh, whole, displacement), Record(*traces, slack, converged, mesh)
+
+
+def _change(step, force, size):
+    """Size of a correction, in all and across the chord: a steep cable's sag hangs on its small part across."""
+    whole = np.sqrt((step**2).sum(axis=-1)) / size.max(axis=-1)
+    aside = np.sqrt((force[..., 1:] ** 2).sum(axis=-1)).max(axis=-1)
+    return np.maximum(whole, np.sqrt((step[..., 1:] ** 2).sum(axis=-1)) / np.maximum(aside, 1e-16 * size.max(axis=-1)))
 
 
 def internal_forces(system):
     """Nodal forces of the tensions, shape (nodes, d). [-]"""
     state, axes = system.state, len(system.axes)
-    per_element = np.einsum("eiq,eq->ei", system.coupling_blocks, state.tension)
-    mesh = state.mesh
-    index = mesh.element_nodes
+    mesh, element = state.mesh, basis(state.mesh.order)
+    pull = element.weights[:, None] * state.tension[..., None] * state.direction[..., system.axes]
     nodal = np.zeros((mesh.nodes, axes))
-    np.add.at(nodal, index, per_element.reshape(*index.shape, axes))
+    np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
     return nodal
 
 

@@ -2,7 +2,7 @@
 
 Modes come from the compliance K^-1 M, so that the lowest are the most accurate; each frequency is then the Rayleigh
 quotient of its shape, with energies summed as squares. In-plane and out-of-plane motion are solved apart where they
-decouple.
+decouple. Small models of many cables are solved in one call.
 """
 
 import itertools
@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, State, System
+from cablestudy.cable.element import basis, lagrange
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
@@ -29,19 +30,17 @@ ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more t
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes in ascending frequency.
+    """Modes in ascending frequency, of one cable or of many.
 
     Attributes
     ----------
-    frequency : ndarray, shape (k,)
+    frequency : ndarray, shape (..., k)
         [Hz]
-    shapes : ndarray, shape (nodes, 3, k)
+    shapes : ndarray, shape (..., nodes, 3, k)
         Chord frame, mass-normalised, ends included (at rest). [1/sqrt(kg)]
-    kind : tuple of str
-        "in-plane", "out-of-plane" or "axial".
-    symmetry : tuple of str
-        "symmetric", "antisymmetric" or "mixed".
-    participation : ndarray, shape (k, 3)
+    kinds, symmetries : ndarray of int, shape (..., k)
+        Places in KINDS and SYMMETRIES.
+    participation : ndarray, shape (..., k, 3)
         |psi^T K21 e_j| for end 2 moving along axis j of the chord frame, with its sign. [N/(m sqrt(kg))]
     complete : bool
         True when the model has no more modes.
@@ -49,29 +48,52 @@ class Modes:
 
     frequency: np.ndarray
     shapes: np.ndarray
-    kind: tuple
-    symmetry: tuple
+    kinds: np.ndarray
+    symmetries: np.ndarray
     participation: np.ndarray
     complete: bool
 
     def __len__(self):
-        return len(self.frequency)
+        return self.frequency.shape[-1]
+
+    @cached_property
+    def kind(self):
+        """Of one cable: "in-plane", "out-of-plane" or "axial" for each mode."""
+        return tuple(KINDS[i] for i in self.kinds.tolist())
+
+    @cached_property
+    def symmetry(self):
+        """Of one cable: "symmetric", "antisymmetric" or "mixed" for each mode."""
+        return tuple(SYMMETRIES[i] for i in self.symmetries.tolist())
+
+    def take(self, index):
+        """Those of one cable of many."""
+        fields = (self.frequency, self.shapes, self.kinds, self.symmetries, self.participation)
+        return Modes(*(field[index] for field in fields), self.complete)
 
     def first(self, count):
         """Only the lowest `count` modes."""
         if count >= len(self):
             return self
         return Modes(
-            self.frequency[:count],
+            self.frequency[..., :count],
             self.shapes[..., :count],
-            self.kind[:count],
-            self.symmetry[:count],
-            self.participation[:count],
+            self.kinds[..., :count],
+            self.symmetries[..., :count],
+            self.participation[..., :count, :],
             False,
         )
 
+    def number(self, number, kind, symmetry=None):
+        """Where mode `number` (from 1) of a kind and symmetry stands, shape (...); len(self) where there is none."""
+        wanted = self.kinds == KINDS.index(kind)
+        if symmetry is not None:
+            wanted = wanted & (self.symmetries == SYMMETRIES.index(symmetry))
+        count = np.cumsum(wanted, axis=-1)
+        return (count < number).sum(axis=-1)
+
     def select(self, kind=None, symmetry=None):
-        """Indices of the modes of a kind and symmetry, ascending in frequency."""
+        """Indices of the modes of one cable of a kind and symmetry, ascending in frequency."""
         return [
             i
             for i in range(len(self))
@@ -80,42 +102,56 @@ class Modes:
 
 
 class Dynamics:
-    """The free vibration of a cable about an equilibrium.
+    """The free vibration of a cable about an equilibrium, or of many whose models are alike.
 
     Parameters
     ----------
     state : State
-    length, mass : float
+        Of one cable or, with a leading axis, of many.
+    length, mass : float or ndarray
         Unstretched length [m] and mass per unstretched length [kg/m].
     planes : tuple of tuple of int
         The directions that move, those together that do not decouple: PLANAR, one of its two, or (SPATIAL,).
     """
 
     def __init__(self, state: State, length, mass, planes=PLANAR):
-        self.state, self.length, self.mass = state, float(length), float(mass)
+        self.state, self.length, self.mass = state, np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
         self.systems = tuple(System(state, axes) for axes in planes)
-        self._found = None
+        self._found, self._numbered, self._among = None, {}, None
+
+    def take(self, index):
+        """One cable of many, which finds its modes when another one of them does."""
+        planes = tuple(system.axes for system in self.systems)
+        one = Dynamics(self.state.take(index), self.length[index], self.mass[index], planes)
+        one._among = self, index
+        return one
 
     @property
     def dof(self):
         """Free displacements in all. [-]"""
         return sum(system.dof for system in self.systems)
 
+    @property
+    def small(self):
+        """Whether the modes of many such models are found together."""
+        return self.dof <= ALL_AT_ONCE
+
     @cached_property
     def unit_frequency(self):
-        """Frequency that belongs to the eigenvalue 1. [Hz]"""
+        """Frequency that belongs to the eigenvalue 1, shape (...). [Hz]"""
         return np.sqrt(self.state.force / self.mass) / self.length / (2 * np.pi)
 
     @cached_property
     def end_stiffness(self):
-        """Condensed static stiffness of end 2, end 1 fixed, chord frame, shape (3, 3). [N/m]
+        """Condensed static stiffness of end 2, end 1 fixed, chord frame, shape (..., 3, 3). [N/m]
 
         Zero in the directions that do not move.
         """
-        stiffness = np.zeros((3, 3))
+        stiffness = np.zeros((*np.shape(self.length), 3, 3))
         for system in self.systems:
-            stiffness[np.ix_(system.axes, system.axes)] = system.end_stiffness
-        return stiffness * self.state.force / self.length
+            rows, columns = np.ix_(system.axes, system.axes)
+            stiffness[..., rows, columns] = system.end_stiffness
+        return stiffness * np.asarray(self.state.force / self.length)[..., None, None]
 
     def modes(self, count):
         """At least the `count` lowest modes, or all there are; what was found before is kept.
@@ -133,11 +169,15 @@ class Dynamics:
         ConvergenceError
         """
         if self._found is None or (len(self._found) < count and not self._found.complete):
-            self._found = self.lowest(self.dof if self.dof <= ALL_AT_ONCE else count)
+            if self._among is not None:
+                whole, index = self._among
+                self._found = whole.modes(count).take(index)
+            else:
+                self._found = self.lowest(self.dof if self.small else count)
         return self._found
 
     def up_to(self, frequency):
-        """All modes up to a frequency [Hz], and at least one beyond it where there is one."""
+        """All modes of one cable up to a frequency [Hz], and at least one beyond it where there is one."""
         count = FIRST
         while True:
             modes = self.modes(count)
@@ -146,7 +186,7 @@ class Dynamics:
             count *= 2
 
     def frequency(self, number, kind, symmetry=None):
-        """Frequency of mode `number` (from 1) of a kind and symmetry. [Hz]
+        """Frequency of mode `number` (from 1) of a kind and symmetry of one cable. [Hz]
 
         Raises
         ------
@@ -155,14 +195,28 @@ class Dynamics:
         """
         count = FIRST
         while True:
-            modes = self.modes(count)
-            found = modes.select(kind, symmetry)
-            if len(found) >= number:
-                return float(modes.frequency[found[number - 1]])
-            if modes.complete:
+            found, complete = self._frequencies(count, number, kind, symmetry)
+            if found == found:
+                return found
+            if complete:
                 words = " ".join(word for word in (symmetry, kind) if word)
-                raise NoSolutionError(f"the model has {len(found)} {words} modes, not {number}")
+                there = len(self.modes(count).select(kind, symmetry))
+                raise NoSolutionError(f"the model has {there} {words} modes, not {number}")
             count *= 2
+
+    def _frequencies(self, count, *which):
+        """Frequency of a mode among the lowest `count`, not a number where it is none of them, and if these are all."""
+        if self._among is not None:
+            whole, index = self._among
+            found, complete = whole._frequencies(count, *which)
+            return found[index], complete
+        modes = self.modes(count)
+        key = (len(modes), *which)
+        if key not in self._numbered:
+            padded = np.concatenate([modes.frequency, np.full((*modes.frequency.shape[:-1], 1), np.nan)], axis=-1)
+            place = modes.number(*which)
+            self._numbered[key] = np.take_along_axis(padded, place[..., None], axis=-1)[..., 0].tolist()
+        return self._numbered[key], modes.complete
 
     def lowest(self, count):
         """The lowest modes.
@@ -185,10 +239,10 @@ class Dynamics:
         return self._merge(parts, count)
 
     def _solve(self, system, count):
-        """Shapes of one system, shape (nodes, d, k), and their squared frequencies in units."""
-        axes = len(system.axes)
+        """Shapes of one system, shape (..., nodes, d, k), and their squared frequencies in units."""
+        axes, lead = len(system.axes), np.shape(self.length)
         if count == 0:
-            return system, np.zeros(0), np.zeros((self.state.mesh.nodes, axes, 0))
+            return system, np.zeros((*lead, 0)), np.zeros((*lead, self.state.mesh.nodes, axes, 0))
         if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
             inner = _dense(system, count)
         elif count <= system.dof // 4:
@@ -198,63 +252,49 @@ class Dynamics:
                 f"{count} modes of a model with {system.dof} unknowns: "
                 f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be had"
             )
-        shapes = np.zeros((self.state.mesh.nodes, axes, inner.shape[1]))
-        shapes[1:-1] = inner.reshape(-1, axes, inner.shape[1])
+        shapes = np.zeros((*lead, self.state.mesh.nodes, axes, count))
+        shapes[..., 1:-1, :, :] = inner.reshape(*lead, -1, axes, count)
         elastic, geometric = system.modal_energies(shapes)
         return system, elastic + geometric, shapes
 
     def _merge(self, parts, count):
         """Sort the modes of all systems, name them, and give them units."""
         named = [_describe(system, square, shapes) for system, square, shapes in parts]
-        square, kind, symmetry = (np.concatenate([part[i] for part in named]) for i in (0, 2, 3))
-        order = _stable_order(square, kind, symmetry)
-        position = np.empty(len(order), dtype=int)
-        position[order] = np.arange(len(order))
-        shapes = np.zeros((self.state.mesh.nodes, 3, len(order)))
-        participation = np.zeros((len(order), 3))
+        square, kind, symmetry = (np.concatenate([part[i] for part in named], axis=-1) for i in (0, 2, 3))
+        order = _stable_order(square, kind, symmetry)[..., :count]
+        lead, total = np.shape(self.length), self.mass * self.length
+        shapes = np.zeros((*lead, self.state.mesh.nodes, 3, square.shape[-1]))
+        participation = np.zeros((*lead, square.shape[-1], 3))
         begin = 0
         for (system, _, _), (own, shape, _, _) in zip(parts, named, strict=True):
-            axes, place = list(system.axes), position[begin : begin + len(own)]
-            begin += len(own)
-            shapes[:, np.array(axes)[:, None], place] = shape
-            participation[place[:, None], axes] = _participation(system, own, shape)
-        kept, total = order[:count], self.mass * self.length
+            axes, end = list(system.axes), begin + own.shape[-1]
+            shapes[..., axes, begin:end] = shape
+            participation[..., begin:end, axes] = _participation(system, own, shape)
+            begin = end
+        scale = np.asarray(self.state.force / self.length / np.sqrt(total))
         return Modes(
-            frequency=np.sqrt(square[kept]) * self.unit_frequency,
-            shapes=shapes[..., :count] / np.sqrt(total),
-            kind=tuple(KINDS[i] for i in kind[kept]),
-            symmetry=tuple(SYMMETRIES[i] for i in symmetry[kept]),
-            participation=participation[:count] * (self.state.force / self.length / np.sqrt(total)),
-            complete=len(kept) == self.dof,
+            frequency=np.sqrt(np.take_along_axis(square, order, axis=-1)) * np.asarray(self.unit_frequency)[..., None],
+            shapes=np.take_along_axis(shapes, order[..., None, None, :], axis=-1)
+            / np.sqrt(total)[..., None, None, None],
+            kinds=np.take_along_axis(kind, order, axis=-1),
+            symmetries=np.take_along_axis(symmetry, order, axis=-1),
+            participation=np.take_along_axis(participation, order[..., None], axis=-2) * scale[..., None, None],
+            complete=order.shape[-1] == self.dof,
         )
 
 
 def _dense(system, count):
-    """Lowest modes of a small system, from its compliance in mass-normalised coordinates."""
-    from scipy.linalg import cholesky, eigh, qr, solve_triangular
-
+    """Lowest modes of small systems, from their compliance in mass-normalised coordinates, shape (..., dof, count)."""
     mass = system.mass
-    if mass.nnz > system.dof:  # M = R^T R
-        root = cholesky(mass.toarray())
-        flexible, _ = system.solve(root.T)
-        compliance = root @ flexible
-    else:
-        root = np.sqrt(mass.diagonal())
-        flexible, _ = system.solve(np.diag(root))
-        compliance = root[:, None] * flexible
-    chosen = None if 4 * count > system.dof else (system.dof - count, system.dof - 1)
-    driver = "evr" if chosen else "evd"  # all of them are had faster by the latter
-    value, vector = eigh((compliance + compliance.T) / 2, subset_by_index=chosen, driver=driver, check_finite=False)
-    # the stiffest modes of an almost inextensible cable are below the rounding of the softest
-    if value[0] < -1e-13 * system.dof * value[-1]:
-        raise ConvergenceError("a mode without positive stiffness: the state is not a stable equilibrium")
-    vector = vector[:, ::-1][:, :count]
-    shapes, _ = system.solve(root.T @ vector if root.ndim > 1 else root[:, None] * vector)
-    shapes = shapes / np.maximum(value[::-1][:count], 1e-18 * value[-1])
-    # the solution has magnified what a high mode had of the low ones in rounding: take it off again, lowest first
-    pure, size = qr(root @ shapes if root.ndim > 1 else root[:, None] * shapes, mode="economic", check_finite=False)
-    pure = pure * np.sign(np.diagonal(size))
-    return solve_triangular(root, pure) if root.ndim > 1 else pure / root[:, None]
+    root = np.sqrt(mass.diagonal()) if mass.nnz == system.dof else np.linalg.cholesky(mass.toarray())  # M = R R^T
+    flexible = system.root * root if root.ndim == 1 else system.root @ root
+    _, vector = np.linalg.eigh(flexible.swapaxes(-1, -2) @ flexible)
+    vector = vector[..., ::-1][..., :count]
+    shapes = flexible.swapaxes(-1, -2) @ (flexible @ vector)
+    # what a high mode has of the low ones by rounding is taken off again, lowest first
+    pure, size = np.linalg.qr(shapes / np.sqrt((shapes**2).sum(axis=-2, keepdims=True)))
+    pure = pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
+    return pure / root[:, None] if root.ndim == 1 else np.linalg.solve(root.T, pure)
 
 
 def _lanczos(system, count):
@@ -262,7 +302,7 @@ def _lanczos(system, count):
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     dof = system.dof
-    inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right)[0], dtype=float)
+    inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right.reshape(-1, 1))[:, 0], dtype=float)
     begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # no symmetry, same every time
     try:
         _, vector = eigsh(
@@ -275,36 +315,42 @@ def _lanczos(system, count):
 
 def _describe(system, square, shapes):
     """(eigenvalues, shapes, kinds, symmetries) of the modes, ascending, with a definite choice where they coincide."""
-    if not len(square):  # a single bar has nothing that moves
-        return square, shapes, np.zeros(0, dtype=int), np.zeros(0, dtype=int)
-    order = np.argsort(square, kind="stable")
-    square, shapes = square[order], shapes[..., order]
-    shapes = shapes / np.sqrt(_mass_product(system, shapes, shapes))
+    if not square.shape[-1]:  # a single bar has nothing that moves
+        return square, shapes, np.zeros(square.shape, dtype=int), np.zeros(square.shape, dtype=int)
+    order = np.argsort(square, axis=-1, kind="stable")
+    square = np.take_along_axis(square, order, axis=-1)
+    shapes = np.take_along_axis(shapes, order[..., None, None, :], axis=-1)
+    shapes = shapes / np.sqrt(_mass_product(system, shapes, shapes))[..., None, None, :]
     mirrored = _mirror(system, shapes)
-    for first, last in _clusters(square):
-        chosen = slice(first, last)
-        turn = _definite_basis(system, shapes[..., chosen], mirrored[..., chosen])
-        shapes[..., chosen] = shapes[..., chosen] @ turn
-        mirrored[..., chosen] = mirrored[..., chosen] @ turn
+    for cable, first, last in _clusters(square):
+        one = System(system.state.take(cable), system.axes)
+        chosen = (*cable, ..., slice(first, last))
+        turn = _definite_basis(one, shapes[chosen], mirrored[chosen])
+        shapes[chosen] = shapes[chosen] @ turn
+        mirrored[chosen] = mirrored[chosen] @ turn
         # the shapes are a choice, their frequencies are not: they keep those that were found
-        turned = np.argsort(sum(system.modal_energies(shapes[..., chosen])), kind="stable")
-        square[first + turned] = np.sort(square[chosen])
-    elastic, geometric = system.modal_energies(shapes)
-    along, out = _kinetic_shares(system, shapes)
-    kind = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
+        turned = np.argsort(sum(one.modal_energies(shapes[chosen])), kind="stable")
+        square[(*cable, first + turned)] = np.sort(square[(*cable, slice(first, last))])
+    kind = np.full(square.shape, OUT)
+    if system.axes != OUT_OF_PLANE:
+        elastic, geometric = system.modal_energies(shapes)
+        along, out = _kinetic_shares(system, shapes)
+        kind = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
     # an axial mode is named by its motion along the cable, which a mirror turns round
     even = _mass_product(system, shapes, mirrored) * np.where(kind == AXIAL, -1, 1)
     symmetry = np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
-    return square, shapes * _signs(shapes), kind, symmetry
+    return square, shapes * _signs(shapes)[..., None, None, :], kind, symmetry
 
 
 def _clusters(square):
-    """Ranges of modes whose eigenvalues coincide, longer than one."""
-    if not len(square):
-        return []
-    breaks = np.flatnonzero(np.diff(square) > 2 * COINCIDENT * square[1:]) + 1
-    edges = np.concatenate([[0], breaks, [len(square)]])
-    return [(a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
+    """(cable, first, last) of modes whose eigenvalues coincide, longer than one; a cable is a tuple."""
+    near = np.diff(square, axis=-1) <= 2 * COINCIDENT * square[..., 1:]
+    found = []
+    for cable in {tuple(where[:-1]) for where in np.argwhere(near).tolist()}:
+        breaks = np.flatnonzero(~near[cable]) + 1
+        edges = np.concatenate([[0], breaks, [square.shape[-1]]]).tolist()
+        found += [(cable, a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
+    return found
 
 
 def _definite_basis(system, shapes, mirrored):
@@ -313,7 +359,7 @@ def _definite_basis(system, shapes, mirrored):
     weighted = _apply_mass(system, shapes)
     out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
     mirror = np.einsum("nak,nal->kl", weighted, mirrored)
-    nodal = _nodal_mass(system)
+    nodal = _nodal_mass(system.state.mesh)
     slide = np.einsum("n,nk,nl->kl", nodal, along, along)
     leave = np.einsum("n,nk,nl->kl", nodal, out, out)
     _, turn = np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)
@@ -322,60 +368,67 @@ def _definite_basis(system, shapes, mirrored):
 
 def _stable_order(square, kind, symmetry):
     """Places in ascending order of the eigenvalues; modes that coincide in the order of kind and symmetry."""
-    order = np.argsort(square, kind="stable")
-    for first, last in _clusters(square[order]):
-        chosen = order[first:last]
-        order[first:last] = chosen[np.lexsort((symmetry[chosen], kind[chosen]))]
+    order = np.argsort(square, axis=-1, kind="stable")
+    for cable, first, last in _clusters(np.take_along_axis(square, order, axis=-1)):
+        chosen = order[cable][first:last].copy()
+        order[cable][first:last] = chosen[np.lexsort((symmetry[cable][chosen], kind[cable][chosen]))]
     return order
 
 
 def _apply_mass(system, shapes):
     """Mass times shapes, ends at rest."""
-    inner = shapes[1:-1]
+    inner, mass = shapes[..., 1:-1, :, :], system.mass
     product = np.zeros_like(shapes)
-    product[1:-1] = (system.mass @ inner.reshape(-1, inner.shape[-1])).reshape(inner.shape)
+    if mass.nnz == system.dof:
+        product[..., 1:-1, :, :] = mass.diagonal().reshape(-1, len(system.axes), 1) * inner
+    else:
+        flat = inner.reshape(*inner.shape[:-3], system.dof, -1)
+        product[..., 1:-1, :, :] = _times(mass, flat).reshape(inner.shape)
     return product
 
 
+def _times(matrix, flat):
+    """A sparse matrix times stacked dense ones, each alone."""
+    if flat.ndim == 2:
+        return matrix @ flat
+    return np.stack([matrix @ part for part in flat])
+
+
 def _mass_product(system, left, right):
-    """Diagonal of left^T M right, shape (k,)."""
-    return np.einsum("nak,nak->k", left, _apply_mass(system, right))
+    """Diagonal of left^T M right, shape (..., k)."""
+    product = left * _apply_mass(system, right)
+    return product.reshape(*product.shape[:-3], -1, product.shape[-1]).sum(axis=-2)
 
 
-def _nodal_mass(system):
+def _nodal_mass(mesh):
     """Mass gathered at each node, shape (nodes,)."""
-    from cablestudy.cable.element import basis
-
-    mesh = system.state.mesh
-    shares = (mesh.sizes[:, None] * basis(mesh.order).shares).ravel()
-    index = mesh.element_nodes.ravel()
-    return np.bincount(index, weights=shares, minlength=mesh.nodes)
+    nodal = np.zeros(mesh.nodes)
+    np.add.at(nodal, mesh.element_nodes, mesh.sizes[:, None] * basis(mesh.order).shares)
+    return nodal
 
 
-def _nodal_tangent(system):
-    """Unit tangent at each node, shape (nodes, 3): of its element, the mean of both where two meet."""
-    from cablestudy.cable.element import basis, lagrange
-
-    state = system.state
-    element = basis(state.mesh.order)
-    to_nodes = lagrange(element.points, element.nodes)
-    tangent = np.zeros((state.mesh.nodes, 3))
-    np.add.at(tangent, state.mesh.element_nodes, np.einsum("iq,eqa->eia", to_nodes, state.direction))
-    return tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
+def _nodal_tangent(state):
+    """Unit tangent at each node, shape (..., nodes, 3): of its element, the mean of both where two meet."""
+    mesh, element = state.mesh, basis(state.mesh.order)
+    parts = lagrange(element.points, element.nodes) @ state.direction
+    tangent = np.zeros((*parts.shape[:-3], mesh.nodes, 3))
+    tangent[..., :-1, :] = parts[..., :-1, :].reshape(*parts.shape[:-3], -1, 3)
+    tangent[..., mesh.order :: mesh.order, :] += parts[..., -1, :]
+    return tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
 
 
 def _along(system, shapes):
-    """Motion along the cable, shape (nodes, k)."""
+    """Motion along the cable, shape (..., nodes, k)."""
     if system.axes == OUT_OF_PLANE:
-        return 0 * shapes[:, 0]
-    return np.einsum("na,nak->nk", _nodal_tangent(system)[:, system.axes], shapes)
+        return 0 * shapes[..., 0, :]
+    return (_nodal_tangent(system.state)[..., system.axes, None] * shapes).sum(axis=-2)
 
 
 def _kinetic_shares(system, shapes):
-    """Share of the kinetic energy along the cable and out of its plane, each of shape (k,)."""
-    nodal = _nodal_mass(system)
-    total = np.einsum("n,nak->k", nodal, shapes**2)
-    out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
+    """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
+    nodal = _nodal_mass(system.state.mesh)
+    total = nodal @ (shapes**2).sum(axis=-2)
+    out = shapes[..., -1, :] if 2 in system.axes else 0 * shapes[..., 0, :]
     return (nodal @ _along(system, shapes) ** 2) / total, (nodal @ out**2) / total
 
 
@@ -384,27 +437,28 @@ def _mirror(system, shapes):
     mesh = system.state.mesh
     position = mesh.node_positions
     if np.abs(position + position[::-1] - 1).max() < 1e-9:
-        mirrored = shapes[::-1].copy()
+        mirrored = shapes[..., ::-1, :, :].copy()
     else:  # point loads need not stand symmetrically
         from scipy.interpolate import make_interp_spline
 
-        mirrored = make_interp_spline(position, shapes, k=min(3, len(position) - 1))(1 - position)
+        mirrored = make_interp_spline(position, shapes, k=min(3, len(position) - 1), axis=-3)(1 - position)
     if 0 in system.axes:
-        mirrored[:, 0] *= -1
+        mirrored[..., 0, :] *= -1
     return mirrored
 
 
 def _participation(system, square, shapes):
     """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
-    if not len(square):
-        return np.zeros((0, len(system.axes)))
+    if not square.shape[-1]:
+        return np.zeros((*square.shape, len(system.axes)))
     weighted = _apply_mass(system, shapes)
-    flat = system.end_shapes.reshape(-1, len(system.axes))
-    return -square[:, None] * (weighted.reshape(len(flat), shapes.shape[-1]).T @ flat)
+    flat = weighted.reshape(*weighted.shape[:-3], -1, weighted.shape[-1])
+    moved = system.end_shapes.reshape(*system.end_shapes.shape[:-3], -1, len(system.axes))
+    return -square[..., None] * (flat.swapaxes(-1, -2) @ moved)
 
 
 def _signs(shapes):
-    """+1 or -1 for each shape: its first large component counts as positive."""
-    flat = shapes.reshape(-1, shapes.shape[-1])
-    first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=0), axis=0)
-    return np.sign(flat[first, np.arange(flat.shape[1])])
+    """+1 or -1 for each shape, shape (..., k): its first large component counts as positive."""
+    flat = shapes.reshape(*shapes.shape[:-3], -1, shapes.shape[-1])
+    first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
+    return np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2)[..., 0, :])

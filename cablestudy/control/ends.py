@@ -295,7 +295,7 @@ def of_cable(dynamics, modes, frame, damping):
         carried[:, axes] = mass * shapes[1:-1].reshape(len(ones), n).T @ ones
         if damping.model != "modal":
             index = [*range(n), *(n + place for place in places)]
-            elastic[np.ix_(index, index)] += unit * system.strain_energy(np.concatenate([shapes, both], axis=2))[0]
+            elastic[np.ix_(index, index)] += unit * system.elastic_energy(np.concatenate([shapes, both], axis=2))
     participation = np.concatenate([-modes.participation - omega[:, None] ** 2 * carried, modes.participation], axis=1)
     turn = np.kron(np.eye(2), frame)
     strain, ratio = None, np.full(n, damping.ratio if damping.model == "modal" else 0.0)

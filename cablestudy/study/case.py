@@ -222,7 +222,7 @@ class Case:
             shape = (system.end_shapes @ along[list(system.axes)]).ravel()
             weighted = system.full_mass() @ shape
             inner = weighted[axes:-axes]
-            moved, _ = system.solve(inner)
+            moved = system.solve(inner[:, None])[:, 0]
             moments += shape @ weighted, inner @ moved, moved @ (system.mass @ moved)
         mass = dynamics.mass * dynamics.length
         return moments * mass * (mass * dynamics.length / dynamics.state.force) ** np.arange(3)

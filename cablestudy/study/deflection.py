@@ -54,7 +54,7 @@ def nodal_deflections(case):
     linear = np.zeros_like(full)
     for axes in (IN_PLANE, OUT_OF_PLANE):
         if len(forces) and forces[:, axes].any():
-            moved, _ = System(before, axes).solve(forces[:, axes].ravel())
+            moved = System(before, axes).solve(forces[:, axes].reshape(-1, 1))
             linear[1:-1, axes] = moved.reshape(-1, len(axes))
     length = float(span.unstretched_length)
     return mesh, full * length, linear * length

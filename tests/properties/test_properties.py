@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from slack_chain import span_margin
 
 from cablestudy.cable import catenary, equilibrium
-from cablestudy.cable.assembly import SPATIAL
+from cablestudy.cable.assembly import SPATIAL, System
 from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.modes import PLANAR, Dynamics
 from cablestudy.cable.span import span_between
@@ -140,7 +140,7 @@ def test_the_static_form_is_in_balance(degrees, strain, weight, loads, order):
     else:
         assume(start.min_tension > 1e-2 * start.max_tension)
     state, _ = equilibrium.solve(start, mesh)
-    system = equilibrium.System(state, equilibrium.SPATIAL)
+    system = System(state, SPATIAL)
     inner = equilibrium.internal_forces(system) - equilibrium.external_forces(span, mesh, state.force)
     assert np.abs(inner[1:-1]).max() < 1e-12
     assert (state.tension > 0).all()
