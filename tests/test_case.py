@@ -8,8 +8,7 @@ from command import SLACK
 from scenes import CHORD, LENGTH, SAGGING, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study import batch
-from cablestudy.study import case as module
+from cablestudy.study import batch, models
 from cablestudy.study.case import Case
 from cablestudy.study.spans import span_of
 
@@ -51,7 +50,7 @@ def test_results_are_computed_once(monkeypatch):
 
         return call
 
-    for place, name in ((batch, "solve"), (module, "Dynamics")):
+    for place, name in ((batch, "solve"), (models, "Dynamics")):
         monkeypatch.setattr(place, name, counted(place, name))
     case = Case(scene())
     for _ in range(3):

@@ -184,8 +184,8 @@ def test_a_static_study_solves_no_eigenproblem(tmp_path, monkeypatch):
 
 
 def test_closed_form_statics_build_no_elements(monkeypatch):
-    monkeypatch.setattr("cablestudy.study.case.Dynamics", None)
-    monkeypatch.setattr("cablestudy.study.case.equilibrium", None)
+    monkeypatch.setattr("cablestudy.study.models.Dynamics", None)
+    monkeypatch.setattr("cablestudy.study.models.equilibrium", None)
     found = cells(scene("model=null"), "sag", "end_stiffness", "gondola_frequency_static", "dof", "error_estimate")
     assert found["dof"] == 0
     assert found["error_estimate"] <= 1e-12

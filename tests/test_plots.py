@@ -143,7 +143,7 @@ def test_mode_shapes_are_the_modes_on_the_static_form(carlina):
     case, found, _ = row.modes(carlina, 12)
     figure = draw(plots.mode_shapes(case, found))
     assert len(figure.axes) == 12
-    state = case.discrete[0]
+    state = case.state
     static = state.displacement[:, 1] * case.span.unstretched_length
     for k, axes in enumerate(figure.axes):
         shape = found.shapes[..., k]

@@ -174,7 +174,7 @@ def dense(case, frequency, direction):
 
     Global axes, ends held but for x of end 2; damping in the matrices; covariance of Gauss points, two to an element.
     """
-    state, span, scene_ = case.discrete[0], case.span, case.scene
+    state, span, scene_ = case.state, case.span, case.scene
     force, length = state.force, float(span.unstretched_length)
     nodes, mesh = state.mesh.nodes, state.mesh
     K, E, M = (np.zeros((3 * nodes, 3 * nodes)) for _ in range(3))
@@ -301,7 +301,7 @@ def test_forces_along_the_cable_act_as_in_the_state_space(sets):
     shares = np.concatenate([np.ones((len(s), 1)), modal_shares(reach._model, s)], axis=1)
     size = np.abs(case.end_model.participation[:, [3, 0]]).max(axis=1)
     felt = np.flatnonzero(size > 1e-9 * size.max())
-    shapes = np.zeros((case.discrete[0].mesh.nodes, 3, len(felt) + 1))
+    shapes = np.zeros((case.state.mesh.nodes, 3, len(felt) + 1))
     for system_ in case.dynamics.systems:
         axes = list(system_.axes)
         shapes[:, axes, 0] = system_.end_shapes @ case.span.frame[axes, 0]
@@ -330,7 +330,7 @@ def test_the_force_is_proportional_to_drag_and_turbulence():
     object.__setattr__(wide, "scene", SimpleNamespace(
         wind=wide.scene.wind, gondola=wide.scene.gondola, winch=wide.scene.winch, model=wide.scene.model,
         gravity=wide.scene.gravity, cable=cable))  # fmt: skip
-    _ = wide.span, wide.discrete, wide.end_model
+    _ = wide.span, wide.model, wide.end_model
     wide.scene.cable = SimpleNamespace(section_diameter=2 * cable.section_diameter, damping=cable.damping)
     assert wide.cable_response.open_displacement == pytest.approx(2 * size, rel=1e-9)
 

@@ -246,7 +246,13 @@ class Dynamics:
         if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
             inner = _dense(system, count)
         elif count <= system.dof // 4:
-            inner = _lanczos(system, count)
+            inner = (
+                _lanczos(system, count)
+                if not lead
+                else np.stack(
+                    [_lanczos(System(self.state.take(cable), system.axes), count) for cable in range(lead[0])]
+                )
+            )
         else:
             raise ConvergenceError(
                 f"{count} modes of a model with {system.dof} unknowns: "

@@ -135,6 +135,10 @@ class Batch:
             raise NoSolutionError(reasons[index])
         return self.span.take(self._place[index])
 
+    def catenaries_of(self, indices):
+        """The equilibria of some scenes that have one, with a leading axis."""
+        return self.catenary.take(np.array([self._place[index] for index in indices]))
+
     def catenary_of(self, index):
         """The equilibrium of one scene.
 

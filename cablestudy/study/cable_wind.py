@@ -35,7 +35,7 @@ class CableWind:
 
     def __init__(self, case):
         dynamics, span, model = case.dynamics, case.span, case.end_model
-        state, self._wind = case.discrete[0], case.scene.wind
+        state, self._wind = case.state, case.scene.wind
         felt = np.abs(model.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0)
         felt = np.flatnonzero(felt > 1e-9 * felt.max(initial=0.0))  # as the loop has them
         self._model = model.select(felt)

@@ -6,15 +6,15 @@ import numpy as np
 
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
-from cablestudy.cable.catenary import split
-from cablestudy.cable.element import basis, mesh_graded, mesh_segments
-from cablestudy.cable.modes import PLANAR, Dynamics
+from cablestudy.cable.modes import PLANAR
 from cablestudy.control import ends, gondola
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import windrms
-from cablestudy.study.batch import FOLDED, Batch, ClosedStatics, along
-from cablestudy.study.shelf import Shelf, frozen, shared
+from cablestudy.study.batch import Batch, ClosedStatics, along
+from cablestudy.study.models import model_of
+from cablestudy.study.shelf import Shelf, frozen, part_key, shared
 
+CLOSED = ("cable_key", "span", "catenary")  # parts of a case that its model does not change
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
 FELT = ("coupled", "end_inertia", "end_model_along_x", "loop")  # made of what a moved end stirs
@@ -45,7 +45,7 @@ class Case:
 
     def __init__(self, scene, batch=None, place=0, rung=None, shelf=None):
         self.scene, self.rung, self.shelf = scene, rung, shelf or Shelf()
-        self._batch, self._place = batch, place
+        self._batch, self.place = batch, place
 
     @cached_property
     def cable_key(self):
@@ -87,52 +87,48 @@ class Case:
     @cached_property
     def span(self):
         """The cable, its unstretched length known; see `Batch.span_of`."""
-        return self.batch.span_of(self._place)
+        return self.batch.span_of(self.place)
 
     @cached_property
     def catenary(self):
         """The closed-form equilibrium; see `Batch.catenary_of`."""
-        return self.batch.catenary_of(self._place)
+        return self.batch.catenary_of(self.place)
 
     @shared()
-    def discrete(self):
-        """(state, convergence) of the elements.
+    def model(self):
+        """The elements: `models.Model`, solved together with other cases where these were prepared.
 
         Raises
         ------
         ConvergenceError, NoSolutionError
             No equilibrium of the elements, or a cable that hangs folded.
         """
-        if self.catenary.min_tension <= FOLDED * self.catenary.max_tension:
-            raise NoSolutionError("the cable hangs folded: somewhere it has no tension, and no stiffness about it")
-        fractions = split(self.span).fraction
-        if self.rung is not None:
-            elements, order = self.rung
-            mesh = mesh_graded(fractions, self.catenary.bends, elements, order)
-            return equilibrium.from_catenary(self.catenary, mesh), None
-        model = self.scene.model
-        try:
-            mesh = mesh_segments(fractions, model.elements, model.order, model.mass)
-        except ValueError as error:
-            raise NoSolutionError(str(error)) from None
-        return equilibrium.solve(self.catenary, mesh)
+        return model_of(self)
+
+    @property
+    def has_model(self):
+        """Whether the elements are there."""
+        return "model" in self.__dict__ or part_key(self, "model") in self.shelf
+
+    def keep(self, model):
+        """Take elements that were made together with those of others."""
+        self.shelf.put(*part_key(self, "model"), self.nodes, model)
+
+    @property
+    def state(self):
+        """The elements in equilibrium: `State`."""
+        return self.model.state
 
     def refined(self, elements, order):
         """The same case with spectral elements on the closed-form statics: so many for each smooth piece."""
-        return Case(self.scene, self.batch, self._place, (elements, order), self.shelf)
+        finer = Case(self.scene, self.batch, self.place, (elements, order), self.shelf)
+        finer.__dict__.update({name: self.__dict__[name] for name in CLOSED if name in self.__dict__})
+        return finer
 
     def waves(self, frequency):
-        """Transverse half-waves along the longest smooth piece at a frequency [Hz], and how far the cable turns [rad].
-
-        By the speed of waves across the cable, sqrt(T/(m stretch)).
-        """
-        state, span = self.discrete[0], self.span
-        slow = np.sqrt(span.mass * state.stretch / (state.tension * state.force))
-        time = (state.mesh.sizes[:, None] * basis(state.mesh.order).weights * slow).sum(axis=1)
-        # elements of one piece follow each other and are alike
-        longest = 2 * frequency * span.unstretched_length * time.max() * (self.rung or (1,))[0]
-        turn = np.sqrt(((state.direction - state.direction[0, 0]) ** 2).sum(axis=-1)).max()
-        return float(longest), float(turn)
+        """Transverse half-waves along the longest smooth piece at a frequency [Hz]; how far the cable turns [rad]."""
+        model = self.model
+        return 2 * frequency * model.wave_time, model.turn
 
     @property
     def travel_time(self):
@@ -150,26 +146,22 @@ class Case:
         """What the equilibrium looks like: `Statics`."""
         if self.exact_statics:
             return ClosedStatics(self.catenary)
-        return DiscreteStatics(self.catenary, *self.discrete)
-
-    def _moving(self, planes):
-        span = self.span
-        return Dynamics(self.discrete[0], span.unstretched_length, span.mass, planes)
+        return DiscreteStatics(self.catenary, self.state, self.model.convergence)
 
     @shared()
     def dynamics(self):
         """The free vibration in all directions."""
-        return self._moving(PLANAR if self.span.planar else (SPATIAL,))
+        return self.model.dynamics(PLANAR if self.span.planar else (SPATIAL,))
 
     @shared()
     def in_plane(self):
         """The free vibration in the cable's plane; in all directions where the two do not decouple."""
-        return self._moving((IN_PLANE,)) if self.span.planar else self.dynamics
+        return self.model.dynamics((IN_PLANE,)) if self.span.planar else self.dynamics
 
     @shared()
     def out_of_plane(self):
         """The free vibration across the cable's plane; in all directions where the two do not decouple."""
-        return self._moving((OUT_OF_PLANE,)) if self.span.planar else self.dynamics
+        return self.model.dynamics((OUT_OF_PLANE,)) if self.span.planar else self.dynamics
 
     @property
     def felt(self):
@@ -344,7 +336,7 @@ class DiscreteStatics:
     """Statics of a fixed number of elements."""
 
     def __init__(self, catenary, state, convergence):
-        weights = state.mesh.sizes[:, None] * basis(state.mesh.order).weights
+        weights = state.mesh.point_weights
         self._catenary, self._state, span = catenary, state, catenary.span
         self.mean_tension = float((weights * state.tension).sum()) * state.force
         forces = state.tension[..., None] * state.direction * state.force

@@ -45,7 +45,7 @@ def nodal_deflections(case):
         mesh = mesh_segments(fractions, len(fractions), SPECTRAL_ORDER)
         before, after = from_catenary(unloaded, mesh), from_catenary(case.catenary, mesh)
     else:
-        after = case.discrete[0]
+        after = case.state
         mesh = after.mesh
         before, _ = solve_elements(unloaded, mesh)
     full = after.displacement - before.displacement

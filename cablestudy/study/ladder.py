@@ -106,6 +106,8 @@ def felt_by(case, columns):
 def climb(case, sample, feeling):
     """Refine a model until the error left is below the accuracy of its scene.
 
+    A generator: yields each model before it is used, so that it can be solved together with those of other cases.
+
     Parameters
     ----------
     case : Case
@@ -149,6 +151,7 @@ def climb(case, sample, feeling):
     longest = float(case.catenary.segments.fraction.max())
     for rung in rungs(PER_WAVE * feeling.waves * longest + PER_DIGIT * -log10(accuracy) + 1):
         finer = case.refined(*rung)
+        yield finer
         tried += 1
         many = feeling.waves > MANY
         if finer.felt.dof > (DENSE if many or feeling.damped else MOST) and (history or many):

@@ -78,7 +78,7 @@ def shape_table(case):
     elif case.exact_statics:
         positions = np.linspace(0.0, 1.0, SHAPE_POINTS)
     else:
-        positions = case.discrete[0].mesh.node_positions
+        positions = case.state.mesh.node_positions
     length = float(case.span.unstretched_length)
     places, tension = shape(case, positions)
     data = [positions * length, *places.T, tension]

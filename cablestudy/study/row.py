@@ -10,10 +10,12 @@ from cablestudy.study.batch import Batch, ScenesOnly
 from cablestudy.study.case import Case
 from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
 from cablestudy.study.ladder import ROUNDING, Feeling, climb, felt_by, relative
+from cablestudy.study.models import prepare
 from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
+TOGETHER = 32  # rows whose models are solved at once
 EPSILON = 4e-16  # rounding of one number
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
@@ -116,6 +118,7 @@ class Wanted:
         self.exact = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = dict.fromkeys(column.header for column in columns)
         self.timed = any(column.needs == "run" and column.name != "status" for column in columns)
+        self.clock = any(column.name == "solve_time" for column in columns)
 
 
 def _group(scenes, wanted, exact, shelf):
@@ -124,9 +127,44 @@ def _group(scenes, wanted, exact, shelf):
     batch = Batch(scenes)
     known, errors, coarse = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {}, {})
     spent = (time.perf_counter() - begin) / len(scenes)
-    for index, scene in enumerate(scenes):
-        case = Case(scene, batch, index, shelf=shelf)
-        yield _row(case, wanted, known[index], errors.get(index), coarse.get(index, wanted.exact), spent)
+    width = 1 if wanted.clock else TOGETHER  # a time is that of a row alone
+    for first in range(0, len(scenes), width):
+        block = range(first, min(first + width, len(scenes)))
+        cases = [Case(scenes[i], batch, i, shelf=shelf) for i in block]
+        yield from together(
+            _row(case, wanted, known[i], errors.get(i), coarse.get(i, wanted.exact), spent)
+            for i, case in zip(block, cases, strict=True)
+        )
+
+
+def together(rows):
+    """What some generators return, in their order; the models that they yield are prepared those of one rung at once.
+
+    Parameters
+    ----------
+    rows : iterable of generator
+        Each yields a `Case` before it uses its model.
+    """
+    rows = list(rows)
+    answers, waiting = [None] * len(rows), {}
+
+    def advance(index):
+        try:
+            waiting[index] = next(rows[index])
+        except StopIteration as end:
+            answers[index] = end.value
+            waiting.pop(index, None)
+
+    for index in range(len(rows)):
+        advance(index)
+    while waiting:
+        rung = next(iter(waiting.values())).rung
+        chosen = [index for index, case in waiting.items() if case.rung == rung]
+        if len(chosen) > 1:
+            prepare([waiting[index] for index in chosen])
+        for index in chosen:
+            advance(index)
+    return answers
 
 
 def closed_form(batch, scenes, wanted):
@@ -190,7 +228,7 @@ def _rounding(batch, wanted):
 
 
 def _row(case, wanted, known, failure, exact, spent):
-    """One row, from what is known of it in closed form."""
+    """One row, from what is known of it in closed form; yields what `together` takes."""
     if failure is None and not wanted.timed and len(known) == len(wanted.physical):
         return Row({**wanted.empty, **known, "status": "ok"}, case, CHEAPEST[wanted.scene_only], exact)
     begin, cells = time.perf_counter() - spent, dict(wanted.empty)
@@ -202,7 +240,7 @@ def _row(case, wanted, known, failure, exact, spent):
             reason = broken(case)
             if reason:
                 raise NoSolutionError(reason)
-        numbers, used, dof, errors, notes = _values(case, wanted, known, exact)
+        numbers, used, dof, errors, notes = yield from _values(case, wanted, known, exact)
         cells.update(numbers)
     except CablestudyError as problem:
         status = " ".join(str(problem).split())
@@ -227,10 +265,11 @@ def _values(case, wanted, known, exact):
     if wanted.scene_only:
         return {column.header: value(column, case) for column in rest}, case, 0, wanted.exact, CHEAPEST[True]
     if not case.exact_statics:
+        yield case
         numbers = {column.header: value(column, case) for column in rest}
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
-        notes.append(f"statics: {case.discrete[1]}")
+        notes.append(f"statics: {case.model.convergence}")
         errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
         return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
     numbers = {**known, **{column.header: value(column, case) for column in rest if column not in wanted.motion}}
@@ -238,7 +277,7 @@ def _values(case, wanted, known, exact):
         return numbers, case, 0, exact, CHEAPEST[False]
     if wanted.damped and case.scene.cable.damping.model == "modal":
         raise NoSolutionError(MODAL)
-    finer, moving, errors, tried = climb(case, wanted.sample, felt_by(case, wanted.motion))
+    finer, moving, errors, tried = yield from climb(case, wanted.sample, felt_by(case, wanted.motion))
     for column in wanted.motion:
         if column.needs == "wind":
             errors[column.header] += finer.integration_error
@@ -248,7 +287,7 @@ def _values(case, wanted, known, exact):
 
 def _about(case, error, tried):
     """What was chosen for the motion, what was left out, and what it cost."""
-    mesh = case.discrete[0].mesh
+    mesh = case.state.mesh
     yield (
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
@@ -262,7 +301,7 @@ def _about(case, error, tried):
 
 def _static_dof(case):
     planes = 2 if case.span.planar else 3
-    return planes * (case.discrete[0].mesh.nodes - 2)
+    return planes * (case.state.mesh.nodes - 2)
 
 
 def modes(case, count=None, upto=None):
@@ -304,10 +343,11 @@ def modes(case, count=None, upto=None):
     if not case.exact_statics:
         model = case.scene.model
         note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
-        return case, wanted(case), (note, f"statics: {case.discrete[1]}")
+        return case, wanted(case), (note, f"statics: {case.model.convergence}")
     waves = count or 2 * upto * case.travel_time
     feeling = Feeling(waves, lambda _, values: max(values.values(), default=0.0))
-    finer, _, errors, tried = climb(case, lambda other: dict(enumerate(wanted(other).frequency)), feeling)
+    (found,) = together([climb(case, lambda other: dict(enumerate(wanted(other).frequency)), feeling)])
+    finer, _, errors, tried = found
     return finer, wanted(finer), tuple(_about(finer, max(errors.values(), default=0.0), tried))
 
 

@@ -65,7 +65,7 @@ def mode_shapes(case, modes):
 
 def _lines(form, modes, count, peak):
     """For each mode x and y of the static form, x and y of the mode. [m]"""
-    positions, shapes = between_nodes(form.case.discrete[0].mesh, modes.shapes[..., :count])
+    positions, shapes = between_nodes(form.case.state.mesh, modes.shapes[..., :count])
     along, across, sideways, _ = form.in_frame(positions)
     tangent = np.gradient(np.stack([along, across, sideways], axis=1), positions, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)

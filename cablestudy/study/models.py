@@ -1,0 +1,169 @@
+"""Elements for cases: those of many cables on one mesh are made, and later solved, in one call."""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable import equilibrium
+from cablestudy.cable.catenary import split
+from cablestudy.cable.element import mesh_graded, mesh_segments
+from cablestudy.cable.modes import ALL_AT_ONCE, Dynamics
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.batch import FOLDED
+
+
+class Models:
+    """Cables on one mesh.
+
+    Parameters
+    ----------
+    state : State
+        With a leading axis of cables.
+    record : Record or None
+        Of the iteration; None for the closed form on a mesh.
+    span : Span
+        Fields of shape (cables,).
+    elements : int
+        To how many a smooth piece is divided.
+    """
+
+    def __init__(self, state, record, span, elements):
+        self.state, self.record, self.span, self._elements = state, record, span, elements
+        self._dynamics = {}
+
+    def dynamics(self, planes):
+        """`Dynamics` of all cables, made once."""
+        if planes not in self._dynamics:
+            self._dynamics[planes] = Dynamics(self.state, self.span.unstretched_length, self.span.mass, planes)
+        return self._dynamics[planes]
+
+    @cached_property
+    def wave_time(self):
+        """How long a transverse wave takes along the longest smooth piece, for each cable. [s]
+
+        By the speed of waves across the cable, sqrt(T/(m stretch)).
+        """
+        state, span = self.state, self.span
+        force = state.tension * state.force[:, None, None]
+        slow = np.sqrt(span.mass[:, None, None] * state.stretch / force)
+        time = (state.mesh.point_weights * slow).sum(axis=-1).max(axis=-1)
+        # elements of one piece follow each other and are alike
+        return (span.unstretched_length * time * self._elements).tolist()
+
+    @cached_property
+    def turn(self):
+        """How far each cable turns. [rad]"""
+        direction = self.state.direction
+        apart = direction - direction[:, :1, :1]
+        return np.sqrt((apart**2).sum(axis=-1).max(axis=(-2, -1))).tolist()
+
+
+class Model:
+    """One of `Models`.
+
+    Parameters
+    ----------
+    models : Models
+    place : int
+    """
+
+    def __init__(self, models, place):
+        self._models, self._place = models, place
+
+    @cached_property
+    def state(self):
+        """`State` of the elements."""
+        return self._models.state.take(self._place)
+
+    @property
+    def convergence(self):
+        """How the statics of the elements were found; None for the closed form."""
+        return self._models.record and self._models.record.of(self._place)
+
+    def dynamics(self, planes):
+        """`Dynamics` of this cable, which finds its modes together with the others."""
+        return self._models.dynamics(planes).take(self._place)
+
+    @property
+    def wave_time(self):
+        """See `Models`. [s]"""
+        return self._models.wave_time[self._place]
+
+    @property
+    def turn(self):
+        """See `Models`. [rad]"""
+        return self._models.turn[self._place]
+
+
+def mesh_of(case):
+    """The mesh of a case: of its rung, or of its scene.
+
+    Raises
+    ------
+    NoSolutionError
+        A cable that hangs folded, or with more loads than elements.
+    """
+    catenary = case.catenary
+    if catenary.min_tension <= FOLDED * catenary.max_tension:
+        raise NoSolutionError("the cable hangs folded: somewhere it has no tension, and no stiffness about it")
+    fractions = split(case.span).fraction
+    if case.rung is not None:
+        return mesh_graded(fractions, catenary.bends, *case.rung)
+    model = case.scene.model
+    try:
+        return mesh_segments(fractions, model.elements, model.order, model.mass)
+    except ValueError as error:
+        raise NoSolutionError(str(error)) from None
+
+
+def model_of(case):
+    """The elements of one case.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There are none.
+    """
+    models = _solved(case.batch, [case.place], mesh_of(case), case.rung)
+    if models.record is not None and not models.record.converged[0]:
+        raise models.record.error(0)
+    return Model(models, 0)
+
+
+def prepare(cases):
+    """Make the elements of cases that will be asked for them, those on one mesh in one call.
+
+    Parameters
+    ----------
+    cases : list of Case
+        Of one batch. What one of them lacks it finds, or fails of, alone.
+    """
+    groups, seen = {}, set()
+    for case in cases:
+        if case.has_model or case.cable_key in seen:
+            continue
+        seen.add(case.cable_key)
+        try:
+            mesh = mesh_of(case)
+        except NoSolutionError:
+            continue
+        if 3 * (mesh.nodes - 2) <= ALL_AT_ONCE:
+            groups.setdefault((mesh, case.rung, bool(case.span.planar)), []).append(case)
+    for (mesh, rung, _), members in groups.items():
+        if len(members) > 1:
+            models = _solved(members[0].batch, [case.place for case in members], mesh, rung)
+            for place, case in enumerate(members):
+                if models.record is None or models.record.converged[place]:
+                    case.keep(Model(models, place))
+
+
+def _solved(batch, places, mesh, rung):
+    """Models of some cables of a batch."""
+    catenary = batch.catenaries_of(places)
+    if rung is not None:
+        return Models(equilibrium.from_catenary(catenary, mesh), None, catenary.span, rung[0])
+    return Models(*equilibrium.solve_many(catenary, mesh), catenary.span, 1)
