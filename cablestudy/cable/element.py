@@ -230,8 +230,8 @@ def _mesh(fractions, elements, order, mass):
     return Mesh(np.append(np.concatenate(pieces), 1.0), order, mass)
 
 
-def mesh_graded(fractions, bends, elements, order, mass="lumped"):
-    """Elements that are short where the cable bends sharply, so that a polynomial follows it everywhere.
+def pieces(fractions, bends):
+    """Pieces of a cable that are short where it bends sharply, so that a polynomial follows it on each.
 
     Parameters
     ----------
@@ -239,19 +239,16 @@ def mesh_graded(fractions, bends, elements, order, mass="lumped"):
         Share of the unstretched length of each segment. [-]
     bends : ndarray of complex, shape (k + 1,)
         Where the tension of each segment would vanish (`Catenary.bends`). [-]
-    elements : int
-        How many to make of each piece that is short against its distance from the bend.
-    order, mass
-        As in `Mesh`.
 
     Returns
     -------
-    Mesh
+    tuple of float
+        Their edges, from 0 to 1.
     """
-    ends = np.concatenate([[0.0], np.cumsum(fractions)])
+    ends = np.concatenate([[0.0], np.cumsum(fractions)]).tolist()
     ends[-1] = 1.0
     edges = [0.0]
-    for left, right, bend in zip(ends[:-1], ends[1:], bends, strict=True):
+    for left, right, bend in zip(ends[:-1], ends[1:], bends.tolist(), strict=True):
         stack = [(left, right)]
         while stack:
             low, high = stack.pop()
@@ -259,11 +256,27 @@ def mesh_graded(fractions, bends, elements, order, mass="lumped"):
             if high - low > max(abs(middle - bend), SHORTEST):
                 stack += [(middle, high), (low, middle)]
             else:
-                edges += [*(low + (high - low) * np.arange(1, elements) / elements), high]
-    return _of_edges(tuple(_apart(np.array(edges)).tolist()), order, mass)
+                edges.append(high)
+    return tuple(edges)
 
 
-@lru_cache(maxsize=64)
-def _of_edges(edges, order, mass):
-    """The same mesh for the same elements, with what is computed of it."""
-    return Mesh(np.array(edges), order, mass)
+@lru_cache(maxsize=256)
+def mesh_pieces(edges, elements, order, mass="lumped"):
+    """So many elements for each piece.
+
+    Parameters
+    ----------
+    edges : tuple of float
+        Of the pieces.
+    elements : int
+    order, mass
+        As in `Mesh`.
+
+    Returns
+    -------
+    Mesh
+        The same for the same pieces, with what is computed of it.
+    """
+    low, high = np.array(edges[:-1]), np.array(edges[1:])
+    inner = low[:, None] + (high - low)[:, None] * np.arange(elements) / elements
+    return Mesh(_apart(np.append(inner.ravel(), 1.0)), order, mass)

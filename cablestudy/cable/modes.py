@@ -28,6 +28,127 @@ FIRST = 16  # modes that are asked for at first
 ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
 
 
+class Motion:
+    """Modes of one system, of one cable or of many, each plane for itself; what few ask for is computed when asked for.
+
+    Parameters
+    ----------
+    system : System
+    shapes : ndarray, shape (..., nodes, d, k)
+        Orthonormal by the mass of a cable of unit mass.
+    """
+
+    def __init__(self, system, shapes):
+        elastic, geometric = system.modal_energies(shapes)
+        order = np.argsort(elastic + geometric, axis=-1, kind="stable")
+        elastic, geometric = (np.take_along_axis(part, order, axis=-1) for part in (elastic, geometric))
+        self.system, self.square = system, elastic + geometric
+        self.shapes = np.take_along_axis(shapes, order[..., None, None, :], axis=-1)
+        clusters = _clusters(self.square)
+        if clusters:
+            for cluster in clusters:
+                self._make_definite(*cluster)
+            elastic, geometric = system.modal_energies(self.shapes)
+        self.kinds = np.full(self.square.shape, OUT)
+        if system.axes != OUT_OF_PLANE and self.square.shape[-1]:
+            along, out = _kinetic_shares(system, self.shapes)
+            self.kinds = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
+
+    def _make_definite(self, cable, first, last):
+        """Choose shapes of coinciding modes; their frequencies are no choice: they keep those that were found."""
+        one, chosen = System(self.system.state.take(cable), self.system.axes), (*cable, ..., slice(first, last))
+        some = self.shapes[chosen]
+        some = some @ _definite_basis(one, some, _mirror(one, some))
+        turned = np.argsort(sum(one.modal_energies(some)), kind="stable")
+        self.shapes[chosen] = some[..., turned]
+
+    @cached_property
+    def signed(self):
+        """The shapes with their first large component positive."""
+        return self.shapes * _signs(self.shapes)[..., None, None, :]
+
+    @cached_property
+    def symmetries(self):
+        """Places in SYMMETRIES, shape (..., k)."""
+        # an axial mode is named by its motion along the cable, which a mirror turns round
+        even = _mass_product(self.system, self.shapes, _mirror(self.system, self.shapes))
+        even = even * np.where(self.kinds == AXIAL, -1, 1)
+        return np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
+
+    @cached_property
+    def participation(self):
+        """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
+        axes = len(self.system.axes)
+        weighted = _apply_mass(self.system, self.signed)
+        flat = weighted.reshape(*weighted.shape[:-3], -1, weighted.shape[-1])
+        moved = self.system.end_shapes
+        return -self.square[..., None] * (flat.swapaxes(-1, -2) @ moved.reshape(*moved.shape[:-3], -1, axes))
+
+
+class Together:
+    """Modes of all systems of one cable or of many, in ascending frequency.
+
+    Parameters
+    ----------
+    motions : list of Motion
+    dynamics : Dynamics
+    """
+
+    def __init__(self, motions, dynamics):
+        self._motions, self._dynamics = motions, dynamics
+        self.square, self.kinds = (self._all(name) for name in ("square", "kinds"))
+        self._order = np.argsort(self.square, axis=-1, kind="stable")
+        for cable, first, last in _clusters(self._sorted(self.square)):
+            chosen = self._order[cable][first:last].copy()
+            names = self._all("symmetries")[cable][chosen], self.kinds[cable][chosen]
+            self._order[cable][first:last] = chosen[np.lexsort(names)]
+
+    def _all(self, name):
+        return np.concatenate([getattr(motion, name) for motion in self._motions], axis=-1)
+
+    def _sorted(self, values):
+        return np.take_along_axis(values, self._order, axis=-1)
+
+    @property
+    def frequency(self):
+        """Shape (..., k). [Hz]"""
+        return np.sqrt(self._sorted(self.square)) * np.asarray(self._dynamics.unit_frequency)[..., None]
+
+    @property
+    def sorted_kinds(self):
+        """Places in KINDS, shape (..., k)."""
+        return self._sorted(self.kinds)
+
+    @cached_property
+    def symmetries(self):
+        """Places in SYMMETRIES, shape (..., k)."""
+        return self._sorted(self._all("symmetries"))
+
+    @cached_property
+    def shapes(self):
+        """Shape (..., nodes, 3, k). [1/sqrt(kg)]"""
+        mesh, lead, begin = self._dynamics.state.mesh, self.square.shape[:-1], 0
+        shapes = np.zeros((*lead, mesh.nodes, 3, self.square.shape[-1]))
+        for motion in self._motions:
+            end = begin + motion.square.shape[-1]
+            shapes[..., list(motion.system.axes), begin:end] = motion.signed
+            begin = end
+        total = np.sqrt(self._dynamics.mass * self._dynamics.length)
+        return np.take_along_axis(shapes, self._order[..., None, None, :], axis=-1) / total[..., None, None, None]
+
+    @cached_property
+    def participation(self):
+        """Shape (..., k, 3). [N/(m sqrt(kg))]"""
+        dynamics, begin = self._dynamics, 0
+        found = np.zeros((*self.square.shape, 3))
+        for motion in self._motions:
+            end = begin + motion.square.shape[-1]
+            found[..., begin:end, list(motion.system.axes)] = motion.participation
+            begin = end
+        scale = np.asarray(dynamics.state.force / dynamics.length / np.sqrt(dynamics.mass * dynamics.length))
+        return np.take_along_axis(found, self._order[..., None], axis=-2) * scale[..., None, None]
+
+
 @dataclass(frozen=True)
 class Modes:
     """Modes in ascending frequency, of one cable or of many.
@@ -36,25 +157,39 @@ class Modes:
     ----------
     frequency : ndarray, shape (..., k)
         [Hz]
-    shapes : ndarray, shape (..., nodes, 3, k)
-        Chord frame, mass-normalised, ends included (at rest). [1/sqrt(kg)]
-    kinds, symmetries : ndarray of int, shape (..., k)
-        Places in KINDS and SYMMETRIES.
-    participation : ndarray, shape (..., k, 3)
-        |psi^T K21 e_j| for end 2 moving along axis j of the chord frame, with its sign. [N/(m sqrt(kg))]
+    kinds : ndarray of int, shape (..., k)
+        Places in KINDS.
     complete : bool
         True when the model has no more modes.
+    together : Together
+        That of all cables that were solved at once,
+    cable : tuple of int
+        and which of them this is.
     """
 
     frequency: np.ndarray
-    shapes: np.ndarray
     kinds: np.ndarray
-    symmetries: np.ndarray
-    participation: np.ndarray
     complete: bool
+    together: Together
+    cable: tuple = ()
 
     def __len__(self):
         return self.frequency.shape[-1]
+
+    @property
+    def shapes(self):
+        """Chord frame, mass-normalised, ends included (at rest), shape (..., nodes, 3, k). [1/sqrt(kg)]"""
+        return self.together.shapes[self.cable][..., : len(self)]
+
+    @property
+    def symmetries(self):
+        """Places in SYMMETRIES, shape (..., k)."""
+        return self.together.symmetries[self.cable][..., : len(self)]
+
+    @property
+    def participation(self):
+        """psi^T K21 e_j for end 2 moving along axis j of the chord frame, shape (..., k, 3). [N/(m sqrt(kg))]"""
+        return self.together.participation[self.cable][..., : len(self), :]
 
     @cached_property
     def kind(self):
@@ -66,31 +201,24 @@ class Modes:
         """Of one cable: "symmetric", "antisymmetric" or "mixed" for each mode."""
         return tuple(SYMMETRIES[i] for i in self.symmetries.tolist())
 
-    def take(self, index):
+    def take(self, cable):
         """Those of one cable of many."""
-        fields = (self.frequency, self.shapes, self.kinds, self.symmetries, self.participation)
-        return Modes(*(field[index] for field in fields), self.complete)
+        return Modes(self.frequency[cable], self.kinds[cable], self.complete, self.together, (cable,))
 
     def first(self, count):
         """Only the lowest `count` modes."""
         if count >= len(self):
             return self
-        return Modes(
-            self.frequency[..., :count],
-            self.shapes[..., :count],
-            self.kinds[..., :count],
-            self.symmetries[..., :count],
-            self.participation[..., :count, :],
-            False,
-        )
+        return Modes(self.frequency[..., :count], self.kinds[..., :count], False, self.together, self.cable)
 
-    def number(self, number, kind, symmetry=None):
-        """Where mode `number` (from 1) of a kind and symmetry stands, shape (...); len(self) where there is none."""
+    def numbered(self, number, kind, symmetry=None):
+        """Frequency of mode `number` (from 1) of a kind and symmetry, not a number where there is none. [Hz]"""
         wanted = self.kinds == KINDS.index(kind)
         if symmetry is not None:
             wanted = wanted & (self.symmetries == SYMMETRIES.index(symmetry))
-        count = np.cumsum(wanted, axis=-1)
-        return (count < number).sum(axis=-1)
+        here = wanted & (np.cumsum(wanted, axis=-1) == number)
+        found = np.where(here, self.frequency, 0.0).sum(axis=-1)
+        return np.where(here.any(axis=-1), found, np.nan)
 
     def select(self, kind=None, symmetry=None):
         """Indices of the modes of one cable of a kind and symmetry, ascending in frequency."""
@@ -117,7 +245,7 @@ class Dynamics:
     def __init__(self, state: State, length, mass, planes=PLANAR):
         self.state, self.length, self.mass = state, np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
         self.systems = tuple(System(state, axes) for axes in planes)
-        self._found, self._numbered, self._among = None, {}, None
+        self._found, self._table, self._among = None, {}, None
 
     def take(self, index):
         """One cable of many, which finds its modes when another one of them does."""
@@ -195,7 +323,7 @@ class Dynamics:
         """
         count = FIRST
         while True:
-            found, complete = self._frequencies(count, number, kind, symmetry)
+            found, complete = self._numbered((number, kind, symmetry), count)
             if found == found:
                 return found
             if complete:
@@ -204,19 +332,16 @@ class Dynamics:
                 raise NoSolutionError(f"the model has {there} {words} modes, not {number}")
             count *= 2
 
-    def _frequencies(self, count, *which):
+    def _numbered(self, which, count):
         """Frequency of a mode among the lowest `count`, not a number where it is none of them, and if these are all."""
         if self._among is not None:
-            whole, index = self._among
-            found, complete = whole._frequencies(count, *which)
-            return found[index], complete
-        modes = self.modes(count)
-        key = (len(modes), *which)
-        if key not in self._numbered:
-            padded = np.concatenate([modes.frequency, np.full((*modes.frequency.shape[:-1], 1), np.nan)], axis=-1)
-            place = modes.number(*which)
-            self._numbered[key] = np.take_along_axis(padded, place[..., None], axis=-1)[..., 0].tolist()
-        return self._numbered[key], modes.complete
+            whole, cable = self._among
+            found, complete = whole._numbered(which, count)
+            return found[cable], complete
+        if (which, count) not in self._table:
+            modes = self.modes(count)
+            self._table[which, count] = modes.numbered(*which).tolist(), modes.complete
+        return self._table[which, count]
 
     def lowest(self, count):
         """The lowest modes.
@@ -235,58 +360,28 @@ class Dynamics:
         ConvergenceError
             Too many modes of a large model, or an eigen-solution that failed.
         """
-        parts = [self._solve(system, min(count, system.dof)) for system in self.systems]
-        return self._merge(parts, count)
+        together = Together([self._solve(system, min(count, system.dof)) for system in self.systems], self)
+        frequency, kinds = together.frequency[..., :count], together.sorted_kinds[..., :count]
+        return Modes(frequency, kinds, frequency.shape[-1] == self.dof, together)
 
     def _solve(self, system, count):
-        """Shapes of one system, shape (..., nodes, d, k), and their squared frequencies in units."""
-        axes, lead = len(system.axes), np.shape(self.length)
-        if count == 0:
-            return system, np.zeros((*lead, 0)), np.zeros((*lead, self.state.mesh.nodes, axes, 0))
+        """`Motion` of one system."""
+        mesh, axes, lead = self.state.mesh, len(system.axes), np.shape(self.length)
+        shapes = np.zeros((*lead, mesh.nodes, axes, count))
+        if count == 0:  # a single bar has nothing that moves
+            return Motion(system, shapes)
         if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
             inner = _dense(system, count)
         elif count <= system.dof // 4:
-            inner = (
-                _lanczos(system, count)
-                if not lead
-                else np.stack(
-                    [_lanczos(System(self.state.take(cable), system.axes), count) for cable in range(lead[0])]
-                )
-            )
+            every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
+            inner = np.stack([_lanczos(one, count) for one in every]).reshape(*lead, system.dof, count)
         else:
             raise ConvergenceError(
                 f"{count} modes of a model with {system.dof} unknowns: "
                 f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be had"
             )
-        shapes = np.zeros((*lead, self.state.mesh.nodes, axes, count))
         shapes[..., 1:-1, :, :] = inner.reshape(*lead, -1, axes, count)
-        elastic, geometric = system.modal_energies(shapes)
-        return system, elastic + geometric, shapes
-
-    def _merge(self, parts, count):
-        """Sort the modes of all systems, name them, and give them units."""
-        named = [_describe(system, square, shapes) for system, square, shapes in parts]
-        square, kind, symmetry = (np.concatenate([part[i] for part in named], axis=-1) for i in (0, 2, 3))
-        order = _stable_order(square, kind, symmetry)[..., :count]
-        lead, total = np.shape(self.length), self.mass * self.length
-        shapes = np.zeros((*lead, self.state.mesh.nodes, 3, square.shape[-1]))
-        participation = np.zeros((*lead, square.shape[-1], 3))
-        begin = 0
-        for (system, _, _), (own, shape, _, _) in zip(parts, named, strict=True):
-            axes, end = list(system.axes), begin + own.shape[-1]
-            shapes[..., axes, begin:end] = shape
-            participation[..., begin:end, axes] = _participation(system, own, shape)
-            begin = end
-        scale = np.asarray(self.state.force / self.length / np.sqrt(total))
-        return Modes(
-            frequency=np.sqrt(np.take_along_axis(square, order, axis=-1)) * np.asarray(self.unit_frequency)[..., None],
-            shapes=np.take_along_axis(shapes, order[..., None, None, :], axis=-1)
-            / np.sqrt(total)[..., None, None, None],
-            kinds=np.take_along_axis(kind, order, axis=-1),
-            symmetries=np.take_along_axis(symmetry, order, axis=-1),
-            participation=np.take_along_axis(participation, order[..., None], axis=-2) * scale[..., None, None],
-            complete=order.shape[-1] == self.dof,
-        )
+        return Motion(system, shapes)
 
 
 def _dense(system, count):
@@ -319,35 +414,6 @@ def _lanczos(system, count):
     return vector
 
 
-def _describe(system, square, shapes):
-    """(eigenvalues, shapes, kinds, symmetries) of the modes, ascending, with a definite choice where they coincide."""
-    if not square.shape[-1]:  # a single bar has nothing that moves
-        return square, shapes, np.zeros(square.shape, dtype=int), np.zeros(square.shape, dtype=int)
-    order = np.argsort(square, axis=-1, kind="stable")
-    square = np.take_along_axis(square, order, axis=-1)
-    shapes = np.take_along_axis(shapes, order[..., None, None, :], axis=-1)
-    shapes = shapes / np.sqrt(_mass_product(system, shapes, shapes))[..., None, None, :]
-    mirrored = _mirror(system, shapes)
-    for cable, first, last in _clusters(square):
-        one = System(system.state.take(cable), system.axes)
-        chosen = (*cable, ..., slice(first, last))
-        turn = _definite_basis(one, shapes[chosen], mirrored[chosen])
-        shapes[chosen] = shapes[chosen] @ turn
-        mirrored[chosen] = mirrored[chosen] @ turn
-        # the shapes are a choice, their frequencies are not: they keep those that were found
-        turned = np.argsort(sum(one.modal_energies(shapes[chosen])), kind="stable")
-        square[(*cable, first + turned)] = np.sort(square[(*cable, slice(first, last))])
-    kind = np.full(square.shape, OUT)
-    if system.axes != OUT_OF_PLANE:
-        elastic, geometric = system.modal_energies(shapes)
-        along, out = _kinetic_shares(system, shapes)
-        kind = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
-    # an axial mode is named by its motion along the cable, which a mirror turns round
-    even = _mass_product(system, shapes, mirrored) * np.where(kind == AXIAL, -1, 1)
-    symmetry = np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
-    return square, shapes * _signs(shapes)[..., None, None, :], kind, symmetry
-
-
 def _clusters(square):
     """(cable, first, last) of modes whose eigenvalues coincide, longer than one; a cable is a tuple."""
     near = np.diff(square, axis=-1) <= 2 * COINCIDENT * square[..., 1:]
@@ -370,15 +436,6 @@ def _definite_basis(system, shapes, mirrored):
     leave = np.einsum("n,nk,nl->kl", nodal, out, out)
     _, turn = np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)
     return turn
-
-
-def _stable_order(square, kind, symmetry):
-    """Places in ascending order of the eigenvalues; modes that coincide in the order of kind and symmetry."""
-    order = np.argsort(square, axis=-1, kind="stable")
-    for cable, first, last in _clusters(np.take_along_axis(square, order, axis=-1)):
-        chosen = order[cable][first:last].copy()
-        order[cable][first:last] = chosen[np.lexsort((symmetry[cable][chosen], kind[cable][chosen]))]
-    return order
 
 
 def _apply_mass(system, shapes):
@@ -451,16 +508,6 @@ def _mirror(system, shapes):
     if 0 in system.axes:
         mirrored[..., 0, :] *= -1
     return mirrored
-
-
-def _participation(system, square, shapes):
-    """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
-    if not square.shape[-1]:
-        return np.zeros((*square.shape, len(system.axes)))
-    weighted = _apply_mass(system, shapes)
-    flat = weighted.reshape(*weighted.shape[:-3], -1, weighted.shape[-1])
-    moved = system.end_shapes.reshape(*system.end_shapes.shape[:-3], -1, len(system.axes))
-    return -square[..., None] * (flat.swapaxes(-1, -2) @ moved)
 
 
 def _signs(shapes):

@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.element import pieces
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.spans import spans_of
@@ -97,6 +98,70 @@ class Batch:
         """What the equilibria look like."""
         return ClosedStatics(self.catenary)
 
+    def _solved(self, index):
+        """Where a scene's equilibrium is.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            It has none.
+        """
+        if index in self.unsolved:
+            raise self.unsolved[index]
+        return self._place[index]
+
+    @cached_property
+    def _planar(self):
+        return (~self.span.load_forces[..., 2].any(axis=-1)).tolist()
+
+    def planar_of(self, index):
+        """Whether no load leaves the plane of one cable."""
+        return self._planar[self._solved(index)]
+
+    @cached_property
+    def _folded(self):
+        return (self.catenary.min_tension <= FOLDED * self.catenary.max_tension).tolist()
+
+    @cached_property
+    def _bent(self):
+        """Fractions and bends of the segments of each cable, and whether it bends so that pieces are shorter."""
+        fraction, bends = self.catenary.segments.fraction, self.catenary.bends
+        middle = np.cumsum(fraction, axis=-1) - fraction / 2
+        return fraction, bends, (fraction > np.abs(middle - bends)).any(axis=-1).tolist()
+
+    @cached_property
+    def _travel(self):
+        """Seconds that a transverse wave takes along each cable, and such waves at its first axial frequency."""
+        span, tension = self.span, self.statics.mean_tension
+        time = span.unstretched_length * np.sqrt(span.mass * (1 / tension + 1 / span.axial_stiffness))
+        return time.tolist(), np.sqrt(span.axial_stiffness / tension).tolist()
+
+    def pieces_of(self, index):
+        """Pieces of one cable along which it bends little; see `element.pieces`.
+
+        Raises
+        ------
+        NoSolutionError
+            The cable hangs folded, and has no motion.
+        """
+        place = self._solved(index)
+        if self._folded[place]:
+            raise NoSolutionError("the cable hangs folded: somewhere it has no tension, and no stiffness about it")
+        fraction, bends, bent = self._bent
+        if fraction.shape[-1] == 1 and not bent[place]:
+            return 0.0, 1.0
+        return pieces(fraction[place], bends[place])
+
+    def fractions_of(self, index):
+        """Share of the unstretched length of each segment between the loads of one cable, shape (j,). [-]"""
+        return self.catenary.segments.fraction[self._solved(index)]
+
+    def travel_of(self, index):
+        """About how long a transverse wave takes from end to end of one cable, by the mean tension [s], and about how
+        many transverse half-waves there are at its first axial frequency."""
+        place = self._solved(index)
+        return self._travel[0][place], self._travel[1][place]
+
     def end_stiffness_along(self, axis):
         """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed, shape (k,). [N/m]"""
         return along(self.span, self.catenary.end_stiffness, axis)
@@ -137,7 +202,7 @@ class Batch:
 
     def catenaries_of(self, indices):
         """The equilibria of some scenes that have one, with a leading axis."""
-        return self.catenary.take(np.array([self._place[index] for index in indices]))
+        return self.catenary.take(np.array([self._solved(index) for index in indices]))
 
     def catenary_of(self, index):
         """The equilibrium of one scene.
@@ -149,9 +214,7 @@ class Batch:
         ConvergenceError
             No equilibrium was found.
         """
-        if index in self.unsolved:
-            raise self.unsolved[index]
-        return self.catenary.take(self._place[index])
+        return self.catenary.take(self._solved(index))
 
 
 def along(span, stiffness, axis):

@@ -133,13 +133,12 @@ class Case:
     @property
     def travel_time(self):
         """About how long a transverse wave takes from end to end, by the mean tension. [s]"""
-        span, tension = self.span, self.catenary.mean_tension
-        return float(span.unstretched_length * np.sqrt(span.mass * (1 / tension + 1 / span.axial_stiffness)))
+        return self.batch.travel_of(self.place)[0]
 
     @property
     def axial_waves(self):
         """About how many transverse half-waves there are at the first axial frequency. [-]"""
-        return float(np.sqrt(self.span.axial_stiffness / self.catenary.mean_tension))
+        return self.batch.travel_of(self.place)[1]
 
     @cached_property
     def statics(self):
@@ -148,20 +147,25 @@ class Case:
             return ClosedStatics(self.catenary)
         return DiscreteStatics(self.catenary, self.state, self.model.convergence)
 
+    @property
+    def planar(self):
+        """Whether no load leaves the cable's plane, so that motion in it and across it decouple."""
+        return self.batch.planar_of(self.place)
+
     @shared()
     def dynamics(self):
         """The free vibration in all directions."""
-        return self.model.dynamics(PLANAR if self.span.planar else (SPATIAL,))
+        return self.model.dynamics(PLANAR if self.planar else (SPATIAL,))
 
     @shared()
     def in_plane(self):
         """The free vibration in the cable's plane; in all directions where the two do not decouple."""
-        return self.model.dynamics((IN_PLANE,)) if self.span.planar else self.dynamics
+        return self.model.dynamics((IN_PLANE,)) if self.planar else self.dynamics
 
     @shared()
     def out_of_plane(self):
         """The free vibration across the cable's plane; in all directions where the two do not decouple."""
-        return self.model.dynamics((OUT_OF_PLANE,)) if self.span.planar else self.dynamics
+        return self.model.dynamics((OUT_OF_PLANE,)) if self.planar else self.dynamics
 
     @property
     def felt(self):

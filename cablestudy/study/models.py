@@ -5,11 +5,9 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable import equilibrium
-from cablestudy.cable.catenary import split
-from cablestudy.cable.element import mesh_graded, mesh_segments
+from cablestudy.cable.element import mesh_pieces, mesh_segments
 from cablestudy.cable.modes import ALL_AT_ONCE, Dynamics
-from cablestudy.errors import NoSolutionError
-from cablestudy.study.batch import FOLDED
+from cablestudy.errors import ConvergenceError, NoSolutionError
 
 
 class Models:
@@ -103,15 +101,12 @@ def mesh_of(case):
     NoSolutionError
         A cable that hangs folded, or with more loads than elements.
     """
-    catenary = case.catenary
-    if catenary.min_tension <= FOLDED * catenary.max_tension:
-        raise NoSolutionError("the cable hangs folded: somewhere it has no tension, and no stiffness about it")
-    fractions = split(case.span).fraction
+    pieces = case.batch.pieces_of(case.place)
     if case.rung is not None:
-        return mesh_graded(fractions, catenary.bends, *case.rung)
+        return mesh_pieces(pieces, *case.rung)
     model = case.scene.model
     try:
-        return mesh_segments(fractions, model.elements, model.order, model.mass)
+        return mesh_segments(case.batch.fractions_of(case.place), model.elements, model.order, model.mass)
     except ValueError as error:
         raise NoSolutionError(str(error)) from None
 
@@ -149,10 +144,10 @@ def prepare(cases):
         seen.add(case.cable_key)
         try:
             mesh = mesh_of(case)
-        except NoSolutionError:
+        except (NoSolutionError, ConvergenceError):
             continue
         if 3 * (mesh.nodes - 2) <= ALL_AT_ONCE:
-            groups.setdefault((mesh, case.rung, bool(case.span.planar)), []).append(case)
+            groups.setdefault((mesh, case.rung, case.planar), []).append(case)
     for (mesh, rung, _), members in groups.items():
         if len(members) > 1:
             models = _solved(members[0].batch, [case.place for case in members], mesh, rung)
