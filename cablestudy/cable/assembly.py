@@ -23,7 +23,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from cablestudy.cable.element import Mesh, basis, mass_matrix
+from cablestudy.cable.element import Mesh, basis, highest, mass_matrix
 
 IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
 
@@ -271,6 +271,40 @@ class System:
         elastic = (self.weights[:, None] / yielding[..., None] * along**2).sum(axis=-2)
         geometric = ((self.weights / soft)[..., None, None] * across**2).sum(axis=(-3, -2))
         return elastic, geometric
+
+    def highest_energy(self, shapes):
+        """What the two highest polynomials of each element contribute to the energies of displacement shapes.
+
+        The larger of twice the complementary energy of that part of the tensions, and of the geometric energy of that
+        part of the gradient: neither is stiff where the cable is.
+
+        Parameters
+        ----------
+        shapes : ndarray, shape (..., nodes, d, r)
+
+        Returns
+        -------
+        ndarray, shape (..., r)
+        """
+        mesh, t = self.state.mesh, self.tangent[..., None]
+        along, across = self._gradients(shapes)
+        yielding, soft = self.yielding
+        soft = soft[..., None, None]
+
+        def top(field):
+            parts = field.reshape(*field.shape[:-3], mesh.elements, mesh.order, -1)
+            return (highest(mesh.order) @ parts).reshape(field.shape)
+
+        def summed(field):
+            return field.reshape(*field.shape[:-3], -1, field.shape[-1]).sum(axis=-2)
+
+        gradient = top(t * along[..., None, :] + across)
+        geometric = summed(self.weights[:, None, None] / soft * gradient**2)
+        force = top(t * (along / yielding[..., None])[..., None, :] + across / soft)
+        pull = (t * force).sum(axis=-2)
+        complementary = summed(self.weights[:, None, None] * soft * (force - t * pull[..., None, :]) ** 2)
+        complementary += (self.weights[:, None] * yielding[..., None] * pull**2).sum(axis=-2)
+        return np.maximum(complementary, geometric)
 
     def elastic_energy(self, shapes):
         """Twice the elastic energy of displacement shapes and of their products, shape (..., r, r)."""

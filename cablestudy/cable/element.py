@@ -79,6 +79,15 @@ def basis(order):
     return Basis((x + 1) / 2, (points + 1) / 2, weights / 2, derivative, lobatto_weights / 2)
 
 
+@lru_cache(maxsize=128)
+def highest(order):
+    """Projection of values at the Gauss points of an element on the two highest polynomials there, shape (q, q). [-]"""
+    element = basis(order)
+    values = legendre.legvander(2 * element.points - 1, order - 1)[:, -2:]
+    size = 2 * np.arange(order)[-2:] + 1
+    return (values * size) @ (values.T * element.weights)
+
+
 def lagrange(nodes, x):
     """Lagrange polynomials of a set of nodes.
 

@@ -25,6 +25,8 @@ OUT, IN, AXIAL = range(3)  # places in KINDS
 SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # places in SYMMETRIES
 PLANAR = (IN_PLANE, OUT_OF_PLANE)
 FIRST = 16  # modes that are asked for at first
+SHARE = 0.15  # of what the two highest orders change: at least the error of a frequency, mostly much more
+ROUNDING = 4e-16  # error of the lowest frequency; it grows with the frequency
 ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
 
 
@@ -61,6 +63,16 @@ class Motion:
         some = some @ _definite_basis(one, some, _mirror(one, some))
         turned = np.argsort(sum(one.modal_energies(some)), kind="stable")
         self.shapes[chosen] = some[..., turned]
+
+    @cached_property
+    def error(self):
+        """Estimated relative error of the frequencies by the order of the elements, shape (..., k). [-]
+
+        What a model of an order lower by two would change; held against random scenes by tests/test_extremes.py.
+        """
+        share = self.system.highest_energy(self.shapes) / (2 * self.square)
+        noise = ROUNDING * np.sqrt(self.square / self.square[..., :1])
+        return np.maximum(SHARE * share, noise)
 
     @cached_property
     def signed(self):
@@ -118,6 +130,11 @@ class Together:
     def sorted_kinds(self):
         """Places in KINDS, shape (..., k)."""
         return self._sorted(self.kinds)
+
+    @cached_property
+    def errors(self):
+        """Estimated relative errors of the frequencies, shape (..., k). [-]"""
+        return self._sorted(self._all("error"))
 
     @cached_property
     def symmetries(self):
@@ -187,6 +204,11 @@ class Modes:
         return self.together.symmetries[self.cable][..., : len(self)]
 
     @property
+    def errors(self):
+        """Estimated relative errors of the frequencies, elements resolving the waves that belong to them. [-]"""
+        return self.together.errors[self.cable][..., : len(self)]
+
+    @property
     def participation(self):
         """psi^T K21 e_j for end 2 moving along axis j of the chord frame, shape (..., k, 3). [N/(m sqrt(kg))]"""
         return self.together.participation[self.cable][..., : len(self), :]
@@ -212,13 +234,11 @@ class Modes:
         return Modes(self.frequency[..., :count], self.kinds[..., :count], False, self.together, self.cable)
 
     def numbered(self, number, kind, symmetry=None):
-        """Frequency of mode `number` (from 1) of a kind and symmetry, not a number where there is none. [Hz]"""
+        """Where mode `number` (from 1) of a kind and symmetry stands, shape (..., k): true in one place, or in none."""
         wanted = self.kinds == KINDS.index(kind)
         if symmetry is not None:
             wanted = wanted & (self.symmetries == SYMMETRIES.index(symmetry))
-        here = wanted & (np.cumsum(wanted, axis=-1) == number)
-        found = np.where(here, self.frequency, 0.0).sum(axis=-1)
-        return np.where(here.any(axis=-1), found, np.nan)
+        return wanted & (np.cumsum(wanted, axis=-1) == number)
 
     def select(self, kind=None, symmetry=None):
         """Indices of the modes of one cable of a kind and symmetry, ascending in frequency."""
@@ -243,21 +263,30 @@ class Dynamics:
     """
 
     def __init__(self, state: State, length, mass, planes=PLANAR):
-        self.state, self.length, self.mass = state, np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
-        self.systems = tuple(System(state, axes) for axes in planes)
+        self.length, self.mass = np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
+        self._state, self._planes, self._mesh = state, planes, state.mesh
         self._found, self._table, self._among = None, {}, None
 
     def take(self, index):
         """One cable of many, which finds its modes when another one of them does."""
-        planes = tuple(system.axes for system in self.systems)
-        one = Dynamics(self.state.take(index), self.length[index], self.mass[index], planes)
+        one = Dynamics(self._state, self.length[index], self.mass[index], self._planes)
         one._among = self, index
         return one
+
+    @cached_property
+    def state(self):
+        """The equilibrium: `State`."""
+        return self._state if self._among is None else self._state.take(self._among[1])
+
+    @cached_property
+    def systems(self):
+        """The tangent in each of the planes: `System`."""
+        return tuple(System(self.state, axes) for axes in self._planes)
 
     @property
     def dof(self):
         """Free displacements in all. [-]"""
-        return sum(system.dof for system in self.systems)
+        return (self._mesh.nodes - 2) * sum(len(axes) for axes in self._planes)
 
     @property
     def small(self):
@@ -321,27 +350,39 @@ class Dynamics:
         NoSolutionError
             The model has no such mode.
         """
+        return self._numbered("frequency", number, kind, symmetry)
+
+    def error(self, number, kind, symmetry=None):
+        """Estimated relative error of that frequency; see `Modes.errors`. [-]"""
+        return self._numbered("errors", number, kind, symmetry)
+
+    def _numbered(self, name, *which):
+        """What `Modes` say of one mode."""
         count = FIRST
         while True:
-            found, complete = self._numbered((number, kind, symmetry), count)
+            found, complete = self._among_lowest(count, name, *which)
             if found == found:
                 return found
             if complete:
+                number, kind, symmetry = which
                 words = " ".join(word for word in (symmetry, kind) if word)
                 there = len(self.modes(count).select(kind, symmetry))
                 raise NoSolutionError(f"the model has {there} {words} modes, not {number}")
             count *= 2
 
-    def _numbered(self, which, count):
-        """Frequency of a mode among the lowest `count`, not a number where it is none of them, and if these are all."""
+    def _among_lowest(self, count, name, *which):
+        """The same of the lowest `count` modes, not a number where it is none of them, and whether these are all."""
         if self._among is not None:
             whole, cable = self._among
-            found, complete = whole._numbered(which, count)
+            found, complete = whole._among_lowest(count, name, *which)
             return found[cable], complete
-        if (which, count) not in self._table:
+        key = (count, name, *which)
+        if key not in self._table:
             modes = self.modes(count)
-            self._table[which, count] = modes.numbered(*which).tolist(), modes.complete
-        return self._table[which, count]
+            here = modes.numbered(*which)
+            found = np.where(here, getattr(modes, name), 0.0).sum(axis=-1)
+            self._table[key] = np.where(here.any(axis=-1), found, np.nan).tolist(), modes.complete
+        return self._table[key]
 
     def lowest(self, count):
         """The lowest modes.

@@ -200,6 +200,10 @@ class Case:
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequency`. [Hz]"""
         return (self.out_of_plane if kind == "out-of-plane" else self.in_plane).frequency(number, kind, symmetry)
 
+    def frequency_error(self, number, kind, symmetry=None):
+        """Estimated relative error of that frequency; see `Modes.errors`. [-]"""
+        return (self.out_of_plane if kind == "out-of-plane" else self.in_plane).error(number, kind, symmetry)
+
     def participation(self, modes):
         """psi^T K21 e_x of end 2 for each mode, shape (k,). [N/(m sqrt(kg))]"""
         return modes.participation @ self.span.frame[:, 0]

@@ -6,9 +6,9 @@ To add a column, add a line to COLUMNS, or a family with a K in its name to FAMI
 import difflib
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from math import hypot
+from math import hypot, isfinite
 
 import numpy as np
 
@@ -41,8 +41,8 @@ class Column:
         Keys of the scene without which it has no value, after commas; empty when there is none.
     each : bool
         Computed cable by cable, even where others of its kind are computed for many at once.
-    number : int
-        Of the mode, for a frequency. [-]
+    mode : tuple
+        Number (from 1), kind and symmetry or None, of a mode's frequency; empty for other numbers.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Column:
     compute: Callable
     key: str = ""
     each: bool = False
-    number: int = 1
+    mode: tuple = ()
 
     @property
     def least_error(self):
@@ -118,6 +118,11 @@ def _shedding(case):
     return shedding_frequencies(case.scene.wind, case.scene.cable.section_diameter)
 
 
+def _frequency(name, meaning, *mode):
+    """Column of the frequency of a mode: number, kind and, where it counts, symmetry."""
+    return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
+
+
 COLUMNS = (
     Column("preload", "N", "mean tension over the unstretched length", "statics", lambda c: c.statics.mean_tension),
     Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
@@ -156,8 +161,7 @@ COLUMNS = (
            lambda c: c.end_stiffness_along(2)),
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
            lambda c: c.end_stiffness_along(1)),
-    Column("cable_frequency", "Hz", "lowest in-plane frequency, ends fixed", "modes",
-           lambda c: c.frequency(1, "in-plane")),
+    _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
            lambda c: c.gondola_frequency_static, "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode of gondola and cable in which the gondola moves most", "gondola",
@@ -212,22 +216,18 @@ COLUMNS = (
 )  # fmt: skip
 
 FAMILIES = (
-    Column("inplane_frequency_K", "Hz", "in-plane frequency K (1, 2, ...), axial modes not counted", "modes",
-           lambda c, k: c.frequency(k, "in-plane")),
-    Column("outofplane_frequency_K", "Hz", "out-of-plane frequency K", "modes",
-           lambda c, k: c.frequency(k, "out-of-plane")),
-    Column("symmetric_frequency_K", "Hz", "symmetric in-plane frequency K", "modes",
-           lambda c, k: c.frequency(k, "in-plane", "symmetric")),
-    Column("axial_frequency_K", "Hz", "axial frequency K", "modes", lambda c, k: c.frequency(k, "axial")),
-)  # fmt: skip
+    _frequency("inplane_frequency_K", "in-plane frequency K (1, 2, ...), axial modes not counted", 0, "in-plane"),
+    _frequency("outofplane_frequency_K", "out-of-plane frequency K", 0, "out-of-plane"),
+    _frequency("symmetric_frequency_K", "symmetric in-plane frequency K", 0, "in-plane", "symmetric"),
+    _frequency("axial_frequency_K", "axial frequency K", 0, "axial"),
+)
 
 MAX_MODE_NUMBER = 1000
 
 
 def _member(family, number):
     """Column `number` of a family."""
-    name = family.name.replace("_K", f"_{number}")
-    return replace(family, name=name, compute=lambda case: family.compute(case, number), number=number)
+    return _frequency(family.name.replace("_K", f"_{number}"), family.meaning, number, *family.mode[1:])
 
 
 def find(name):
@@ -264,6 +264,8 @@ def find(name):
 
 def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
+    if not column.key:
+        return ""
     for key in filter(None, column.key.split(", ")):
         value = scene
         for part in key.split("."):
@@ -303,7 +305,7 @@ def breaking(stress, strength):
 
 
 def value(column, case):
-    """One number of a row.
+    """One number of a row whose scene has the keys that it needs.
 
     Parameters
     ----------
@@ -319,17 +321,14 @@ def value(column, case):
     NoSolutionError, ConvergenceError
         There is no such number.
     """
-    if lacks(case.scene, column):
-        raise without(case.scene, column)
     number = column.compute(case)
-    if number is None:
-        return None
-    number = np.asarray(number).item()
-    if isinstance(number, int):
+    if not isinstance(number, float | int | None):
+        number = np.asarray(number).item()
+    if number is None or isinstance(number, int):
         return number
-    if not np.isfinite(number):
+    if not isfinite(number):
         raise infinite(column)
-    return number + 0.0  # no minus before a zero
+    return float(number) + 0.0  # no minus before a zero
 
 
 def values(column, batch):

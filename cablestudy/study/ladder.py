@@ -16,11 +16,10 @@ IN_VAIN, LOST = 2, 1e-5  # models after which rounding, in errors below the latt
 GROWTH = 1.3
 TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
-PER_DIGIT = 0.9  # orders for each digit more
+PER_DIGIT, ALONE = 0.9, 1.15  # orders for each digit more, where models are compared and where one tells its error
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
-STEEP = 0.3  # of the difference of two neighbours, both resolved: at least the error of the finer one
-STEEPER = 0.1  # the same for transverse frequencies, whose errors fall fastest
+STEEP = 1.0  # of the difference of two neighbours, both resolved: at least the error of the finer one
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
@@ -57,15 +56,18 @@ class Feeling:
         Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
         Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
-    transverse : frozenset of str
-        Names of the numbers that are frequencies of transverse modes, and nothing else.
+    error : callable
+        Case, name -> relative error of a number that one model tells by itself, None where it takes several. [-]
+    alone : bool
+        Whether all numbers are of that kind.
     """
 
     waves: float
     highest: Callable
     surely: Callable = lambda case: 0.0
     damped: bool = False
-    transverse: frozenset = frozenset()
+    error: Callable = lambda case, name: None
+    alone: bool = False
 
 
 def felt_by(case, columns):
@@ -81,8 +83,9 @@ def felt_by(case, columns):
     Feeling
     """
     own = [column for column in columns if column.needs == "modes"]
-    axial = max((column.number for column in own if "axial" in column.name), default=0)
-    waves = [column.number for column in own]
+    axial = max((column.mode[0] for column in own if column.mode[1] == "axial"), default=0)
+    waves = [column.mode[0] for column in own]
+    mode = {column.header: column.mode for column in own}
     if axial and UNSEEN * case.refined(1, LOWEST).waves(0.0)[1] > case.scene.model.accuracy:
         waves.append(axial * case.axial_waves)  # a cable that turns moves across beside them
     body = len(own) < len(columns)
@@ -99,8 +102,11 @@ def felt_by(case, columns):
         return max(alone, other.gondola_frequency) if body else alone
 
     damped = any(column.needs in ("loop", "wind") for column in columns)
-    transverse = frozenset(column.header for column in own if "axial" not in column.name)
-    return Feeling(max(waves), highest, surely, damped, transverse)
+
+    def error(other, name):
+        return other.frequency_error(*mode[name]) if name in mode else None
+
+    return Feeling(max(waves), highest, surely, damped, error, not body)
 
 
 def climb(case, sample, feeling):
@@ -133,11 +139,13 @@ def climb(case, sample, feeling):
 
     Notes
     -----
-    Of three neighbours the differences d1 and d2 tell how fast the error falls with the order, and so what is left:
+    A frequency of the cable has an estimate of its own, by what the highest orders contribute to its shape. For other
+    numbers several models are needed: of three neighbours the differences d1 and d2 tell how fast the error falls with
+    the order, and so what is left:
     d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved, nothing
-    is damped, and STEEP (or STEEPER) of their difference is little enough. A model that does not resolve the
-    transverse waves at a frequency agrees with its neighbours on a number that ignores them: where the cable turns by
-    an angle, they may be wrong by UNSEEN times as much.
+    is damped, and STEEP of their difference is little enough. A model that does not resolve the transverse waves at a
+    frequency agrees with its neighbours on a number that ignores them: where the cable turns by an angle, they may be
+    wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
     history, failures, last, tried = [], [], 0.0, 0
@@ -149,7 +157,8 @@ def climb(case, sample, feeling):
 
     reached, best, in_vain = "the finest model is too coarse", inf, 0
     longest = float(case.catenary.segments.fraction.max())
-    for rung in rungs(PER_WAVE * feeling.waves * longest + PER_DIGIT * -log10(accuracy) + 1):
+    per_digit = ALONE if feeling.alone else PER_DIGIT
+    for rung in rungs(PER_WAVE * feeling.waves * longest + per_digit * -log10(accuracy) + 1):
         finer = case.refined(*rung)
         yield finer
         tried += 1
@@ -181,11 +190,13 @@ def climb(case, sample, feeling):
         if unseen > accuracy:
             continue
         history.append((rung[0] * rung[1], values))
+        rest = {name: feeling.error(finer, name) for name in values}
         left = left_of_three if len(history) > 2 else None
         if len(history) == 2 and not feeling.damped and not unseen:
             left = left_of_two
         if left:
-            rest = {name: left(history[-3:], name, name in feeling.transverse) for name in values}
+            rest.update({name: left(history[-3:], name) for name, share in rest.items() if share is None})
+        if None not in rest.values():
             errors = {name: max(ROUNDING, unseen, share) for name, share in rest.items()}
             error = max(errors.values(), default=ROUNDING)
             if error <= accuracy:
@@ -199,16 +210,13 @@ def climb(case, sample, feeling):
     raise ConvergenceError(f"accuracy {accuracy:g} cannot be had: {reached}")
 
 
-def left_of_two(history, name, transverse):
+def left_of_two(history, name):
     """Relative error that is left in the second of two values, where its waves are resolved."""
     (_, before), (_, last) = history
-    difference = relative(last[name], before[name])
-    if transverse:
-        return STEEPER * difference
-    return difference * (STEEP if difference > NOISE else 1.0)
+    return STEEP * relative(last[name], before[name])
 
 
-def left_of_three(history, name, _):
+def left_of_three(history, name):
     """Relative error that is left in the last of three values."""
     orders, values = zip(*((order, values[name]) for order, values in history), strict=True)
     last, before = relative(values[2], values[1]), relative(values[1], values[0])

@@ -68,6 +68,11 @@ class Model:
     def __init__(self, models, place):
         self._models, self._place = models, place
 
+    @property
+    def mesh(self):
+        """`Mesh` of the elements."""
+        return self._models.state.mesh
+
     @cached_property
     def state(self):
         """`State` of the elements."""

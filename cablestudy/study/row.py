@@ -112,6 +112,7 @@ class Wanted:
         self.closed = [column for column in self.physical if column.needs in CLOSED and not column.each]
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
         self.damped = any(column.needs in ("loop", "wind") for column in self.motion)
+        self.still = [column for column in self.physical if column not in self.motion]
         self.sample = lambda case: {column.header: value(column, case) for column in self.motion}
         self.scene_only = all(column.needs == "scene" for column in self.physical)
         self.estimate = any(column.name == "error_estimate" for column in columns)
@@ -261,18 +262,21 @@ def _values(case, wanted, known, exact):
     """Values of the columns, the case with the model used, degrees of freedom, estimated errors, notes."""
     if len(known) == len(wanted.physical):
         return known, case, 0, exact, CHEAPEST[wanted.scene_only]
-    rest = [column for column in wanted.physical if column.header not in known]
+    for column in wanted.physical:
+        if lacks(case.scene, column):
+            raise without(case.scene, column)
+    rest = [column for column in wanted.still if column.header not in known]
     if wanted.scene_only:
         return {column.header: value(column, case) for column in rest}, case, 0, wanted.exact, CHEAPEST[True]
     if not case.exact_statics:
         yield case
-        numbers = {column.header: value(column, case) for column in rest}
+        numbers = {column.header: value(column, case) for column in wanted.physical}
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
         notes.append(f"statics: {case.model.convergence}")
         errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
         return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
-    numbers = {**known, **{column.header: value(column, case) for column in rest if column not in wanted.motion}}
+    numbers = {**known, **{column.header: value(column, case) for column in rest}}
     if not wanted.motion:
         return numbers, case, 0, exact, CHEAPEST[False]
     if wanted.damped and case.scene.cable.damping.model == "modal":
@@ -287,21 +291,21 @@ def _values(case, wanted, known, exact):
 
 def _about(case, error, tried):
     """What was chosen for the motion, what was left out, and what it cost."""
-    mesh = case.state.mesh
+    mesh = case.model.mesh
     yield (
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
     planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.__dict__]
-    if case.span.planar and planes in (["in_plane"], ["out_of_plane"]):
+    if case.planar and planes in (["in_plane"], ["out_of_plane"]):
         there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
         yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
     yield f"compared: {tried} models, coarse to fine"
 
 
 def _static_dof(case):
-    planes = 2 if case.span.planar else 3
-    return planes * (case.state.mesh.nodes - 2)
+    planes = 2 if case.planar else 3
+    return planes * (case.model.mesh.nodes - 2)
 
 
 def modes(case, count=None, upto=None):
@@ -345,7 +349,12 @@ def modes(case, count=None, upto=None):
         note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
         return case, wanted(case), (note, f"statics: {case.model.convergence}")
     waves = count or 2 * upto * case.travel_time
-    feeling = Feeling(waves, lambda _, values: max(values.values(), default=0.0))
+    feeling = Feeling(
+        waves,
+        lambda _, values: max(values.values(), default=0.0),
+        error=lambda other, index: float(wanted(other).errors[index]),
+        alone=True,
+    )
     (found,) = together([climb(case, lambda other: dict(enumerate(wanted(other).frequency)), feeling)])
     finer, _, errors, tried = found
     return finer, wanted(finer), tuple(_about(finer, max(errors.values(), default=0.0), tried))
