@@ -42,10 +42,12 @@ class Motion:
 
     def __init__(self, system, shapes):
         elastic, geometric = system.modal_energies(shapes)
-        order = np.argsort(elastic + geometric, axis=-1, kind="stable")
-        elastic, geometric = (np.take_along_axis(part, order, axis=-1) for part in (elastic, geometric))
-        self.system, self.square = system, elastic + geometric
-        self.shapes = np.take_along_axis(shapes, order[..., None, None, :], axis=-1)
+        square = elastic + geometric
+        if not _ascends(square):
+            order = np.argsort(square, axis=-1, kind="stable")
+            elastic, geometric, square = (_sort(part, order) for part in (elastic, geometric, square))
+            shapes = _sort(shapes, order[..., None, None, :])
+        self.system, self.square, self.shapes = system, square, shapes
         clusters = _clusters(self.square)
         if clusters:
             for cluster in clusters:
@@ -97,6 +99,16 @@ class Motion:
         return -self.square[..., None] * (flat.swapaxes(-1, -2) @ moved.reshape(*moved.shape[:-3], -1, axes))
 
 
+def _ascends(values):
+    """Whether no value is below the one before."""
+    return bool((values[..., 1:] >= values[..., :-1]).all())
+
+
+def _sort(values, order):
+    """Values in another order along the last axis; as they are without one."""
+    return values if order is None else np.take_along_axis(values, order, axis=-1)
+
+
 class Together:
     """Modes of all systems of one cable or of many, in ascending frequency.
 
@@ -109,6 +121,12 @@ class Together:
     def __init__(self, motions, dynamics):
         self._motions, self._dynamics = motions, dynamics
         self.square, self.kinds = (self._all(name) for name in ("square", "kinds"))
+        self._order = None
+        if not _ascends(self.square) or _clusters(self.square):
+            self._sort()
+
+    def _sort(self):
+        """Ascending frequencies; modes that coincide in the order of kind and symmetry."""
         self._order = np.argsort(self.square, axis=-1, kind="stable")
         for cable, first, last in _clusters(self._sorted(self.square)):
             chosen = self._order[cable][first:last].copy()
@@ -119,7 +137,7 @@ class Together:
         return np.concatenate([getattr(motion, name) for motion in self._motions], axis=-1)
 
     def _sorted(self, values):
-        return np.take_along_axis(values, self._order, axis=-1)
+        return values if self._order is None else _sort(values, self._order)
 
     @property
     def frequency(self):
@@ -151,7 +169,8 @@ class Together:
             shapes[..., list(motion.system.axes), begin:end] = motion.signed
             begin = end
         total = np.sqrt(self._dynamics.mass * self._dynamics.length)
-        return np.take_along_axis(shapes, self._order[..., None, None, :], axis=-1) / total[..., None, None, None]
+        order = None if self._order is None else self._order[..., None, None, :]
+        return _sort(shapes, order) / total[..., None, None, None]
 
     @cached_property
     def participation(self):
@@ -163,7 +182,9 @@ class Together:
             found[..., begin:end, list(motion.system.axes)] = motion.participation
             begin = end
         scale = np.asarray(dynamics.state.force / dynamics.length / np.sqrt(dynamics.mass * dynamics.length))
-        return np.take_along_axis(found, self._order[..., None], axis=-2) * scale[..., None, None]
+        if self._order is not None:
+            found = np.take_along_axis(found, self._order[..., None], axis=-2)
+        return found * scale[..., None, None]
 
 
 @dataclass(frozen=True)
@@ -265,7 +286,7 @@ class Dynamics:
     def __init__(self, state: State, length, mass, planes=PLANAR):
         self.length, self.mass = np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
         self._state, self._planes, self._mesh = state, planes, state.mesh
-        self._found, self._table, self._among = None, {}, None
+        self._found, self._table, self._spectra, self._among = None, {}, {}, None
 
     def take(self, index):
         """One cable of many, which finds its modes when another one of them does."""
@@ -330,12 +351,12 @@ class Dynamics:
                 whole, index = self._among
                 self._found = whole.modes(count).take(index)
             else:
-                self._found = self.lowest(self.dof if self.small else count)
+                self._found = self.lowest(self.dof if self.small and 2 * count > self.dof else count)
         return self._found
 
     def up_to(self, frequency):
         """All modes of one cable up to a frequency [Hz], and at least one beyond it where there is one."""
-        count = FIRST
+        count = self.dof if self.small else FIRST
         while True:
             modes = self.modes(count)
             if modes.complete or modes.frequency[-1] > frequency * (1 + COINCIDENT):
@@ -350,38 +371,60 @@ class Dynamics:
         NoSolutionError
             The model has no such mode.
         """
-        return self._numbered("frequency", number, kind, symmetry)
+        return self.frequencies(((number, kind, symmetry),))[0][0]
 
-    def error(self, number, kind, symmetry=None):
-        """Estimated relative error of that frequency; see `Modes.errors`. [-]"""
-        return self._numbered("errors", number, kind, symmetry)
+    def frequencies(self, which, errors=False):
+        """Frequencies of some modes of one cable, and their estimated relative errors.
 
-    def _numbered(self, name, *which):
-        """What `Modes` say of one mode."""
-        count = FIRST
+        Parameters
+        ----------
+        which : tuple of tuple
+            Number (from 1), kind and symmetry or None of each.
+        errors : bool
+            Whether the errors are wanted too; see `Modes.errors`.
+
+        Returns
+        -------
+        frequency, error : list of float
+            [Hz], [-]; the errors are empty where they are not wanted.
+
+        Raises
+        ------
+        NoSolutionError
+            The model has no such mode.
+        """
+        count = max(2 * number for number, _, _ in which)
         while True:
-            found, complete = self._among_lowest(count, name, *which)
-            if found == found:
-                return found
+            found, wrong, complete = self._among_lowest(count, which, errors)
+            missing = [mode for mode, frequency in zip(which, found, strict=True) if frequency != frequency]
+            if not missing:
+                return found, wrong
             if complete:
-                number, kind, symmetry = which
+                number, kind, symmetry = missing[0]
                 words = " ".join(word for word in (symmetry, kind) if word)
                 there = len(self.modes(count).select(kind, symmetry))
                 raise NoSolutionError(f"the model has {there} {words} modes, not {number}")
             count *= 2
 
-    def _among_lowest(self, count, name, *which):
-        """The same of the lowest `count` modes, not a number where it is none of them, and whether these are all."""
+    def _among_lowest(self, count, which, errors):
+        """The same of the lowest `count` modes, not a number where one is none of them, and whether these are all."""
         if self._among is not None:
             whole, cable = self._among
-            found, complete = whole._among_lowest(count, name, *which)
-            return found[cable], complete
-        key = (count, name, *which)
+            found, wrong, complete = whole._among_lowest(count, which, errors)
+            return found[cable], wrong[cable] if errors else [], complete
+        key = (count, which, errors)
         if key not in self._table:
-            modes = self.modes(count)
-            here = modes.numbered(*which)
-            found = np.where(here, getattr(modes, name), 0.0).sum(axis=-1)
-            self._table[key] = np.where(here.any(axis=-1), found, np.nan).tolist(), modes.complete
+            modes, places = self.modes(count), []
+            for mode in which:
+                here = modes.numbered(*mode)
+                places.append(np.where(here.any(axis=-1), (here * np.arange(len(modes))).sum(axis=-1), len(modes)))
+            places = np.stack(places, axis=-1)
+
+            def picked(values):
+                padded = np.concatenate([values, np.full((*values.shape[:-1], 1), np.nan)], axis=-1)
+                return np.take_along_axis(padded, places, axis=-1).tolist()
+
+            self._table[key] = picked(modes.frequency), picked(modes.errors) if errors else [], modes.complete
         return self._table[key]
 
     def lowest(self, count):
@@ -406,13 +449,15 @@ class Dynamics:
         return Modes(frequency, kinds, frequency.shape[-1] == self.dof, together)
 
     def _solve(self, system, count):
-        """`Motion` of one system."""
+        """`Motion` of one system, its lowest modes."""
         mesh, axes, lead = self.state.mesh, len(system.axes), np.shape(self.length)
         shapes = np.zeros((*lead, mesh.nodes, axes, count))
         if count == 0:  # a single bar has nothing that moves
             return Motion(system, shapes)
         if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
-            inner = _dense(system, count)
+            if system.axes not in self._spectra:
+                self._spectra[system.axes] = _spectrum(system)
+            inner = _shapes(system, *self._spectra[system.axes], count)
         elif count <= system.dof // 4:
             every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
             inner = np.stack([_lanczos(one, count) for one in every]).reshape(*lead, system.dof, count)
@@ -425,17 +470,30 @@ class Dynamics:
         return Motion(system, shapes)
 
 
-def _dense(system, count):
-    """Lowest modes of small systems, from their compliance in mass-normalised coordinates, shape (..., dof, count)."""
-    mass = system.mass
-    root = np.sqrt(mass.diagonal()) if mass.nnz == system.dof else np.linalg.cholesky(mass.toarray())  # M = R R^T
+def _spectrum(system):
+    """B R and the eigenvectors of its square for small systems, lowest frequency first; M = R R^T, K^-1 = B^T B.
+
+    Returns
+    -------
+    flexible, vector : ndarray, shapes (..., n q d, dof) and (..., dof, dof)
+    """
+    root = _root(system.mass)
     flexible = system.root * root if root.ndim == 1 else system.root @ root
-    _, vector = np.linalg.eigh(flexible.swapaxes(-1, -2) @ flexible)
-    vector = vector[..., ::-1][..., :count]
-    shapes = flexible.swapaxes(-1, -2) @ (flexible @ vector)
+    return flexible, np.linalg.eigh(flexible.swapaxes(-1, -2) @ flexible)[1][..., ::-1]
+
+
+def _root(mass):
+    """R with M = R R^T: its diagonal, shape (dof,), or the whole."""
+    return np.sqrt(mass.diagonal()) if mass.nnz == mass.shape[0] else np.linalg.cholesky(mass.toarray())
+
+
+def _shapes(system, flexible, vector, count):
+    """The lowest shapes of what `_spectrum` found, orthonormal by the mass, shape (..., dof, count)."""
+    shapes = flexible.swapaxes(-1, -2) @ (flexible @ vector[..., :count])
     # what a high mode has of the low ones by rounding is taken off again, lowest first
     pure, size = np.linalg.qr(shapes / np.sqrt((shapes**2).sum(axis=-2, keepdims=True)))
     pure = pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
+    root = _root(system.mass)
     return pure / root[:, None] if root.ndim == 1 else np.linalg.solve(root.T, pure)
 
 

@@ -200,9 +200,20 @@ class Case:
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequency`. [Hz]"""
         return (self.out_of_plane if kind == "out-of-plane" else self.in_plane).frequency(number, kind, symmetry)
 
-    def frequency_error(self, number, kind, symmetry=None):
-        """Estimated relative error of that frequency; see `Modes.errors`. [-]"""
-        return (self.out_of_plane if kind == "out-of-plane" else self.in_plane).error(number, kind, symmetry)
+    def frequencies(self, modes):
+        """Frequencies of some modes [Hz], and their estimated relative errors; see `Dynamics.frequencies`.
+
+        Parameters
+        ----------
+        modes : tuple of tuple
+            Those of one plane together: the others, and those out of plane.
+        """
+        inside, outside = modes
+        found, errors = self.in_plane.frequencies(inside, True) if inside else ([], [])
+        if outside:
+            more, wrong = self.out_of_plane.frequencies(outside, True)
+            return found + more, errors + wrong
+        return found, errors
 
     def participation(self, modes):
         """psi^T K21 e_x of end 2 for each mode, shape (k,). [N/(m sqrt(kg))]"""

@@ -118,8 +118,9 @@ def _shedding(case):
     return shedding_frequencies(case.scene.wind, case.scene.cable.section_diameter)
 
 
-def _frequency(name, meaning, *mode):
-    """Column of the frequency of a mode: number, kind and, where it counts, symmetry."""
+def _frequency(name, meaning, number, kind, symmetry=None):
+    """Column of the frequency of a mode."""
+    mode = number, kind, symmetry
     return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
 
 

@@ -56,17 +56,14 @@ class Feeling:
         Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
         Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
-    error : callable
-        Case, name -> relative error of a number that one model tells by itself, None where it takes several. [-]
     alone : bool
-        Whether all numbers are of that kind.
+        Whether one model tells the errors of all numbers by itself.
     """
 
     waves: float
     highest: Callable
     surely: Callable = lambda case: 0.0
     damped: bool = False
-    error: Callable = lambda case, name: None
     alone: bool = False
 
 
@@ -85,7 +82,6 @@ def felt_by(case, columns):
     own = [column for column in columns if column.needs == "modes"]
     axial = max((column.mode[0] for column in own if column.mode[1] == "axial"), default=0)
     waves = [column.mode[0] for column in own]
-    mode = {column.header: column.mode for column in own}
     if axial and UNSEEN * case.refined(1, LOWEST).waves(0.0)[1] > case.scene.model.accuracy:
         waves.append(axial * case.axial_waves)  # a cable that turns moves across beside them
     body = len(own) < len(columns)
@@ -102,11 +98,7 @@ def felt_by(case, columns):
         return max(alone, other.gondola_frequency) if body else alone
 
     damped = any(column.needs in ("loop", "wind") for column in columns)
-
-    def error(other, name):
-        return other.frequency_error(*mode[name]) if name in mode else None
-
-    return Feeling(max(waves), highest, surely, damped, error, not body)
+    return Feeling(max(waves), highest, surely, damped, not body)
 
 
 def climb(case, sample, feeling):
@@ -118,7 +110,7 @@ def climb(case, sample, feeling):
     ----------
     case : Case
     sample : callable
-        Case -> dict of numbers.
+        Case -> dict of numbers, and dict of the relative errors of those whose errors one model tells by itself.
     feeling : Feeling
 
     Returns
@@ -169,7 +161,7 @@ def climb(case, sample, feeling):
         try:
             # where the waves are surely not resolved, nothing needs a further look
             unseen, waves = seen(finer, feeling.surely(finer))
-            values = sample(finer) if unseen <= accuracy else None
+            values, known_errors = sample(finer) if unseen <= accuracy else (None, None)
             if values is not None:
                 unseen, waves = seen(finer, feeling.highest(finer, values))
         except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
@@ -190,7 +182,7 @@ def climb(case, sample, feeling):
         if unseen > accuracy:
             continue
         history.append((rung[0] * rung[1], values))
-        rest = {name: feeling.error(finer, name) for name in values}
+        rest = {name: known_errors.get(name) for name in values}
         left = left_of_three if len(history) > 2 else None
         if len(history) == 2 and not feeling.damped and not unseen:
             left = left_of_two

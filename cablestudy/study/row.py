@@ -15,7 +15,7 @@ from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
-TOGETHER = 32  # rows whose models are solved at once
+TOGETHER = 64  # rows whose models are solved at once
 EPSILON = 4e-16  # rounding of one number
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
@@ -113,13 +113,24 @@ class Wanted:
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
         self.damped = any(column.needs in ("loop", "wind") for column in self.motion)
         self.still = [column for column in self.physical if column not in self.motion]
-        self.sample = lambda case: {column.header: value(column, case) for column in self.motion}
+        inside = [column for column in self.motion if column.mode and column.mode[1] != "out-of-plane"]
+        outside = [column for column in self.motion if column.mode and column.mode[1] == "out-of-plane"]
+        self._modes = tuple(tuple(column.mode for column in part) for part in (inside, outside))
+        self._named = [column.header for column in (*inside, *outside)]
+        self._others = [column for column in self.motion if not column.mode]
         self.scene_only = all(column.needs == "scene" for column in self.physical)
         self.estimate = any(column.name == "error_estimate" for column in columns)
         self.exact = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = dict.fromkeys(column.header for column in columns)
         self.timed = any(column.needs == "run" and column.name != "status" for column in columns)
         self.clock = any(column.name == "solve_time" for column in columns)
+
+    def sample(self, case):
+        """Numbers of the columns that need motion, and errors of those that tell it: as `climb` takes them."""
+        frequencies, errors = case.frequencies(self._modes)
+        numbers = dict(zip(self._named, frequencies, strict=True))
+        numbers.update((column.header, value(column, case)) for column in self._others)
+        return numbers, dict(zip(self._named, errors, strict=True))
 
 
 def _group(scenes, wanted, exact, shelf):
@@ -352,10 +363,14 @@ def modes(case, count=None, upto=None):
     feeling = Feeling(
         waves,
         lambda _, values: max(values.values(), default=0.0),
-        error=lambda other, index: float(wanted(other).errors[index]),
         alone=True,
     )
-    (found,) = together([climb(case, lambda other: dict(enumerate(wanted(other).frequency)), feeling)])
+
+    def sample(other):
+        found = wanted(other)
+        return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist()))
+
+    (found,) = together([climb(case, sample, feeling)])
     finer, _, errors, tried = found
     return finer, wanted(finer), tuple(_about(finer, max(errors.values(), default=0.0), tried))
 

@@ -2,7 +2,7 @@
 
 from functools import cached_property
 
-ROOM = 64  # cables whose parts are kept
+ROOM = 256  # cables whose parts are kept
 NODES = 100_000  # in all of them together, about
 
 
