@@ -25,7 +25,7 @@ OUT, IN, AXIAL = range(3)  # places in KINDS
 SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # places in SYMMETRIES
 PLANAR = (IN_PLANE, OUT_OF_PLANE)
 FIRST = 16  # modes that are asked for at first
-SHARE = 0.15  # of what the two highest orders change: at least the error of a frequency, mostly much more
+SHARES = {9: 0.12, 0: 0.3}  # of what the two highest orders from some order on change: at least a frequency's error
 ROUNDING = 4e-16  # error of the lowest frequency; it grows with the frequency
 ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
 
@@ -72,9 +72,11 @@ class Motion:
 
         What a model of an order lower by two would change; held against random scenes by tests/test_extremes.py.
         """
-        share = self.system.highest_energy(self.shapes) / (2 * self.square)
+        order = self.system.state.mesh.order
+        share = next(share for least, share in SHARES.items() if order >= least)
+        left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
         noise = ROUNDING * np.sqrt(self.square / self.square[..., :1])
-        return np.maximum(SHARE * share, noise)
+        return np.maximum(left, noise)
 
     @cached_property
     def signed(self):

@@ -119,6 +119,22 @@ class Batch:
         return self._planar[self._solved(index)]
 
     @cached_property
+    def _aside(self):
+        return (self.span.azimuth[:, 1] != 0).tolist()
+
+    def aside_of(self, index):
+        """Whether a movement along x leaves the plane of one cable."""
+        return self._aside[self._solved(index)]
+
+    @cached_property
+    def _longest(self):
+        return self.catenary.segments.fraction.max(axis=-1).tolist()
+
+    def longest_of(self, index):
+        """Share of the unstretched length of the longest segment between the loads of one cable. [-]"""
+        return self._longest[self._solved(index)]
+
+    @cached_property
     def _folded(self):
         return (self.catenary.min_tension <= FOLDED * self.catenary.max_tension).tolist()
 

@@ -170,7 +170,7 @@ class Case:
     @property
     def felt(self):
         """The free vibration that a movement of end 2 along x stirs."""
-        return self.dynamics if self.span.frame[2, 0] else self.in_plane
+        return self.dynamics if self.batch.aside_of(self.place) else self.in_plane
 
     @property
     def dof(self):

@@ -148,7 +148,7 @@ def climb(case, sample, feeling):
         return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
 
     reached, best, in_vain = "the finest model is too coarse", inf, 0
-    longest = float(case.catenary.segments.fraction.max())
+    longest = case.batch.longest_of(case.place)
     per_digit = ALONE if feeling.alone else PER_DIGIT
     for rung in rungs(PER_WAVE * feeling.waves * longest + per_digit * -log10(accuracy) + 1):
         finer = case.refined(*rung)
