@@ -29,8 +29,8 @@ def best(function, budget=2.0, runs=5):
 def measure(bars):
     """Times [s] and peak memory [bytes] for one size."""
     from cablestudy.cable import catenary, equilibrium
+    from cablestudy.cable.dynamics import Dynamics
     from cablestudy.cable.element import mesh_segments
-    from cablestudy.cable.modes import Dynamics
     from cablestudy.cable.span import span_between
 
     area = 2.69e-6

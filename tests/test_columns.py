@@ -170,7 +170,7 @@ def test_a_static_study_solves_no_eigenproblem(tmp_path, monkeypatch):
         raise AssertionError("a mode was asked for")
 
     for name in ("lowest", "modes", "up_to"):
-        monkeypatch.setattr(f"cablestudy.cable.modes.Dynamics.{name}", forbidden)
+        monkeypatch.setattr(f"cablestudy.cable.dynamics.Dynamics.{name}", forbidden)
     for name in ("scipy.linalg.eigh", "scipy.sparse.linalg.eigsh"):
         monkeypatch.setattr(name, forbidden)
     names = ", ".join(

@@ -4,7 +4,7 @@ import pytest
 from command import CARLINA, SLACK
 from scenes import scene
 
-from cablestudy.cable import assembly, catenary, equilibrium, modes
+from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.control import winch
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import batch
@@ -31,7 +31,7 @@ def counts(monkeypatch):
 
     count(batch, "solve")
     count(equilibrium, "solve_many")
-    count(modes.Dynamics, "_solve")
+    count(dynamics.Dynamics, "_solve")
     count(assembly, "masses")
     count(winch, "_between")
     begin = assembly.System.__init__

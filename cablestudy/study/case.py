@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
-from cablestudy.cable.modes import PLANAR
+from cablestudy.cable.dynamics import PLANAR
 from cablestudy.control import ends, gondola
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import windrms

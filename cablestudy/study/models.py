@@ -5,8 +5,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable import equilibrium
+from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments
-from cablestudy.cable.modes import ALL_AT_ONCE, Dynamics
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 

@@ -14,8 +14,8 @@ from slack_chain import span_margin
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import SPATIAL, System
+from cablestudy.cable.dynamics import PLANAR, Dynamics
 from cablestudy.cable.element import mesh_segments
-from cablestudy.cable.modes import PLANAR, Dynamics
 from cablestudy.cable.span import span_between
 
 PROFILE = settings(

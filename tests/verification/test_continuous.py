@@ -9,8 +9,8 @@ from references import continuous_cable
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import SPATIAL
+from cablestudy.cable.dynamics import PLANAR, Dynamics
 from cablestudy.cable.element import basis, mesh_segments
-from cablestudy.cable.modes import PLANAR, Dynamics
 
 CABLES = {
     "taut": paper_span(),

@@ -9,8 +9,8 @@ from cables import EA, MASS, Exact, chord_span
 from references import continuous_cable
 
 from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import MASSES, basis, mesh_segments
-from cablestudy.cable.modes import Dynamics
 
 # (order, mass): rate of the frequencies, rate of the end stiffness. Bars with the mean of both masses cancel the
 # leading term where the cable is taut.

@@ -1,0 +1,264 @@
+"""Eigenmodes of a cable with fixed ends: the lowest, all up to a frequency, or all.
+
+Modes come from the compliance K^-1 M, so that the lowest are the most accurate; each frequency is then the Rayleigh
+quotient of its shape, with energies summed as squares. In-plane and out-of-plane motion are solved apart where they
+decouple. Small models of many cables are solved in one call.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, State, System
+from cablestudy.cable.modes import Modes, Together
+from cablestudy.cable.motion import COINCIDENT, Motion
+from cablestudy.errors import ConvergenceError, NoSolutionError
+
+DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
+ALL_LIMIT = 3000  # degrees of freedom up to which all modes are given
+PLANAR = (IN_PLANE, OUT_OF_PLANE)
+FIRST = 16  # modes that are asked for at first
+ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
+
+
+class Dynamics:
+    """The free vibration of a cable about an equilibrium, or of many whose models are alike.
+
+    Parameters
+    ----------
+    state : State
+        Of one cable or, with a leading axis, of many.
+    length, mass : float or ndarray
+        Unstretched length [m] and mass per unstretched length [kg/m].
+    planes : tuple of tuple of int
+        The directions that move, those together that do not decouple: PLANAR, one of its two, or (SPATIAL,).
+    """
+
+    def __init__(self, state: State, length, mass, planes=PLANAR):
+        self.length, self.mass = np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
+        self._state, self._planes, self._mesh = state, planes, state.mesh
+        self._found, self._table, self._spectra, self._among = None, {}, {}, None
+
+    def take(self, index):
+        """One cable of many, which finds its modes when another one of them does."""
+        one = Dynamics(self._state, self.length[index], self.mass[index], self._planes)
+        one._among = self, index
+        return one
+
+    @cached_property
+    def state(self):
+        """The equilibrium: `State`."""
+        return self._state if self._among is None else self._state.take(self._among[1])
+
+    @cached_property
+    def systems(self):
+        """The tangent in each of the planes: `System`."""
+        return tuple(System(self.state, axes) for axes in self._planes)
+
+    @property
+    def dof(self):
+        """Free displacements in all. [-]"""
+        return (self._mesh.nodes - 2) * sum(len(axes) for axes in self._planes)
+
+    @property
+    def small(self):
+        """Whether the modes of many such models are found together."""
+        return self.dof <= ALL_AT_ONCE
+
+    @cached_property
+    def unit_frequency(self):
+        """Frequency that belongs to the eigenvalue 1, shape (...). [Hz]"""
+        return np.sqrt(self.state.force / self.mass) / self.length / (2 * np.pi)
+
+    @cached_property
+    def end_stiffness(self):
+        """Condensed static stiffness of end 2, end 1 fixed, chord frame, shape (..., 3, 3). [N/m]
+
+        Zero in the directions that do not move.
+        """
+        stiffness = np.zeros((*np.shape(self.length), 3, 3))
+        for system in self.systems:
+            rows, columns = np.ix_(system.axes, system.axes)
+            stiffness[..., rows, columns] = system.end_stiffness
+        return stiffness * np.asarray(self.state.force / self.length)[..., None, None]
+
+    def modes(self, count):
+        """At least the `count` lowest modes, or all there are; what was found before is kept.
+
+        Parameters
+        ----------
+        count : int
+
+        Returns
+        -------
+        Modes
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        if self._found is None or (len(self._found) < count and not self._found.complete):
+            if self._among is not None:
+                whole, index = self._among
+                self._found = whole.modes(count).take(index)
+            else:
+                self._found = self.lowest(self.dof if self.small and 2 * count > self.dof else count)
+        return self._found
+
+    def up_to(self, frequency):
+        """All modes of one cable up to a frequency [Hz], and at least one beyond it where there is one."""
+        count = self.dof if self.small else FIRST
+        while True:
+            modes = self.modes(count)
+            if modes.complete or modes.frequency[-1] > frequency * (1 + COINCIDENT):
+                return modes
+            count *= 2
+
+    def frequency(self, number, kind, symmetry=None):
+        """Frequency of mode `number` (from 1) of a kind and symmetry of one cable. [Hz]
+
+        Raises
+        ------
+        NoSolutionError
+            The model has no such mode.
+        """
+        return self.frequencies(((number, kind, symmetry),))[0][0]
+
+    def frequencies(self, which, errors=False):
+        """Frequencies of some modes of one cable, and their estimated relative errors.
+
+        Parameters
+        ----------
+        which : tuple of tuple
+            Number (from 1), kind and symmetry or None of each.
+        errors : bool
+            Whether the errors are wanted too; see `Modes.errors`.
+
+        Returns
+        -------
+        frequency, error : list of float
+            [Hz], [-]; the errors are empty where they are not wanted.
+
+        Raises
+        ------
+        NoSolutionError
+            The model has no such mode.
+        """
+        count = max(2 * number for number, _, _ in which)
+        while True:
+            found, wrong, complete = self._among_lowest(count, which, errors)
+            missing = [mode for mode, frequency in zip(which, found, strict=True) if frequency != frequency]
+            if not missing:
+                return found, wrong
+            if complete:
+                number, kind, symmetry = missing[0]
+                words = " ".join(word for word in (symmetry, kind) if word)
+                there = len(self.modes(count).select(kind, symmetry))
+                raise NoSolutionError(f"the model has {there} {words} modes, not {number}")
+            count *= 2
+
+    def _among_lowest(self, count, which, errors):
+        """The same of the lowest `count` modes, not a number where one is none of them, and whether these are all."""
+        if self._among is not None:
+            whole, cable = self._among
+            found, wrong, complete = whole._among_lowest(count, which, errors)
+            return found[cable], wrong[cable] if errors else [], complete
+        key = (count, which, errors)
+        if key not in self._table:
+            modes, places = self.modes(count), []
+            for mode in which:
+                here = modes.numbered(*mode)
+                places.append(np.where(here.any(axis=-1), (here * np.arange(len(modes))).sum(axis=-1), len(modes)))
+            places = np.stack(places, axis=-1)
+
+            def picked(values):
+                padded = np.concatenate([values, np.full((*values.shape[:-1], 1), np.nan)], axis=-1)
+                return np.take_along_axis(padded, places, axis=-1).tolist()
+
+            self._table[key] = picked(modes.frequency), picked(modes.errors) if errors else [], modes.complete
+        return self._table[key]
+
+    def lowest(self, count):
+        """The lowest modes.
+
+        Parameters
+        ----------
+        count : int
+            How many; all when the model has fewer.
+
+        Returns
+        -------
+        Modes
+
+        Raises
+        ------
+        ConvergenceError
+            Too many modes of a large model, or an eigen-solution that failed.
+        """
+        together = Together([self._solve(system, min(count, system.dof)) for system in self.systems], self)
+        frequency, kinds = together.frequency[..., :count], together.sorted_kinds[..., :count]
+        return Modes(frequency, kinds, frequency.shape[-1] == self.dof, together)
+
+    def _solve(self, system, count):
+        """`Motion` of one system, its lowest modes."""
+        mesh, axes, lead = self.state.mesh, len(system.axes), np.shape(self.length)
+        shapes = np.zeros((*lead, mesh.nodes, axes, count))
+        if count == 0:  # a single bar has nothing that moves
+            return Motion(system, shapes)
+        if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
+            if system.axes not in self._spectra:
+                self._spectra[system.axes] = _spectrum(system)
+            inner = _shapes(system, *self._spectra[system.axes], count)
+        elif count <= system.dof // 4:
+            every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
+            inner = np.stack([_lanczos(one, count) for one in every]).reshape(*lead, system.dof, count)
+        else:
+            raise ConvergenceError(
+                f"{count} modes of a model with {system.dof} unknowns: "
+                f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be had"
+            )
+        shapes[..., 1:-1, :, :] = inner.reshape(*lead, -1, axes, count)
+        return Motion(system, shapes)
+
+
+def _spectrum(system):
+    """B R and the eigenvectors of its square for small systems, lowest frequency first; M = R R^T, K^-1 = B^T B.
+
+    Returns
+    -------
+    flexible, vector : ndarray, shapes (..., n q d, dof) and (..., dof, dof)
+    """
+    root = _root(system.mass)
+    flexible = system.root * root if root.ndim == 1 else system.root @ root
+    return flexible, np.linalg.eigh(flexible.swapaxes(-1, -2) @ flexible)[1][..., ::-1]
+
+
+def _root(mass):
+    """R with M = R R^T: its diagonal, shape (dof,), or the whole."""
+    return np.sqrt(mass.diagonal()) if mass.nnz == mass.shape[0] else np.linalg.cholesky(mass.toarray())
+
+
+def _shapes(system, flexible, vector, count):
+    """The lowest shapes of what `_spectrum` found, orthonormal by the mass, shape (..., dof, count)."""
+    shapes = flexible.swapaxes(-1, -2) @ (flexible @ vector[..., :count])
+    # what a high mode has of the low ones by rounding is taken off again, lowest first
+    pure, size = np.linalg.qr(shapes / np.sqrt((shapes**2).sum(axis=-2, keepdims=True)))
+    pure = pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
+    root = _root(system.mass)
+    return pure / root[:, None] if root.ndim == 1 else np.linalg.solve(root.T, pure)
+
+
+def _lanczos(system, count):
+    """Lowest modes of a large system by shift-inverted Lanczos iteration about zero, from a fixed start."""
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+
+    dof = system.dof
+    inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right.reshape(-1, 1))[:, 0], dtype=float)
+    begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # no symmetry, same every time
+    try:
+        _, vector = eigsh(
+            inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=min(dof, max(2 * count + 10, 30))
+        )
+    except ArpackNoConvergence as error:
+        raise ConvergenceError(f"eigenmodes: {error}") from None
+    return vector

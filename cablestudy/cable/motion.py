@@ -1,0 +1,202 @@
+"""Modes of one system, one plane or all three: their kind and symmetry, and a definite choice where they coincide."""
+
+import itertools
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.assembly import OUT_OF_PLANE, System
+from cablestudy.cable.element import basis, lagrange
+
+PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
+COINCIDENT = 1e-12  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
+KINDS = ("out-of-plane", "in-plane", "axial")
+SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
+OUT, IN, AXIAL = range(3)  # places in KINDS
+SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # places in SYMMETRIES
+SHARES = {9: 0.12, 0: 0.3}  # of what the two highest orders from some order on change: at least a frequency's error
+ROUNDING = 4e-16  # error of the lowest frequency; it grows with the frequency
+
+
+class Motion:
+    """Modes of one system, of one cable or of many, each plane for itself; what few ask for is computed when asked for.
+
+    Parameters
+    ----------
+    system : System
+    shapes : ndarray, shape (..., nodes, d, k)
+        Orthonormal by the mass of a cable of unit mass.
+    """
+
+    def __init__(self, system, shapes):
+        elastic, geometric = system.modal_energies(shapes)
+        square = elastic + geometric
+        if not ascends(square):
+            order = np.argsort(square, axis=-1, kind="stable")
+            elastic, geometric, square = (reordered(part, order) for part in (elastic, geometric, square))
+            shapes = reordered(shapes, order[..., None, None, :])
+        self.system, self.square, self.shapes = system, square, shapes
+        coinciding = clusters(self.square)
+        if coinciding:
+            for cluster in coinciding:
+                self._make_definite(*cluster)
+            elastic, geometric = system.modal_energies(self.shapes)
+        self.kinds = np.full(self.square.shape, OUT)
+        if system.axes != OUT_OF_PLANE and self.square.shape[-1]:
+            along, out = _kinetic_shares(system, self.shapes)
+            self.kinds = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
+
+    def _make_definite(self, cable, first, last):
+        """Choose shapes of coinciding modes; their frequencies are no choice: they keep those that were found."""
+        one, chosen = System(self.system.state.take(cable), self.system.axes), (*cable, ..., slice(first, last))
+        some = self.shapes[chosen]
+        some = some @ _definite_basis(one, some, _mirror(one, some))
+        turned = np.argsort(sum(one.modal_energies(some)), kind="stable")
+        self.shapes[chosen] = some[..., turned]
+
+    @cached_property
+    def error(self):
+        """Estimated relative error of the frequencies by the order of the elements, shape (..., k). [-]
+
+        What a model of an order lower by two would change; held against random scenes by tests/test_extremes.py.
+        """
+        order = self.system.state.mesh.order
+        share = next(share for least, share in SHARES.items() if order >= least)
+        left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
+        noise = ROUNDING * np.sqrt(self.square / self.square[..., :1])
+        return np.maximum(left, noise)
+
+    @cached_property
+    def signed(self):
+        """The shapes with their first large component positive."""
+        return self.shapes * _signs(self.shapes)[..., None, None, :]
+
+    @cached_property
+    def symmetries(self):
+        """Places in SYMMETRIES, shape (..., k)."""
+        # an axial mode is named by its motion along the cable, which a mirror turns round
+        even = _mass_product(self.system, self.shapes, _mirror(self.system, self.shapes))
+        even = even * np.where(self.kinds == AXIAL, -1, 1)
+        return np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
+
+    @cached_property
+    def participation(self):
+        """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
+        axes = len(self.system.axes)
+        weighted = _apply_mass(self.system, self.signed)
+        flat = weighted.reshape(*weighted.shape[:-3], -1, weighted.shape[-1])
+        moved = self.system.end_shapes
+        return -self.square[..., None] * (flat.swapaxes(-1, -2) @ moved.reshape(*moved.shape[:-3], -1, axes))
+
+
+def ascends(values):
+    """Whether no value is below the one before."""
+    return bool((values[..., 1:] >= values[..., :-1]).all())
+
+
+def reordered(values, order):
+    """Values in another order along the last axis; as they are without one."""
+    return values if order is None else np.take_along_axis(values, order, axis=-1)
+
+
+def clusters(square):
+    """(cable, first, last) of modes whose eigenvalues coincide, longer than one; a cable is a tuple."""
+    near = np.diff(square, axis=-1) <= 2 * COINCIDENT * square[..., 1:]
+    found = []
+    for cable in {tuple(where[:-1]) for where in np.argwhere(near).tolist()}:
+        breaks = np.flatnonzero(~near[cable]) + 1
+        edges = np.concatenate([[0], breaks, [square.shape[-1]]]).tolist()
+        found += [(cable, a, b) for a, b in itertools.pairwise(edges) if b - a > 1]
+    return found
+
+
+def _definite_basis(system, shapes, mirrored):
+    """Orthogonal matrix that tells apart coinciding modes by symmetry and by motion along and out of the plane."""
+    along = _along(system, shapes)
+    weighted = _apply_mass(system, shapes)
+    out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
+    mirror = np.einsum("nak,nal->kl", weighted, mirrored)
+    nodal = _nodal_mass(system.state.mesh)
+    slide = np.einsum("n,nk,nl->kl", nodal, along, along)
+    leave = np.einsum("n,nk,nl->kl", nodal, out, out)
+    _, turn = np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)
+    return turn
+
+
+def _apply_mass(system, shapes):
+    """Mass times shapes, ends at rest."""
+    inner, mass = shapes[..., 1:-1, :, :], system.mass
+    product = np.zeros_like(shapes)
+    if mass.nnz == system.dof:
+        product[..., 1:-1, :, :] = mass.diagonal().reshape(-1, len(system.axes), 1) * inner
+    else:
+        flat = inner.reshape(*inner.shape[:-3], system.dof, -1)
+        product[..., 1:-1, :, :] = _times(mass, flat).reshape(inner.shape)
+    return product
+
+
+def _times(matrix, flat):
+    """A sparse matrix times stacked dense ones, each alone."""
+    if flat.ndim == 2:
+        return matrix @ flat
+    return np.stack([matrix @ part for part in flat])
+
+
+def _mass_product(system, left, right):
+    """Diagonal of left^T M right, shape (..., k)."""
+    product = left * _apply_mass(system, right)
+    return product.reshape(*product.shape[:-3], -1, product.shape[-1]).sum(axis=-2)
+
+
+def _nodal_mass(mesh):
+    """Mass gathered at each node, shape (nodes,)."""
+    nodal = np.zeros(mesh.nodes)
+    np.add.at(nodal, mesh.element_nodes, mesh.sizes[:, None] * basis(mesh.order).shares)
+    return nodal
+
+
+def _nodal_tangent(state):
+    """Unit tangent at each node, shape (..., nodes, 3): of its element, the mean of both where two meet."""
+    mesh, element = state.mesh, basis(state.mesh.order)
+    parts = lagrange(element.points, element.nodes) @ state.direction
+    tangent = np.zeros((*parts.shape[:-3], mesh.nodes, 3))
+    tangent[..., :-1, :] = parts[..., :-1, :].reshape(*parts.shape[:-3], -1, 3)
+    tangent[..., mesh.order :: mesh.order, :] += parts[..., -1, :]
+    return tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
+
+
+def _along(system, shapes):
+    """Motion along the cable, shape (..., nodes, k)."""
+    if system.axes == OUT_OF_PLANE:
+        return 0 * shapes[..., 0, :]
+    return (_nodal_tangent(system.state)[..., system.axes, None] * shapes).sum(axis=-2)
+
+
+def _kinetic_shares(system, shapes):
+    """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
+    nodal = _nodal_mass(system.state.mesh)
+    total = nodal @ (shapes**2).sum(axis=-2)
+    out = shapes[..., -1, :] if 2 in system.axes else 0 * shapes[..., 0, :]
+    return (nodal @ _along(system, shapes) ** 2) / total, (nodal @ out**2) / total
+
+
+def _mirror(system, shapes):
+    """Shapes seen in a mirror at right angles to the chord, at mid-length."""
+    mesh = system.state.mesh
+    position = mesh.node_positions
+    if np.abs(position + position[::-1] - 1).max() < 1e-9:
+        mirrored = shapes[..., ::-1, :, :].copy()
+    else:  # point loads need not stand symmetrically
+        from scipy.interpolate import make_interp_spline
+
+        mirrored = make_interp_spline(position, shapes, k=min(3, len(position) - 1), axis=-3)(1 - position)
+    if 0 in system.axes:
+        mirrored[..., 0, :] *= -1
+    return mirrored
+
+
+def _signs(shapes):
+    """+1 or -1 for each shape, shape (..., k): its first large component counts as positive."""
+    flat = shapes.reshape(*shapes.shape[:-3], -1, shapes.shape[-1])
+    first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
+    return np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2)[..., 0, :])
