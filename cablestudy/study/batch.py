@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.cable.catenary import solve
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.columns import SHAPELESS
 from cablestudy.study.spans import spans_of
 
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
@@ -192,5 +193,7 @@ class ClosedStatics:
 
     def shape(self, positions):
         """Displacement from the chord (in unstretched lengths, chord frame) and tension [N] at arc lengths."""
+        if np.any(self._catenary.slack):
+            raise NoSolutionError(SHAPELESS)
         displacement, tension = self._catenary.at(positions)
         return displacement, np.sqrt((tension**2).sum(axis=-1))
