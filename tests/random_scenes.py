@@ -28,6 +28,7 @@ MOTION = (
     "cable_frequency", "inplane_frequency_3", "outofplane_frequency_1", "outofplane_frequency_2", "axial_frequency_1",
 )  # fmt: skip
 ROUNDING = 1e-12  # the least error that is stated
+DROWNED = 8  # transverse half-waves beside the first axial mode, from which on it is hard to find
 
 
 def scene_data(seed):
@@ -118,7 +119,7 @@ def expected(truth, data, name):
     if name in STATIC[:7]:
         if name in cable:
             return cable[name], 0.0  # what was asked for
-        if truth.folded and name in ("min_tension", "horizontal_tension"):
+        if truth.folded and truth.weight and name in ("min_tension", "horizontal_tension"):
             return 0.0, 0.0
         if name not in truth.statics:
             raise Unknown("mid-span is not one place")
@@ -210,18 +211,20 @@ def limited(seconds):
         signal.signal(signal.SIGPROF, before)
 
 
-def rows_for(seed, names, every):
+def rows_for(seed, names, every, drowned=False):
     """Yield (columns, accuracy): the rows that a scene is asked for.
 
     What is static in one row; of the columns of motion each alone in half of all scenes, and in a quarter of them all
     but the axial one together; each row at one accuracy. With `every` all of them in every scene, at every accuracy.
+    An axial mode that is `drowned` among transverse ones takes as long as all else: one in ten is asked for.
     """
     rng = np.random.default_rng([seed, 1])
     static = [name for name in names if name in STATIC or name == "gondola_frequency_static"]
     moving = [name for name in names if name not in static]
     yield static, 1e-4
     # an axial mode may take, or be refused for, a hundred times the waves of all others
-    rows = [(0.5, [name]) for name in moving] + [(0.25, [name for name in moving if "axial" not in name])]
+    rows = [(0.1 if drowned and "axial" in name else 0.5, [name]) for name in moving]
+    rows += [(0.25, [name for name in moving if "axial" not in name])]
     for share, row in rows:
         taken, place = rng.random() < share, rng.integers(len(ACCURACIES))
         for accuracy in ACCURACIES if every else ACCURACIES[place : place + 1] if taken else ():
@@ -256,7 +259,8 @@ def examine(seed, every=False, limit=60):
             except ArithmeticError as why:  # the reference found no equilibrium
                 wanted = [*STATIC, *MOTION]
                 known = dict.fromkeys(wanted, (f"no truth: {why}", 0.0))
-            for names, accuracy in rows_for(seed, wanted, every):
+            drowned = not (known or truth.folded or truth.straight) and truth.axial_waves > DROWNED
+            for names, accuracy in rows_for(seed, wanted, every, drowned):
                 found = _cells(seed, data, truth, names, accuracy, known)
                 if "sag" in names and all(cell.note.startswith("refused") for cell in found):  # is it only the sag?
                     found = [cell for name in names for cell in _cells(seed, data, truth, [name], accuracy, known)]

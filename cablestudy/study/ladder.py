@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, inf, log10
+from math import ceil, exp, inf, lgamma, log, log10, pi
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
@@ -19,8 +19,10 @@ PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which 
 PER_DIGIT = 0.9  # orders for each digit more
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
-STEEP = 0.3  # of the difference of two neighbours, both resolved: at least the error of the finer one
-STEEPER = 0.1  # the same for transverse frequencies, whose errors fall fastest
+# of the difference of two neighbours, both resolved, at least the error of the finer one is:
+STEEP = 0.08  # for transverse frequencies, whose errors fall fastest,
+CHANCE, ALIKE = 3.0, 30  # for those that agree so many times better than one half-wave can, since signs happen to meet,
+FLAT, NOISY = 1.0, 3.0  # and for all others, above NOISE and below it
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
@@ -133,7 +135,7 @@ def climb(case, sample, feeling):
     -----
     Of three neighbours the differences d1 and d2 tell how fast the error falls with the order, and so what is left:
     d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved, nothing
-    is damped, and STEEP (or STEEPER) of their difference is little enough. A model that does not resolve the
+    is damped, and their difference, or a share of it, is little enough. A model that does not resolve the
     transverse waves at a frequency agrees with its neighbours on a number that ignores them: where the cable turns by
     an angle, they may be wrong by UNSEEN times as much.
     """
@@ -198,11 +200,19 @@ def climb(case, sample, feeling):
 
 def left_of_two(history, name, transverse):
     """Relative error that is left in the second of two values, where its waves are resolved."""
-    (_, before), (_, last) = history
+    (coarse, before), (_, last) = history
     difference = relative(last[name], before[name])
     if transverse:
-        return STEEPER * difference
-    return difference * (STEEP if difference > NOISE else 1.0)
+        return difference * (STEEP if ALIKE * difference > half_wave(coarse) else CHANCE)
+    return difference * (FLAT if difference > NOISE else NOISY)
+
+
+def half_wave(order):
+    """Relative error of the frequency of one half-wave on one element.
+
+    1/2 (p!/(2p)!)^2 (k h)^(2p)/(2p + 1), k h = pi: Ainsworth, SIAM J. Numer. Anal. 42, 2004.
+    """
+    return exp(2 * (order * log(pi) + lgamma(order + 1) - lgamma(2 * order + 1))) / (4 * order + 2)
 
 
 def left_of_three(history, name, _):
