@@ -197,13 +197,13 @@ class TooLong(BaseException):
 
 @contextmanager
 def limited(seconds):
-    """End what takes more seconds of CPU, with `TooLong`."""
+    """End what takes more seconds of CPU, with `TooLong`: again every second, for what swallows it."""
 
     def stop(*_):
         raise TooLong
 
     before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_PROF, seconds, 1.0)
     try:
         yield
     finally:
