@@ -5,7 +5,7 @@
 # make kills   kills a sweep 100 times, resumes it each time, and compares its table
 # make bench   measures speed and error, beside other programs where they can be had: docs/benchmarks.md
 # make extremes   ten thousand random scenes against independent references: the errors stated are true
-#                 (SCENES=500 for fewer)
+#                 (SCENES=500 for fewer; OUT=FILE.jsonl keeps what is done, and goes on from it)
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -51,7 +51,7 @@ bench: $(VENV)/.bench
 	mv docs/benchmarks.new docs/benchmarks.md
 
 extremes: $(VENV)/.test
-	$(BIN)/python benchmarks/extremes.py --scenes $(SCENES)
+	$(BIN)/python benchmarks/extremes.py --scenes $(SCENES) $(if $(OUT),--out $(OUT) --resume)
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

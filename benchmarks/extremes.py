@@ -3,17 +3,22 @@
 Every process has one thread and keeps only the summary of a scene. Prints a table for each column and accuracy, the
 refusals with their reasons, the slowest rows, and the worst offenders, each with the command that shows its scene.
 
+With --out FILE the cells are appended to a file as they come, a line of JSON for each scene; --resume goes on from it,
+and with all scenes in it only prints the report. A scene is given up after a minute, and counts as a broken promise.
+
 A cell counts as solved when it has a number, alone or in a row with others; or when the cable hangs folded and the
 column is one of motion, of which there is none at a fold: its statics are asked for alone, and must be there. The
 median of stated over true error is taken of all cells whose error can be told from rounding.
 """
 
 import argparse
+import json
 import os
 import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import astuple
 from pathlib import Path
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -30,10 +35,10 @@ FOLDED = "refused: the cable hangs folded"
 
 def examined(task):
     """Cells of one scene."""
-    from random_scenes import ACCURACIES, examine
+    from random_scenes import examine
 
     seed, every = task
-    return examine(seed, ACCURACIES if every else None)
+    return seed, examine(seed, every)
 
 
 def answered(cells):
@@ -64,7 +69,7 @@ def report(cells, scenes):
     true = sum(cell.excess <= 1 for cell in judged) / max(len(judged), 1)
     worst = sorted((cell for cell in judged if cell.excess > 1), key=lambda cell: -cell.excess)
     caution = median([cell.caution for cell in judged if cell.caution is not None])
-    crashed = [cell for cell in cells if cell.note.startswith("crash")]
+    crashed = [cell for cell in cells if cell.note.startswith(("crash", "slow"))]
     refused = {}
     for cell in cells:
         if cell.note.startswith("refused"):
@@ -81,7 +86,7 @@ def report(cells, scenes):
         late = sum(cell.excess > 1 for cell in seen)
         counts, size = f"{len(own)} | {len(seen)} | {late}", median([cell.dof for cell in own])
         say(f"| {column} | {accuracy:g} | {counts} | {shown} | {size} |")
-    say(f"\nscenes: {scenes}; cells: {len(cells)}, judged: {len(judged)}; crashes and warnings: {len(crashed)}")
+    say(f"\nscenes: {scenes}; cells: {len(cells)}, judged: {len(judged)}; crashes, warnings, given up: {len(crashed)}")
     say(
         f"cells solved: {100 * solved:.2f} %, the motion of {folded} folded cables, which has no answer, among them; "
         f"with a number: {100 * numbers:.2f} %; scenes with something refused: {len(refused)}"
@@ -113,20 +118,74 @@ def report(cells, scenes):
     return all(promises)
 
 
+class Ledger:
+    """The cells that are known, and the file that keeps them.
+
+    Parameters
+    ----------
+    path : Path or None
+        A line of JSON for each scene: [seed, [cell, ...]]; the last may be torn.
+    kind : list
+        What each file begins with, and only such a file is gone on with.
+    """
+
+    def __init__(self, path, kind, resume):
+        self.cells, self.done, self._file = [], set(), None
+        if path is None:
+            return
+        if path.exists() and not resume:
+            sys.exit(f"{path}: exists; go on from it with --resume")
+        kept = path.read_bytes() if path.exists() else b""
+        lines = kept[: kept.rfind(b"\n") + 1].splitlines()
+        if lines and json.loads(lines[0]) != kind:
+            sys.exit(f"{path}: begins with {lines[0].decode()}, not {json.dumps(kind)}")
+        self._file = path.open("r+b" if lines else "wb")
+        self._file.truncate(sum(len(line) + 1 for line in lines))
+        self._file.seek(0, os.SEEK_END)
+        if not lines:
+            self._write(kind)
+        from random_scenes import Cell
+
+        for line in lines[1:]:
+            seed, cells = json.loads(line)
+            self._know(seed, [Cell(*cell) for cell in cells])
+
+    def _know(self, seed, cells):
+        self.done.add(seed)
+        self.cells += cells
+
+    def _write(self, entry):
+        self._file.write(json.dumps(entry, default=float).encode() + b"\n")
+        self._file.flush()
+
+    def add(self, seed, cells):
+        """Cells of one more scene."""
+        self._know(seed, cells)
+        if self._file:
+            self._write([seed, [astuple(cell) for cell in cells]])
+
+
 def main():
     """Run the campaign; exit code 1 when a promise is not kept."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--scenes", type=int, default=10_000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--every", action="store_true", help="each column at every accuracy, not at one of them")
+    parser.add_argument("--every", action="store_true", help="each column at every accuracy, not some at one of them")
+    parser.add_argument("--out", type=Path, help="append the cells of each scene to this file")
+    parser.add_argument("--resume", action="store_true", help="go on from the file of --out")
     chosen = parser.parse_args()
-    seeds, cells, begin = range(chosen.first, chosen.first + chosen.scenes), [], time.monotonic()
+    if chosen.resume and not chosen.out:
+        parser.error("--resume needs --out")
+    ledger = Ledger(chosen.out, ["extremes", chosen.first, "every" if chosen.every else "some"], chosen.resume)
+    wanted = range(chosen.first, chosen.first + chosen.scenes)
+    todo, begin = [(seed, chosen.every) for seed in wanted if seed not in ledger.done], time.monotonic()
     with ProcessPoolExecutor(chosen.jobs, max_tasks_per_child=500) as pool:
-        for count, found in enumerate(pool.map(examined, ((seed, chosen.every) for seed in seeds), chunksize=5), 1):
-            cells += found
+        for count, found in enumerate(pool.map(examined, todo, chunksize=5), 1):
+            ledger.add(*found)
             if count % 250 == 0:
-                say(f"{count} scenes in {time.monotonic() - begin:.0f} s", file=sys.stderr)
+                say(f"{count} of {len(todo)} scenes in {time.monotonic() - begin:.0f} s", file=sys.stderr)
+    cells = [cell for cell in ledger.cells if cell.seed in wanted]
     sys.exit(0 if report(cells, chosen.scenes) else 1)
 
 

@@ -526,7 +526,8 @@ def validate(files, sets, style, quiet):
     """Read and check scenes and studies; compute nothing."""
     from cablestudy.study import report
 
-    table, mistakes = report.validate_table(files, sets)
+    table, mistakes, notes = report.validate_table(files, sets)
+    say(notes, quiet)
     for mistake in mistakes:
         click.echo(str(mistake), err=True)
     show(table, style)

@@ -58,7 +58,7 @@ class Exact:
     """The 50-digit solution of the very numbers that a `Span` holds, in its chord frame and in doubles."""
 
     @mp.workdps(90)
-    def __init__(self, span):
+    def __init__(self, span, start=None):
         chord, c, s = mp.mpf(span.chord), mp.mpf(float(span.cosine)), mp.mpf(float(span.sine))
         size = mp.hypot(c, s)  # a pair of doubles is a unit vector to rounding only
         c, s = c / size, s / size
@@ -70,7 +70,7 @@ class Exact:
             (min(mp.mpf(place), self.L), self.to_global(force))
             for place, force in zip(span.load_positions, span.load_forces, strict=True)
         )
-        self.force0 = catenary_mp.solve_loaded((chord * c, 0, chord * s), self.L, self.EA, self.w, self.loads)
+        self.force0 = catenary_mp.solve_loaded((chord * c, 0, chord * s), self.L, self.EA, self.w, self.loads, start)
 
     def to_global(self, vector):
         q, n, y = (mp.mpf(float(v)) for v in vector)

@@ -105,6 +105,59 @@ def test_a_weightless_slack_cable_is_reported_as_not_converged(degrees, strain):
     assert list(solve(batch([bad, good, bad])).record.converged) == [False, True, False]
 
 
+def test_a_part_without_weight_that_a_load_leaves_slack():
+    """2 m between ends 1.5 m apart, one above the other: the upper 1 m carries the load, the lower hangs loose."""
+    up, load = 1.5, 3.0
+    span = chord_span(up, 90, up / 2 - 1, 100.0, 0.0, 0.0, [(0.5, np.array([0, 0, -load]))])
+    found = solve(span)
+    assert found.record.converged
+    assert found.slack
+    assert found.tension[0].tolist() == [0.0, load]
+    assert (found.min_tension, found.max_tension, found.mean_tension) == (0.0, load, load / 2)
+    assert found.stretched_length == pytest.approx(2 + load / 100, rel=1e-15)
+    assert not found.end_stiffness.any()
+    assert np.isnan(found.sag)
+    # taut by 1 %: the upper half stretches by 3 %, and the lower, which bears no thrust, is slack; by 0.3 %: it is not
+    assert solve(chord_span(up, 90, 0.01, 100.0, 0.0, 0.0, [(0.5, np.array([0, 0, -load]))])).slack
+    stiff = solve(chord_span(up, 90, 0.01, 1000.0, 0.0, 0.0, [(0.5, np.array([0, 0, -load]))]))
+    lower = 1000 * 0.01 - load / 2
+    assert stiff.tension[0] == pytest.approx([lower, lower + load], rel=1e-14)
+    assert not stiff.slack
+
+
+def loaded_bare_cables(count, seed):
+    """Without weight, steep, taut by little against loads along and across: about half have a slack part."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        degrees = rng.choice([-1, 1]) * (90 - 10 ** rng.uniform(-6, 0))
+        sizes, ways = 10 ** rng.uniform(-6, -1, 3), rng.choice([-1, 1], 3)
+        forces = [
+            (rng.uniform(0.02, 0.98), 10 ** rng.uniform(-3, 0) * np.array([*(size * rng.normal(size=2)), way]))
+            for size, way in zip(sizes, ways, strict=True)
+        ]
+        chord, stiffness = 10 ** rng.uniform(-3, 6), 10 ** rng.uniform(1, 8)
+        yield chord_span(chord, degrees, 10 ** rng.uniform(-4, -1) / stiffness, stiffness, 0.0, 0.0, forces)
+
+
+def test_weightless_cables_with_loads_along_them():
+    """Where a segment has no tension the energy has a kink, and Newton's method no slope to go by."""
+    slack = 0
+    for span in loaded_bare_cables(150, 5):
+        found = solve(span)
+        assert found.record.converged
+        assert found.record.steps < 120
+        near = span.frame.T @ [float(part[0]) for part in found.tension]  # the 50 digits that follow are its own
+        exact = Exact(span, near)
+        slack += found.slack
+        highest = exact.max_tension()
+        assert found.slack == (exact.min_tension() < 1e-50 * highest)
+        assert found.max_tension == pytest.approx(highest, rel=1e-12)
+        assert found.min_tension == pytest.approx(exact.min_tension(), abs=1e-12 * highest)
+        assert found.mean_tension == pytest.approx(exact.mean_tension(), rel=1e-12)
+        assert found.stretched_length == pytest.approx(exact.stretched_length(), rel=1e-14)
+    assert 40 < slack < 110
+
+
 @pytest.mark.parametrize("up", [1, -1])
 @pytest.mark.parametrize("strain", [1e-12, 1e-6, 0.01, 0.3, 0.0, -1e-9, -1e-3, -0.5, -0.99])
 @pytest.mark.parametrize("weight", [1e-6, 1e-3, 1.0, 100.0])

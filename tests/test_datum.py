@@ -1,5 +1,7 @@
 """`cable/datum.py`: the unstretched length from a preload or a sag, there and back, and refusals."""
 
+import re
+
 import numpy as np
 import pytest
 from cables import Exact, chord_span, paper_span
@@ -76,6 +78,21 @@ def test_the_shorter_of_two_cables():
     span = chord_span(1, 89.9999, 0.0, 1e6, mass=10.0)
     tension = float(solve(span.with_chord_strain(-0.5)).mean_tension)
     assert chord_strain_for_tension(span, tension) == pytest.approx(tension / 1e6, rel=1e-3)
+
+
+def test_the_least_tension_of_a_short_cable_that_carries_a_large_load():
+    """The longer it is the less its mean tension, up to many chords: found by trying lengths, the load at its place."""
+    span = chord_span(1.0, 30, 0.0, 1e6, 1e-3, 9.81, [(0.4, np.array([0.0, 0.0, -50.0]))])
+    lengths = np.geomspace(1.0, 1000.0, 2000)
+    tensions = [float(solve(span.with_chord_strain(1 / length - 1)).mean_tension) for length in lengths]
+    assert lengths[np.argmin(tensions)] > 20
+    with pytest.raises(NoSolutionError, match="below the least") as refused:
+        chord_strain_for_tension(span, 0.99 * min(tensions))
+    stated, at = (
+        float(word) for word in re.findall(r"([\d.]+) N, at an unstretched length of ([\d.]+) m", str(refused.value))[0]
+    )
+    assert stated == pytest.approx(min(tensions), rel=1e-4)
+    assert at == pytest.approx(lengths[np.argmin(tensions)], rel=0.02)
 
 
 @pytest.mark.parametrize("degrees", [0, 40, 90])

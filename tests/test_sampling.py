@@ -159,6 +159,21 @@ def test_a_note_where_sobol_points_are_out_of_balance():
     assert run("sweep", "study.yaml", "--dry-run", "--quiet").err == ""
 
 
+def test_validate_says_what_a_sweep_will_say_of_a_sample():
+    sampled("sobol", 3)
+    sobol = "sample: 3 points; Sobol points are balanced for powers of two (2 or 4)"
+    (line,) = run("validate", "study.yaml").lines
+    place, note = line.split(": ", 1)
+    assert note == sobol
+    assert Path("study.yaml").read_text().splitlines()[int(place.split(":")[1]) - 1].count("count: 3") == 1
+    assert run("validate", "study.yaml", "--quiet").err == ""
+    sampled("saltelli", 3)
+    lines = run("validate", "study.yaml").lines
+    assert [line.split(": ", 1)[1] for line in lines] == [sobol, "sample: 3 points; --sensitivity needs at least 8"]
+    sampled("saltelli", 8)
+    assert run("validate", "study.yaml").err == ""
+
+
 GOOD = "over: {gravity: {from: 1, to: 2}}"
 
 

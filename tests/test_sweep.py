@@ -69,6 +69,17 @@ def test_a_case_without_an_answer_says_why(folder, sets, status):
     assert rows[0]["cable_frequency_Hz"] is None
 
 
+def test_a_part_without_weight_that_is_slack_has_tensions_and_no_form(folder):
+    """Pulled along by 3 kN at mid-length: the first half carries it all, and its stretch leaves the second slack."""
+    loads = "{gravity: 0, model: {accuracy: 1e-6}, cable.loads: [{at: 92 m, force: [3000, 0, 0]}]}"
+    (row,) = swept(folder, f"set: {loads}\ncolumns: [max_tension, min_tension, end_stiffness]\n")
+    assert list(row.values()) == [3000, 0, 0, "ok"]
+    (row,) = swept(folder, f"set: {loads}\ncolumns: [sag]\n", code=3)
+    assert row["status"] == "no sag: a part of the cable without weight is slack: it has no definite form"
+    (row,) = swept(folder, f"set: {loads}\ncolumns: [cable_frequency]\n", code=3)
+    assert row["status"].startswith("the cable hangs folded")
+
+
 @pytest.mark.parametrize(
     "sets",
     [

@@ -15,6 +15,7 @@ from cablestudy.cable.span import Span
 
 MAX_STEPS = 60
 EPSILON = float(np.finfo(float).eps)
+LAST = 1e-8  # correction after which a tension is right
 STUCK = 1e-12  # share of a Newton step in which there is still none: at a fold without tension
 
 
@@ -124,6 +125,13 @@ class Catenary:
         return np.asarray(self.span.cosine)[..., None], np.asarray(self.span.sine)[..., None]
 
     @property
+    def slack(self):
+        """Whether a part without weight has no tension, and no definite form, shape (...)."""
+        return np.all([part == 0 for part in (*self.tension, self.segments.weight + 0 * self.tension[0])], axis=0).any(
+            axis=-1
+        )
+
+    @property
     def mean_tension(self):
         """Mean over the unstretched length, shape (...). [N]"""
         cosine, sine = self._angles
@@ -189,12 +197,14 @@ class Catenary:
     def end_stiffness(self):
         """Force on end 2 per movement of end 2, end 1 fixed, chord frame, shape (..., 3, 3). [N/m]
 
-        A vertical cable that folds has none sideways: the limit of an inclined one, as 1/log(H).
+        A vertical cable that folds has none sideways: the limit of an inclined one, as 1/log(H). One with a slack part
+        has none at all.
         """
         columns = [np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)]
         folded = (np.abs(self.span.cosine) == 0) & (self.min_tension < 1e-50 * self.max_tension)
         sideways = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
-        return np.where(folded[..., None, None] & sideways, 0.0, np.stack(columns, axis=-1))
+        none = (folded[..., None, None] & sideways) | self.slack[..., None, None]
+        return np.where(none, 0.0, np.stack(columns, axis=-1))
 
     def at(self, position):
         """Place and tension vector along the cable.
@@ -289,7 +299,10 @@ class Catenary:
 
     @cached_property
     def sag(self):
-        """Vertical distance from the chord down to the cable at mid-span, shape (...). [m]"""
+        """Vertical distance from the chord down to the cable at mid-span, shape (...). [m]
+
+        Not a number where a part without weight is slack.
+        """
         position = np.asarray(self.middle)
         displacement, _ = self.at(position[..., None])
         along, across = displacement[..., 0, 0], displacement[..., 0, 1]
@@ -297,7 +310,8 @@ class Catenary:
         # across the chord nothing cancels; but near the vertical what a large force across moves tells little of height
         leaning = (np.abs(cosine) > 0.1) | (_sideways(self.span) < np.abs(cosine) * self.mean_tension)
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
-        return self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
+        sag = self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
+        return np.where(self.slack, np.nan, sag)
 
 
 def _hold_upright(span, unknown, floor):
@@ -339,44 +353,131 @@ def solve(span):
     Notes
     -----
     The tension vector minimises the complementary energy, which is strictly convex: the answer is unique, and a Newton
-    step that is halved until the slope along it no longer grows always arrives.
+    step that is halved until the slope along it no longer grows always arrives. Without weight that energy has a kink
+    where a segment loses its tension: either it is least there, and the segment slack, or the search goes on beside it.
     """
     span = span.broadcast()
-    cosine, sine = np.asarray(span.cosine)[..., None], np.asarray(span.sine)[..., None]
-    stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
-    segments = split(span)
-    shape = np.broadcast_shapes(cosine.shape[:-1], stiffness.shape[:-1], segments.weight.shape[:-1])
-    strain = np.broadcast_to(span.chord_strain, shape)
-
-    def residual(unknown):
-        tension = tuple(u[..., None] + o for u, o in zip(unknown, segments.offset, strict=True))
-        parts, kernel = extension(tension, segments.weight, stiffness, cosine, sine)
-        gap = [(part * segments.fraction).sum(axis=-1) for part in parts]
-        return tension, kernel, (strain - gap[0], -gap[1], -gap[2])
-
+    problem = _Problem(span, split(span))
+    shape, strain = problem.shape, problem.strain
     floor = np.asarray(span.weight) + np.abs(span.load_forces).sum(axis=(-1, -2))
     unknown, upright = _hold_upright(
         span, tuple(np.broadcast_to(u, shape).astype(float) for u in first_tension(span)), floor
     )
-    sideways = _sideways(span)
     weightless = (floor == 0) & (strain <= 0)  # no tension at all: nothing to solve
-    unknown = (np.where(weightless, stiffness[..., 0], unknown[0]), *unknown[1:])
-    tension, kernel, gap = residual(unknown)
-    steps = np.zeros(shape, dtype=int)
-    change = np.full(shape, np.inf)
+    unknown = (np.where(weightless, problem.stiffness[..., 0], unknown[0]), *unknown[1:])
     active = np.broadcast_to(~weightless, shape)
+    scales = floor, _sideways(span)
+    unknown, steps, change = _newton(problem, unknown, upright, active, scales)
+    bare = active & (np.asarray(span.weight) == 0)
+    for _ in range(problem.segments.fraction.shape[-1] if bare.any() else 0):
+        sizes = np.sqrt(sum(part**2 for part in problem.tension(unknown)))
+        lost = bare & ~((change < LAST) & (sizes.min(axis=-1) > LAST * sizes.max(axis=-1)))
+        if not lost.any():
+            break
+        held, place, beside = problem.kink(sizes)
+        held, again = lost & held, lost & ~held & ~(change < LAST)
+        unknown = tuple(
+            np.where(held, p, np.where(again, b, u)) for p, b, u in zip(place, beside, unknown, strict=True)
+        )
+        change, bare = np.where(held, 0.0, change), again
+        if again.any():
+            unknown, more, other = _newton(problem, unknown, upright, again, scales)
+            steps, change = steps + more, np.where(again, other, change)
+    converged = np.isfinite(change) & (change < LAST) & ~weightless
+    return Catenary(span, problem.tension(unknown), problem.segments, Record(steps, change, converged))
+
+
+class _Problem:
+    """The closure of the segments, end to end, for tension vectors at mid-length.
+
+    Parameters
+    ----------
+    span : Span
+    segments : Segments
+    """
+
+    def __init__(self, span, segments):
+        self.segments = segments
+        self.angles = np.asarray(span.cosine)[..., None], np.asarray(span.sine)[..., None]
+        self.stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
+        self.shape = np.broadcast_shapes(
+            self.angles[0].shape[:-1], self.stiffness.shape[:-1], segments.weight.shape[:-1]
+        )
+        self.strain = np.broadcast_to(span.chord_strain, self.shape)
+
+    def tension(self, unknown):
+        """At mid-segment, 3 arrays of shape (..., k + 1)."""
+        return tuple(u[..., None] + o for u, o in zip(unknown, self.segments.offset, strict=True))
+
+    def residual(self, unknown):
+        """Tensions, kernel, and what is missing to end 2, per unstretched length."""
+        tension = self.tension(unknown)
+        parts, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
+        gap = [(part * self.segments.fraction).sum(axis=-1) for part in parts]
+        return tension, kernel, (self.strain - gap[0], -gap[1], -gap[2])
+
+    def matrix(self, tension, kernel):
+        """Movement of end 2 per force, per unstretched length."""
+        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
+        return tuple((entry * self.segments.fraction).sum(axis=-1) for entry in entries)
+
+    def kink(self, sizes):
+        """Of weightless cables: the nearest place where a segment has no tension, and there the energy has a kink.
+
+        Parameters
+        ----------
+        sizes : ndarray, shape (..., k + 1)
+            Tensions. [N]
+
+        Returns
+        -------
+        held : ndarray of bool, shape (...)
+            The energy is least at the kink: the segment is no shorter than the way it has to go, and slack.
+        place, beside : tuple of 3 ndarrays
+            The kink, and where the energy is less than there if it is not held.
+        """
+        nearest = sizes.argmin(axis=-1)[..., None]
+        place = tuple(-np.take_along_axis(o, nearest, axis=-1)[..., 0] for o in self.segments.offset)
+        tension = self.tension(place)
+        slack = np.all([part == 0 for part in tension], axis=0)
+        parts, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
+        fraction = np.where(slack, 0.0, self.segments.fraction)
+        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
+        qq, nn, yy, qn, qy, ny = ((entry * fraction).sum(axis=-1) for entry in entries)
+        own = (self.segments.fraction - fraction).sum(axis=-1)
+        q, n, y = (-(part * fraction).sum(axis=-1) for part in parts)
+        q = q + self.strain
+        over = 2 * own * q + q * q + n * n + y * y  # |own e + (q, n, y)|^2 - own^2
+        far = np.sqrt(np.maximum(own**2 + over, 0.0))
+        way = tuple(part / np.maximum(far, TINY) for part in (own + q, n, y))
+        give = own / self.stiffness[..., 0] + qq * way[0] ** 2 + nn * way[1] ** 2 + yy * way[2] ** 2
+        give = give + 2 * (qn * way[0] * way[1] + qy * way[0] * way[2] + ny * way[1] * way[2])
+        pull = np.maximum(over, 0.0) / (far + own) / np.maximum(give, TINY)
+        return over <= 0, place, tuple(p + pull * w for p, w in zip(place, way, strict=True))
+
+
+def _newton(problem, unknown, upright, active, scales):
+    """Newton's method from `unknown`, of those that are `active`.
+
+    Returns
+    -------
+    unknown : tuple of 3 ndarrays
+    steps : ndarray of int
+    change : ndarray
+        Size of the last correction relative to the answer; infinite where nothing was done.
+    """
+    tension, kernel, gap = problem.residual(unknown)
+    steps, change = np.zeros(problem.shape, dtype=int), np.full(problem.shape, np.inf)
     for _ in range(MAX_STEPS):
-        matrix = flexibility(tension, segments.weight, stiffness, cosine, sine, kernel)
-        matrix = tuple((entry * segments.fraction).sum(axis=-1) for entry in matrix)
-        step = solve_symmetric(matrix, gap)
+        step = solve_symmetric(problem.matrix(tension, kernel), gap)
         step = (step[0], np.where(upright, 0.0, step[1]), np.where(upright, 0.0, step[2]))
         slope = sum(g * d for g, d in zip(gap, step, strict=True))
-        rounding = 1e-15 * np.abs(strain * step[0])
-        last, change = change, _relative(step, unknown, floor, sideways)
+        rounding = 1e-15 * np.abs(problem.strain * step[0])
+        last, change = change, np.where(active, _relative(step, unknown, *scales), change)
         share = active.astype(float)
         for _ in range(40):
             trial = tuple(u + share * d for u, d in zip(unknown, step, strict=True))
-            new_tension, new_kernel, new_gap = residual(trial)
+            new_tension, new_kernel, new_gap = problem.residual(trial)
             along = sum(g * d for g, d in zip(new_gap, step, strict=True))
             worse = active & (along < -0.5 * slope - rounding) & (change > 1e-12)
             if not worse.any():
@@ -389,5 +490,4 @@ def solve(span):
         active = active & ~(stuck | (change < 1e-13) | ((change < 1e-9) & (change >= last / 2)) | ~np.isfinite(change))
         if not active.any():
             break
-    converged = np.isfinite(change) & (change < 1e-8) & ~weightless
-    return Catenary(span, tension, segments, Record(steps, change, converged))
+    return unknown, steps, change

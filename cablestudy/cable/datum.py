@@ -9,7 +9,8 @@ MAX_STEPS = 120
 NEAR = 100  # steps about a guess in which its zero is looked for first, then in all of the range
 BRACKETS = 16
 ROUNDING = 1e-12  # of a mean tension
-LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long
+LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
+TAUTEST = 1e3  # and of one that is stretched to a thousand times its length
 
 
 def chord_strain_for_tension(span, tension):
@@ -145,7 +146,7 @@ def strains_for_sag(span, sag):
     def excess(strain, index):
         return 1 - _solved(span.take(index), strain).sag / sag[index]
 
-    return _root(excess, guess, _shortest(span, np.full(len(sag), 10.0)))
+    return _root(excess, guess, _shortest(span, np.full(len(sag), TAUTEST)))
 
 
 def _tightest(span, tension):
@@ -208,7 +209,10 @@ def _least_tension(span, highest):
     from scipy.optimize import elementwise
 
     near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension where it just hangs straight
-    strain = np.concatenate([np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, 1e3, 100)])
+    long = np.geomspace(1 + LOOSEST, 0.1, 50)[:-1] - 1  # and under loads that outweigh it, where it is long
+    strain = np.concatenate(
+        [long, np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, TAUTEST, 100)]
+    )
     strain = np.append(strain[strain < highest], highest)
     tension = _tension(span, strain)
     place = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))

@@ -8,6 +8,7 @@ from cablestudy.cable.catenary import solve
 from cablestudy.cable.element import pieces
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.columns import SHAPELESS
 from cablestudy.study.spans import spans_of
 
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
@@ -275,5 +276,7 @@ class ClosedStatics:
 
     def shape(self, positions):
         """Displacement from the chord (in unstretched lengths, chord frame) and tension [N] at arc lengths."""
+        if np.any(self._catenary.slack):
+            raise NoSolutionError(SHAPELESS)
         displacement, tension = self._catenary.at(positions)
         return displacement, np.sqrt((tension**2).sum(axis=-1))

@@ -16,6 +16,7 @@ from cablestudy.cable import taut
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind.drag import shedding_frequencies
 
+SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 ROUNDING = 1e-12  # of the closed forms and of modes, held by the tests against 50 digits
 SUFFIX = {"": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
 WINCH = "gondola.mass, winch.controller"
@@ -357,4 +358,6 @@ def without(scene, column):
 
 def infinite(column):
     """The error for a number that is none."""
+    if column.name in ("sag", "sag_ratio"):
+        return NoSolutionError(f"no {column.name}: {SHAPELESS}")
     return NoSolutionError(f"{column.header} is not finite")

@@ -19,7 +19,8 @@ PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which 
 PER_DIGIT, ALONE = 0.9, 1.15  # orders for each digit more, where models are compared and where one tells its error
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
-STEEP = 1.0  # of the difference of two neighbours, both resolved: at least the error of the finer one
+# of the difference of two neighbours, both resolved, at least the error of the finer one is:
+FLAT, NOISY = 1.0, 3.0  # above NOISE and below it
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
@@ -135,9 +136,9 @@ def climb(case, sample, feeling):
     numbers several models are needed: of three neighbours the differences d1 and d2 tell how fast the error falls with
     the order, and so what is left:
     d2 (d2/d1)^(step/last step), times SAFETY, at least LEAST of d2. Two suffice where the waves are resolved, nothing
-    is damped, and STEEP of their difference is little enough. A model that does not resolve the transverse waves at a
-    frequency agrees with its neighbours on a number that ignores them: where the cable turns by an angle, they may be
-    wrong by UNSEEN times as much.
+    is damped, and their difference, or a few times it, is little enough. A model that does not resolve the
+    transverse waves at a frequency agrees with its neighbours on a number that ignores them: where the cable turns by
+    an angle, they may be wrong by UNSEEN times as much.
     """
     accuracy = case.scene.model.accuracy
     history, failures, last, tried = [], [], 0.0, 0
@@ -205,7 +206,8 @@ def climb(case, sample, feeling):
 def left_of_two(history, name):
     """Relative error that is left in the second of two values, where its waves are resolved."""
     (_, before), (_, last) = history
-    return STEEP * relative(last[name], before[name])
+    difference = relative(last[name], before[name])
+    return difference * (FLAT if difference > NOISE else NOISY)
 
 
 def left_of_three(history, name):

@@ -9,6 +9,7 @@ from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
 from cablestudy.study.columns import COLUMNS, FAMILIES, lacks
 from cablestudy.study.row import evaluate
+from cablestudy.study.sensitivity import FEWEST
 from cablestudy.study.sweep import STATUS, field_of, prepare
 from cablestudy.study.table import Field, Table
 
@@ -159,16 +160,19 @@ def validate_table(files, sets=()):
     table : Table
         File, kind, number of cases, status.
     mistakes : list of Mistake
+    notes : list of str
+        What the user should know of files without a mistake.
     """
-    rows, mistakes = [], []
+    rows, mistakes, notes = [], [], []
     for file in files:
         try:
-            kind, cases = _validate(file, sets)
+            kind, cases, known = _validate(file, sets)
+            notes += known
             rows.append({"file": file, "kind": kind, "cases": cases, "status": "ok"})
         except SceneError as error:
             mistakes += error.mistakes
             rows.append({"file": file, "status": f"{len(error.mistakes)} mistake(s)"})
-    return Table(tuple(Field(name, name) for name in ("file", "kind", "cases", "status")), rows), mistakes
+    return Table(tuple(Field(name, name) for name in ("file", "kind", "cases", "status")), rows), mistakes, notes
 
 
 def _validate(file, sets):
@@ -176,6 +180,9 @@ def _validate(file, sets):
     if is_study(document):
         study = study_of(document, sets)
         prepare(study)
-        return "study", study.count
+        notes, sample = list(study.notes), study.sample
+        if sample and sample.method == "saltelli" and sample.count < FEWEST:
+            notes.append(f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}")
+        return "study", study.count, [f"{study.where(('sample', 'count'))}: {note}" for note in notes]
     read_scene(apply_sets(resolve_base(document), sets))
-    return "scene", 1
+    return "scene", 1, []

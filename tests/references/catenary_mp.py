@@ -32,6 +32,8 @@ def _integrals(force, length, w, inverse_EA):
     h2 = Hx**2 + Hy**2
     V1 = V0 + w * length
     T0, T1 = mp.sqrt(h2 + V0**2), mp.sqrt(h2 + V1**2)
+    if w == 0 and T0 == 0:  # slack: anywhere within its length, and it gives without force
+        return [mp.mpf(0)] * 3, mp.inf * mp.ones(3), mp.mpf(0), mp.mpf(0)
     if w == 0:
         one, direction = length / T0, V0 * length / T0  # integrals of 1/T and V/T
         c0, c1, c2 = (V0**k * length / T0**3 for k in range(3))  # integrals of V^k/T^3
@@ -149,8 +151,28 @@ def minimise(totals, force, target, length):
     raise ArithmeticError(f"no convergence: closure error {mp.nstr(mp.norm(gradient) / length, 5)} of the length")
 
 
+def with_a_slack_piece(span, L, EA, loads):
+    """Tension vector at end 1 of a weightless cable of which a piece hangs slack; None where all pieces are taut.
+
+    A piece without tension need only be as long as the way between its ends, which the others leave.
+    """
+    dust = mp.mpf(10) ** (10 - _WORK) * sum(mp.norm(mp.matrix(f)) for _, f in loads)
+    for _, passed, _ in _pieces([0, 0, 0], L, 0, loads):
+        force0 = tuple(-f for f in passed)
+        away, slack = list(span), mp.mpf(0)
+        for _, force, length in _pieces(force0, L, 0, loads):
+            size = mp.norm(mp.matrix(force))
+            if size > dust:
+                away = [a - length * (1 / EA + 1 / size) * f for a, f in zip(away, force, strict=True)]
+            else:
+                slack += length
+        if mp.norm(mp.matrix(away)) <= slack:
+            return force0
+    return None
+
+
 @mp.workdps(_WORK)
-def solve_loaded(span, L, EA, w, loads=()):
+def solve_loaded(span, L, EA, w, loads=(), start=None):
     """Tension vector at end 1 of a cable under its weight and point loads.
 
     Parameters
@@ -161,6 +183,8 @@ def solve_loaded(span, L, EA, w, loads=()):
         Unstretched length [m], axial stiffness (mp.inf allowed if L > chord) [N], weight per unstretched length [N/m].
     loads : sequence of (s, (fx, fy, fz))
         Dead forces on the cable [N] at unstretched positions s in [0, L] [m].
+    start : sequence of 3 numbers, optional
+        Where the search begins: there is one answer only, but it can be long in coming near a kink of the energy. [N]
 
     Returns
     -------
@@ -175,11 +199,16 @@ def solve_loaded(span, L, EA, w, loads=()):
     span, L, EA, w = [mp.mpf(x) for x in span], mp.mpf(L), mp.mpf(EA), mp.mpf(w)
     if not (span[0] or span[1]) or not (L > 0 and EA > 0 and w >= 0):
         raise ValueError("allowed are a horizontal distance > 0, L > 0, EA > 0 and w >= 0")
+    if w == 0 and loads:
+        force0 = with_a_slack_piece(span, L, EA, loads)
+        if force0:
+            return force0
     magnitude = sum((mp.norm(mp.matrix(f)) for _, f in loads), mp.mpf(0))
     force = _start(span, L, EA, w + magnitude / L)
     force[2] += magnitude / 2
     for s, f in loads:
         force = [t + (1 - mp.mpf(s) / L) * mp.mpf(p) for t, p in zip(force, f, strict=True)]
+    force = force if start is None else [mp.mpf(t) for t in start]
     return minimise(lambda f: _totals(f, L, EA, w, loads), force, span, L)
 
 
