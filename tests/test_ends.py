@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from mpmath import mp
 from references import bars, continuous_cable
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
@@ -194,35 +193,6 @@ def test_a_critically_damped_pair_of_poles():
     assert np.abs(here - near).max() < 1e-8 * np.abs(here).max()
 
 
-def eliminated(twin, chain, s, c, digits=60):
-    """Six ends of the bars, node after node eliminated in long arithmetic; c times the elastic stiffness is added."""
-    with mp.workdps(digits):
-        s, c, first = mp.mpc(s), mp.mpc(c), mp.mpf(twin.length) / len(chain.tensions)
-        half = mp.mpf(twin.mass) * first / 2 * s**2 * mp.eye(3)
-
-        def bar(k):
-            vector = [mp.mpf(float(part)) for part in chain.vectors[k]]
-            length = mp.sqrt(sum(part**2 for part in vector))
-            turned = mp.mpf(float(chain.tensions[k])) / length
-            t = mp.matrix([part / length for part in vector])
-            return ((1 + c) * mp.mpf(twin.stiffness) / first - turned) * (t * t.T) + turned * mp.eye(3)
-
-        near, between, far = bar(0) + half, -bar(0), bar(0) + half
-        for k in range(1, len(chain.tensions)):
-            following = bar(k)
-            inner = (far + following + half) ** -1
-            near, between, far = (
-                near - between * inner * between.T,
-                between * inner * following,
-                following + half - following * inner * following,
-            )
-        found = np.empty((6, 6), dtype=complex)
-        for i, j in np.ndindex(3, 3):
-            found[i, j], found[i, 3 + j] = complex(near[i, j]), complex(between[i, j])
-            found[3 + j, i], found[3 + i, 3 + j] = complex(between[i, j]), complex(far[i, j])
-    return found
-
-
 @pytest.mark.parametrize(("law", "amounts"), [("kelvin_voigt", 10.0 ** np.array([-9, -4, -2, 0, 2, 3, 4, 6, 9])),
                                               ("hysteretic", [1e-6, 1e-2, 2, 1e3, 1e5, 1e7, 1e9])])  # fmt: skip
 @pytest.mark.parametrize("name", ["taut", "sagging", "inclined"])
@@ -238,7 +208,8 @@ def test_any_damping_of_the_strain_is_right_or_refused(name, law, amounts):
             refused.append(amount)
             continue
         for one, value in zip(found, s, strict=True):
-            expected = eliminated(CABLES[name], chain, value, value * amount if law == "kelvin_voigt" else 1j * amount)
+            c = value * amount if law == "kelvin_voigt" else 1j * amount
+            expected = bars.eliminated(chain, *CABLES[name].bar, value, c)
             own = np.sqrt(np.abs(np.diag(expected)))
             assert (np.abs(one - expected) < 1e-8 * np.outer(own, own)).all(), amount
     assert all(amount >= 1e3 for amount in refused)  # no cable has such damping

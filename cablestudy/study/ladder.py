@@ -56,7 +56,8 @@ class Feeling:
     surely : callable
         Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
-        Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
+        Whether loop or wind matter: they have more of rounding than a frequency, which two models might share and three
+        not.
     transverse : frozenset of str
         Names of the numbers that are frequencies of transverse modes, and nothing else.
     """
@@ -98,7 +99,8 @@ def felt_by(case, columns):
         alone = axial * case.axial_waves / (4 * case.travel_time)
         return max(alone, other.gondola_frequency) if body else alone
 
-    damped = any(column.needs in ("loop", "wind") for column in columns)
+    pole = "gondola_damping_ratio"  # converges as a frequency does
+    damped = any(column.needs in ("loop", "wind") and column.name != pole for column in columns)
     transverse = frozenset(column.header for column in own if "axial" not in column.name)
     return Feeling(max(waves), highest, surely, damped, transverse)
 
