@@ -21,6 +21,8 @@ GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacement
 BLOCK = 16384  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 TRUSTED = 1e-10  # difference between the sum over poles and solved systems up to which the sum is an answer
+HOPEFUL = 1e-4  # the same, up to which it is worth finding the poles twice
+LOCKED = 10  # c at the lowest frequency from which damping holds the strain
 
 
 @dataclass(frozen=True)
@@ -123,12 +125,20 @@ class EndModel:
         NoSolutionError
             So much damping that rounding spoils the sum.
         """
-        poles = self._poles
-        self._check(poles)
-        return poles
+        error = self._rounding(self._slow_poles)
+        if error <= TRUSTED:
+            return self._slow_poles
+        if error <= HOPEFUL:
+            poles = self._slow_and_fast_poles
+            if self._rounding(poles) <= TRUSTED:
+                return poles
+        raise NoSolutionError(
+            f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
+            f"response: cable.damping must be less"
+        )
 
     @cached_property
-    def _poles(self):
+    def _slow_poles(self):
         # of the inverse: the lowest modes are then the most accurate, however fast others die out
         n, unit = len(self.omega), np.outer(self.omega, self.omega)
         elastic = self.strain.amount * self.strain.modes / unit
@@ -140,20 +150,55 @@ class EndModel:
         value, vector = np.linalg.eig(np.block([[-elastic, -slowness], [slowness, np.zeros((n, n))]]))
         return 1 / value, vector[:n] / self.omega[:, None], np.linalg.inv(vector)[:, n:]
 
-    def _check(self, poles):
-        """Refuse poles whose sum is not the solution of the systems that it stands for, at some s."""
+    @property
+    def _slow_and_fast_poles(self):
+        """The slow ones from the inverse, the fast ones not: each from where rounding is small beside it.
+
+        The vectors on the right are those on the left transposed, in the product in which they are orthogonal.
+        """
+        omega, elastic = self.omega[:, None], self.strain.amount * self.strain.modes
+        slow, near, _ = self._slow_poles
+        if self.strain.law == "kelvin_voigt":
+            none, turn = np.zeros(elastic.shape), np.diag(self.omega)
+            fast, far = np.linalg.eig(np.block([[-elastic, -turn], [turn, none]]))
+            first, last = _halves(slow, fast)
+            value = np.concatenate([slow[first], fast[last]])
+            vector = np.concatenate([near[:, first], far[: len(omega), last] / fast[last]], axis=1)
+            rate, force = value * vector, omega * vector
+            return value, vector, np.linalg.solve(rate.T @ rate - force.T @ force, rate.T)
+        fast, far = np.linalg.eig(np.diag(self.omega**2) + 1j * elastic)
+        first, last = _halves(slow, fast)
+        value = np.concatenate([slow[first], fast[last]])
+        vector = np.concatenate([near[:, first], far[:, last]], axis=1)
+        # what a slow one has of fast modes is small: once more through the inverse, and it is more than rounding
+        through = np.linalg.solve(np.eye(len(omega)) + 1j * elastic / (omega * omega.T), near[:, first] / omega)
+        faster = omega > np.sqrt(np.abs(slow[first]))
+        vector[:, : len(first)] = np.where(faster, slow[first] * through / omega, near[:, first])
+        # and what a fast one has of slow modes
+        through = (omega**2 * far[:, last] + 1j * elastic @ far[:, last]) / fast[last]
+        vector[:, len(first) :] = np.where(omega < np.sqrt(np.abs(fast[last])), through, far[:, last])
+        vector /= np.sqrt((vector**2).sum(axis=0))
+        force = omega * vector
+        value = (force * (force + 1j * (elastic / (omega * omega.T)) @ force)).sum(axis=0)
+        return value, vector, np.linalg.solve(vector.T @ vector, vector.T)
+
+    @property
+    def locked(self):
+        """Whether so much damping acts that no mode strains the cable: the sums cancel elsewhere then."""
+        return len(self.omega) > 0 and bool(np.abs(self.strain.factor(1j * self.omega.min())) > LOCKED)
+
+    def _rounding(self, poles):
+        """How far the sum over poles is from the solution of the systems that it stands for, at worst of some s. [-]"""
         if not len(self.omega):
-            return
+            return 0.0
         # up to where the model means something, off the axis: a resonance has no more digits than its frequency
         s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)[:, None]
         summed, solved = _summed(self, poles, s, slice(None), slice(None)), _solved(self, s)
-        at_rest = self.stiffness + self.inertia * s[..., None] ** 2
-        size = np.sqrt(np.abs(np.diagonal(at_rest + solved, axis1=1, axis2=2)))
-        if not (np.abs(summed - solved) <= TRUSTED * size[:, :, None] * size[:, None, :]).all():
-            raise NoSolutionError(
-                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
-                f"response: cable.damping must be less"
-            )
+        whole = self.stiffness + self.residual_inertia * s[..., None] ** 2 + solved
+        # at a zero of a diagonal entry the static one is its measure
+        size = np.sqrt(np.abs(np.diagonal(whole, axis1=1, axis2=2)) + np.diagonal(self.stiffness))
+        unit = size[:, :, None] * size[:, None, :]
+        return float((np.abs(summed - solved) / np.where(unit > 0, unit, 1.0)).max())
 
 
 def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
@@ -186,8 +231,8 @@ class Transfer:
 
     def __init__(self, model, rows=slice(None), columns=slice(None)):
         self._model, self._rows, self._columns = model, rows, columns
-        own = model.residual_inertia if model.strain is None else model.inertia
-        self._static, self._own = model.stiffness[rows][:, columns], own[rows][:, columns]
+        self._static = model.stiffness[rows][:, columns]
+        self._own = model.residual_inertia[rows][:, columns]
         if model.strain is None:
             left, right = model.participation[:, rows], model.participation[:, columns]
             self._square, self._drag = model.omega**2, 2 * model.damping_ratio * model.omega
@@ -231,8 +276,22 @@ class Transfer:
         return omega**2 * (gap @ self._products) + 1j * imaginary
 
 
+def _halves(slow, fast):
+    """Places of the slower half, by decades, of some poles, and of the faster half of the same, found another way."""
+    slow_order, fast_order = np.argsort(np.abs(slow)), np.argsort(np.abs(fast))
+    size = np.sqrt(np.abs(slow[slow_order]) * np.abs(fast[fast_order]))
+    middle = int(np.searchsorted(size, np.sqrt(size[0] * size[-1])))
+    # where the gap is widest: no pair of poles is parted
+    places = np.arange(max(1, middle - 6), min(len(size) - 1, middle + 6) + 1)
+    first = places[np.argmax(size[places] / size[places - 1])] if len(places) else len(size)
+    return slow_order[:first], fast_order[first:]
+
+
 def _summed(model, poles, s, rows, columns):
-    """Damped strain: c S - (c R + s^2 m)^T (s^2 + W^2 + c E)^-1 (c R + s^2 m), by the poles."""
+    """Damped strain, by the poles: c S - (c R + s^2 m)^T (s^2 + W^2 + c E)^-1 (c R + s^2 m) + s^2 m^T m.
+
+    With the last term, which is left out of the inertia in turn, what modes far below s take off it does not cancel.
+    """
     value, left, right = poles
     hysteretic, below = model.strain.law == "hysteretic", np.imag(s) < 0
     s = np.where(below, np.conj(s), s) if hysteretic else s  # the poles are those of the upper half-plane
@@ -242,21 +301,37 @@ def _summed(model, poles, s, rows, columns):
     # (c a + s^2 b)(c d + s^2 e), term by term
     a, b = ((source[:, rows].T @ left).T[:, :, None] for source in (model.strain.coupling, carried))
     d, e = ((right @ source[:, columns])[:, None, :] for source in (model.strain.coupling, carried))
-    shape = (len(s), a.shape[1], d.shape[2])
-    powers = ((factor**2, a * d), (factor * square, a * e + b * d), (square**2, b * e))
+    shape, once, rest = (len(s), a.shape[1], d.shape[2]), value[:, None, None], 0.0
+    if model.locked:
+        powers = ((factor**2, a * d), (factor * square, a * e + b * d), (square**2, b * e))
+        rest = square[..., None] * (carried[:, rows].T @ carried[:, columns])
+    elif hysteretic:  # the sum of b e is m^T m
+        powers = ((factor**2, a * d), (factor * square, a * e + b * d), (-square, once * b * e))
+    else:  # that of value b e is, and those of a d, a e, b d and b e are none
+        powers = ((factor**2, a * d), (factor * s, once * (a * e + b * d)), (square, once**2 * b * e))
     modal = sum(
         (power * (weight @ part.reshape(len(part), shape[1] * shape[2]))).reshape(shape) for power, part in powers
     )
-    total = factor[..., None] * model.strain.ends[rows][:, columns] - modal
+    total = factor[..., None] * model.strain.ends[rows][:, columns] - modal + rest
     return np.where(below[..., None], total.conj(), total) if hysteretic else total
 
 
 def _solved(model, s):
     """The same for all ends, by a system for each s."""
     strain, factor, square = model.strain, model.strain.factor(s)[..., None], s[..., None] ** 2
-    force = factor * strain.coupling - square * (model.participation / model.omega[:, None] ** 2)
-    inside = factor * strain.modes + (square + model.omega**2) * np.eye(len(model.omega))
-    return factor * strain.ends - force.swapaxes(1, 2) @ np.linalg.solve(inside, force)
+    carried = -model.participation / model.omega[:, None] ** 2
+    stiff = factor * strain.modes + np.diag(model.omega**2)
+    matrix, at_rest = stiff + square * np.eye(len(model.omega)), factor * strain.ends
+    if model.locked:
+        force = factor * strain.coupling + square * carried
+        return at_rest - force.swapaxes(1, 2) @ np.linalg.solve(matrix, force) + square * (carried.T @ carried)
+    ends = len(strain.ends)
+    coupling, carried = (np.broadcast_to(part, (len(s), *part.shape)) for part in (strain.coupling, carried))
+    answer = np.linalg.solve(matrix, np.concatenate([coupling, carried, stiff @ carried], axis=2))
+    elastic, mixed, heavy = (answer[..., i * ends : (i + 1) * ends] for i in range(3))
+    coupling, mixed = coupling.swapaxes(1, 2), coupling.swapaxes(1, 2) @ mixed
+    modal = factor**2 * (coupling @ elastic) + factor * square * (mixed + mixed.swapaxes(1, 2))
+    return at_rest - modal + square * (carried.swapaxes(1, 2) @ heavy)
 
 
 def of_cable(dynamics, modes, frame, damping):

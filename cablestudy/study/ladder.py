@@ -56,8 +56,7 @@ class Feeling:
     surely : callable
         Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
-        Whether loop or wind matter: they have more of rounding than a frequency, which two models might share and three
-        not.
+        Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
     transverse : frozenset of str
         Names of the numbers that are frequencies of transverse modes, and nothing else.
     """
@@ -99,8 +98,7 @@ def felt_by(case, columns):
         alone = axial * case.axial_waves / (4 * case.travel_time)
         return max(alone, other.gondola_frequency) if body else alone
 
-    pole = "gondola_damping_ratio"  # converges as a frequency does
-    damped = any(column.needs in ("loop", "wind") and column.name != pole for column in columns)
+    damped = any(column.needs in ("loop", "wind") for column in columns)
     transverse = frozenset(column.header for column in own if "axial" not in column.name)
     return Feeling(max(waves), highest, surely, damped, transverse)
 
