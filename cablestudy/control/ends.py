@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.poles import all_poles, slow_poles
 from cablestudy.errors import NoSolutionError
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
@@ -125,62 +126,21 @@ class EndModel:
         NoSolutionError
             So much damping that rounding spoils the sum.
         """
-        error = self._rounding(self._slow_poles)
-        if error <= TRUSTED:
-            return self._slow_poles
-        if error <= HOPEFUL:
-            poles = self._slow_and_fast_poles
-            if self._rounding(poles) <= TRUSTED:
-                return poles
-        raise NoSolutionError(
-            f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
-            f"response: cable.damping must be less"
-        )
-
-    @cached_property
-    def _slow_poles(self):
-        # of the inverse: the lowest modes are then the most accurate, however fast others die out
-        n, unit = len(self.omega), np.outer(self.omega, self.omega)
-        elastic = self.strain.amount * self.strain.modes / unit
-        if self.strain.law == "hysteretic":
-            value, vector = np.linalg.eig(np.linalg.inv(np.eye(n) + 1j * elastic) / unit)
-            return 1 / value, vector, np.linalg.inv(vector)
-        # for W q and q': symmetric but for a sign, entries no larger than they must be
-        slowness = np.diag(1 / self.omega)
-        value, vector = np.linalg.eig(np.block([[-elastic, -slowness], [slowness, np.zeros((n, n))]]))
-        return 1 / value, vector[:n] / self.omega[:, None], np.linalg.inv(vector)[:, n:]
-
-    @property
-    def _slow_and_fast_poles(self):
-        """The slow ones from the inverse, the fast ones not: each from where rounding is small beside it.
-
-        The vectors on the right are those on the left transposed, in the product in which they are orthogonal.
-        """
-        omega, elastic = self.omega[:, None], self.strain.amount * self.strain.modes
-        slow, near, _ = self._slow_poles
-        if self.strain.law == "kelvin_voigt":
-            none, turn = np.zeros(elastic.shape), np.diag(self.omega)
-            fast, far = np.linalg.eig(np.block([[-elastic, -turn], [turn, none]]))
-            first, last = _halves(slow, fast)
-            value = np.concatenate([slow[first], fast[last]])
-            vector = np.concatenate([near[:, first], far[: len(omega), last] / fast[last]], axis=1)
-            rate, force = value * vector, omega * vector
-            return value, vector, np.linalg.solve(rate.T @ rate - force.T @ force, rate.T)
-        fast, far = np.linalg.eig(np.diag(self.omega**2) + 1j * elastic)
-        first, last = _halves(slow, fast)
-        value = np.concatenate([slow[first], fast[last]])
-        vector = np.concatenate([near[:, first], far[:, last]], axis=1)
-        # what a slow one has of fast modes is small: once more through the inverse, and it is more than rounding
-        through = np.linalg.solve(np.eye(len(omega)) + 1j * elastic / (omega * omega.T), near[:, first] / omega)
-        faster = omega > np.sqrt(np.abs(slow[first]))
-        vector[:, : len(first)] = np.where(faster, slow[first] * through / omega, near[:, first])
-        # and what a fast one has of slow modes
-        through = (omega**2 * far[:, last] + 1j * elastic @ far[:, last]) / fast[last]
-        vector[:, len(first) :] = np.where(omega < np.sqrt(np.abs(fast[last])), through, far[:, last])
-        vector /= np.sqrt((vector**2).sum(axis=0))
-        force = omega * vector
-        value = (force * (force + 1j * (elastic / (omega * omega.T)) @ force)).sum(axis=0)
-        return value, vector, np.linalg.solve(vector.T @ vector, vector.T)
+        found = slow_poles(self.omega, self.strain)
+        error = self._rounding(found)
+        if TRUSTED < error <= HOPEFUL:
+            try:
+                with np.errstate(all="ignore"):  # what is not finite is not trusted
+                    found = all_poles(self.omega, self.strain, found)
+                    error = self._rounding(found)
+            except np.linalg.LinAlgError:
+                pass
+        if not error <= TRUSTED:
+            raise NoSolutionError(
+                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
+                f"response: cable.damping must be less"
+            )
+        return found
 
     @property
     def locked(self):
@@ -274,17 +234,6 @@ class Transfer:
         np.subtract(drag**2, gap, out=gap)
         gap *= size
         return omega**2 * (gap @ self._products) + 1j * imaginary
-
-
-def _halves(slow, fast):
-    """Places of the slower half, by decades, of some poles, and of the faster half of the same, found another way."""
-    slow_order, fast_order = np.argsort(np.abs(slow)), np.argsort(np.abs(fast))
-    size = np.sqrt(np.abs(slow[slow_order]) * np.abs(fast[fast_order]))
-    middle = int(np.searchsorted(size, np.sqrt(size[0] * size[-1])))
-    # where the gap is widest: no pair of poles is parted
-    places = np.arange(max(1, middle - 6), min(len(size) - 1, middle + 6) + 1)
-    first = places[np.argmax(size[places] / size[places - 1])] if len(places) else len(size)
-    return slow_order[:first], fast_order[first:]
 
 
 def _summed(model, poles, s, rows, columns):
