@@ -68,6 +68,11 @@ class Twin:
         """Arguments of the references of the continuous cable."""
         return self.a, self.b, self.length, self.stiffness, self.mass, G
 
+    @property
+    def bar(self):
+        """Length, stiffness and mass, for the references of bars."""
+        return self.length, self.stiffness, self.mass
+
     def frequencies(self, count, plane="in"):
         """Of the continuous cable with fixed ends. [Hz]"""
         return continuous_cable.frequencies(*self.cable, count, plane, loads=self.loads)

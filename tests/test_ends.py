@@ -6,9 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 from mpmath import mp
+from random_scenes import scene_data, scene_of
 from references import bars, continuous_cable
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
+from cablestudy.control.complex_stiffness import ComplexStiffness
 from cablestudy.control.ends import dynamic_stiffness
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
@@ -194,35 +196,6 @@ def test_a_critically_damped_pair_of_poles():
     assert np.abs(here - near).max() < 1e-8 * np.abs(here).max()
 
 
-def eliminated(twin, chain, s, c, digits=60):
-    """Six ends of the bars, node after node eliminated in long arithmetic; c times the elastic stiffness is added."""
-    with mp.workdps(digits):
-        s, c, first = mp.mpc(s), mp.mpc(c), mp.mpf(twin.length) / len(chain.tensions)
-        half = mp.mpf(twin.mass) * first / 2 * s**2 * mp.eye(3)
-
-        def bar(k):
-            vector = [mp.mpf(float(part)) for part in chain.vectors[k]]
-            length = mp.sqrt(sum(part**2 for part in vector))
-            turned = mp.mpf(float(chain.tensions[k])) / length
-            t = mp.matrix([part / length for part in vector])
-            return ((1 + c) * mp.mpf(twin.stiffness) / first - turned) * (t * t.T) + turned * mp.eye(3)
-
-        near, between, far = bar(0) + half, -bar(0), bar(0) + half
-        for k in range(1, len(chain.tensions)):
-            following = bar(k)
-            inner = (far + following + half) ** -1
-            near, between, far = (
-                near - between * inner * between.T,
-                between * inner * following,
-                following + half - following * inner * following,
-            )
-        found = np.empty((6, 6), dtype=complex)
-        for i, j in np.ndindex(3, 3):
-            found[i, j], found[i, 3 + j] = complex(near[i, j]), complex(between[i, j])
-            found[3 + j, i], found[3 + i, 3 + j] = complex(between[i, j]), complex(far[i, j])
-    return found
-
-
 @pytest.mark.parametrize(("law", "amounts"), [("kelvin_voigt", 10.0 ** np.array([-9, -4, -2, 0, 2, 3, 4, 6, 9])),
                                               ("hysteretic", [1e-6, 1e-2, 2, 1e3, 1e5, 1e7, 1e9])])  # fmt: skip
 @pytest.mark.parametrize("name", ["taut", "sagging", "inclined"])
@@ -238,11 +211,55 @@ def test_any_damping_of_the_strain_is_right_or_refused(name, law, amounts):
             refused.append(amount)
             continue
         for one, value in zip(found, s, strict=True):
-            expected = eliminated(CABLES[name], chain, value, value * amount if law == "kelvin_voigt" else 1j * amount)
+            c = value * amount if law == "kelvin_voigt" else 1j * amount
+            expected = bars.eliminated(chain, *CABLES[name].bar, value, c)
             own = np.sqrt(np.abs(np.diag(expected)))
             assert (np.abs(one - expected) < 1e-8 * np.outer(own, own)).all(), amount
     assert all(amount >= 1e3 for amount in refused)  # no cable has such damping
     assert refused
+
+
+# seeds of `random_scenes`: cables up to 1e9 times stiffer along than across, a folded point load, slack ones
+STIFF = (110003, 110006, 110040, 110041, 120017, 500000, 500040, 500045, 500048, 500096, 500104, 500136, 500145)
+
+
+@pytest.mark.parametrize("seed", STIFF)
+def test_a_stiff_cable_is_not_refused_and_right(seed):
+    """Against the same cable without modes (`complex_stiffness`), about the gondola's frequency and far from it."""
+    case = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 16)
+    model, exact = case.end_model_along_x, ComplexStiffness(case.felt, case.span.frame[:, 0])
+    s = (0.03 + 1j) * 2 * np.pi * case.gondola_frequency * np.array([0.01, 0.3, 0.99, 3.0, 10.0])
+    found = dynamic_stiffness(model, s, [3], [3])[:, 0, 0]
+    for one, value in zip(s, found, strict=True):
+        balance = abs(value) + case.scene.gondola.mass * abs(one) ** 2
+        assert abs(value - exact(one, complex(model.strain.factor(one))).stiffness) < 1e-10 * balance
+
+
+@pytest.mark.parametrize("seed", [110003, 110041, 500048, 500096, 500104])
+@pytest.mark.parametrize("amount", [1e-3, 1, 30])
+def test_the_sum_over_damped_modes_in_long_arithmetic(seed, amount):
+    """The very modes of the model, in 50 digits: up to frequencies at which the cable's mass is all that counts."""
+    model = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 12).end_model_along_x
+    model = replace(model, strain=replace(model.strain, amount=amount * model.strain.amount))
+    s = (0.05 + 1j) * np.array([0.3 * model.omega[0], 4 * model.omega[0], np.median(model.omega)])
+    found, n = dynamic_stiffness(model, s, [3], [3])[:, 0, 0], len(model.omega)
+    with mp.workdps(50):
+        rows = {name: mp.matrix(getattr(model.strain, name).tolist()) for name in ("modes", "coupling", "ends")}
+        omega, amount = [mp.mpf(w) for w in model.omega.tolist()], mp.mpf(model.strain.amount)
+        carried = mp.matrix([-p / w**2 for p, w in zip(model.participation[:, 3].tolist(), omega, strict=True)])
+        own = mp.mpf(model.inertia[3, 3])
+        for one, value in zip(s.tolist(), found, strict=True):
+            one = mp.mpc(one)
+            c = one * amount if model.strain.law == "kelvin_voigt" else 1j * amount
+            force = c * rows["coupling"][:, 3] + one**2 * carried
+            inside = c * rows["modes"]
+            for i in range(n):
+                inside[i, i] += one**2 + omega[i] ** 2
+            expected = mp.mpf(model.stiffness[3, 3]) + c * rows["ends"][3, 3] + own * one**2
+            expected -= (force.T * mp.lu_solve(inside, force))[0]
+            # the inertia of the cable is a double, and so is what is left of it
+            rounding = 1e-15 * float(abs(own * one**2))
+            assert abs(value - complex(expected)) < 1e-10 * abs(value) + rounding
 
 
 # ---- what every law must keep ---------------------------------------------------------------------------------------

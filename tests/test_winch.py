@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from random_scenes import scene_data, scene_of
 from references import bars, loop_matrix
 from scenes import scene
 from scipy.optimize import brentq
@@ -276,6 +277,14 @@ def test_a_notch_that_takes_the_spring_away_leaves_the_roll_off():
     notch = Notch(natural, time * natural / 2, 20 * np.pi, 0.7)
     loop = rigid(mass, stiffness, time=time, notch=notch)
     assert loop.largest_gain == pytest.approx(roll / (1 - roll * time), rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [110040, 501006, 501046, 501048])
+def test_the_gondola_s_pole_among_others_that_it_passes_while_it_is_damped(seed):
+    """With a loss factor of one its pole lies beyond undamped ones of the cable; followed there without any modes."""
+    case = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 16)
+    pole = case.loop.gondola_pole
+    assert -pole.real / abs(pole) == pytest.approx(case.gondola_damping_ratio, rel=1e-8)
 
 
 def test_a_gondola_that_nothing_damps_is_refused():

@@ -269,7 +269,8 @@ def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
 def test_damping_that_rounding_would_spoil_is_refused():
     case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
     with pytest.raises(NoSolutionError, match="rounding spoils the response"):
-        _ = case.gondola_damping_ratio
+        _ = case.loop.open_poles
+    assert case.gondola_damping_ratio == 1.0  # which needs no response
 
 
 # no answer, rather than a wrong one

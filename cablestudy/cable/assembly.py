@@ -145,6 +145,11 @@ def local_compliance(t, along, across):
     return matrix
 
 
+def joined(field):
+    """The second and third last axes as one."""
+    return field.reshape(*field.shape[:-3], field.shape[-3] * field.shape[-2], field.shape[-1])
+
+
 def inverse(matrix):
     """Inverse of symmetric positive definite matrices, shape (..., d, d), scaled to a unit diagonal first."""
     root = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
@@ -286,17 +291,17 @@ class System:
         -------
         ndarray, shape (..., r)
         """
-        mesh, t = self.state.mesh, self.tangent[..., None]
+        mesh, axes, t = self.state.mesh, len(self.axes), self.tangent[..., None]
         along, across = self._gradients(shapes)
         yielding, soft = self.yielding
         soft = soft[..., None, None]
 
         def top(field):
-            parts = field.reshape(*field.shape[:-3], mesh.elements, mesh.order, -1)
+            parts = field.reshape(*field.shape[:-3], mesh.elements, mesh.order, axes * field.shape[-1])
             return (highest(mesh.order) @ parts).reshape(field.shape)
 
         def summed(field):
-            return field.reshape(*field.shape[:-3], -1, field.shape[-1]).sum(axis=-2)
+            return joined(field).sum(axis=-2)
 
         gradient = top(t * along[..., None, :] + across)
         geometric = summed(self.weights[:, None, None] / soft * gradient**2)
@@ -317,9 +322,9 @@ class System:
         mesh, axes = self.state.mesh, len(self.axes)
         index = mesh.element_nodes
         lead = shapes.shape[:-3]
-        parts = shapes.reshape(*lead, mesh.nodes, -1)[..., index, :]
+        parts = shapes.reshape(*lead, mesh.nodes, axes * shapes.shape[-1])[..., index, :]
         gradient = basis(mesh.order).derivative @ parts / mesh.sizes[:, None, None]
-        gradient = gradient.reshape(*lead, len(self.weights), axes, -1)
+        gradient = gradient.reshape(*lead, len(self.weights), axes, shapes.shape[-1])
         t = self.tangent[..., None]
         along = (t * gradient).sum(axis=-2)
         return along, gradient - t * along[..., None, :]

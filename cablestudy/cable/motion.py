@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import OUT_OF_PLANE, System
+from cablestudy.cable.assembly import OUT_OF_PLANE, System, joined
 from cablestudy.cable.element import basis, lagrange
 
 PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
@@ -82,11 +82,9 @@ class Motion:
     @cached_property
     def participation(self):
         """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
-        axes = len(self.system.axes)
         weighted = _apply_mass(self.system, self.signed)
-        flat = weighted.reshape(*weighted.shape[:-3], -1, weighted.shape[-1])
-        moved = self.system.end_shapes
-        return -self.square[..., None] * (flat.swapaxes(-1, -2) @ moved.reshape(*moved.shape[:-3], -1, axes))
+        moved = joined(self.system.end_shapes)
+        return -self.square[..., None] * (joined(weighted).swapaxes(-1, -2) @ moved)
 
 
 def ascends(values):
@@ -130,7 +128,7 @@ def _apply_mass(system, shapes):
     if mass.nnz == system.dof:
         product[..., 1:-1, :, :] = mass.diagonal().reshape(-1, len(system.axes), 1) * inner
     else:
-        flat = inner.reshape(*inner.shape[:-3], system.dof, -1)
+        flat = joined(inner)
         product[..., 1:-1, :, :] = _times(mass, flat).reshape(inner.shape)
     return product
 
@@ -145,7 +143,7 @@ def _times(matrix, flat):
 def _mass_product(system, left, right):
     """Diagonal of left^T M right, shape (..., k)."""
     product = left * _apply_mass(system, right)
-    return product.reshape(*product.shape[:-3], -1, product.shape[-1]).sum(axis=-2)
+    return joined(product).sum(axis=-2)
 
 
 def _nodal_mass(mesh):
@@ -197,6 +195,6 @@ def _mirror(system, shapes):
 
 def _signs(shapes):
     """+1 or -1 for each shape, shape (..., k): its first large component counts as positive."""
-    flat = shapes.reshape(*shapes.shape[:-3], -1, shapes.shape[-1])
+    flat = joined(shapes)
     first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
     return np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2)[..., 0, :])

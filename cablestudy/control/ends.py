@@ -15,12 +15,15 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.poles import all_poles, slow_poles
 from cablestudy.errors import NoSolutionError
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 BLOCK = 16384  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 TRUSTED = 1e-10  # difference between the sum over poles and solved systems up to which the sum is an answer
+HOPEFUL = 1e-4  # the same, up to which it is worth finding the poles twice
+LOCKED = 10  # c at the lowest frequency from which damping holds the strain
 
 
 @dataclass(frozen=True)
@@ -123,37 +126,39 @@ class EndModel:
         NoSolutionError
             So much damping that rounding spoils the sum.
         """
-        poles = self._poles
-        self._check(poles)
-        return poles
-
-    @cached_property
-    def _poles(self):
-        # of the inverse: the lowest modes are then the most accurate, however fast others die out
-        n, unit = len(self.omega), np.outer(self.omega, self.omega)
-        elastic = self.strain.amount * self.strain.modes / unit
-        if self.strain.law == "hysteretic":
-            value, vector = np.linalg.eig(np.linalg.inv(np.eye(n) + 1j * elastic) / unit)
-            return 1 / value, vector, np.linalg.inv(vector)
-        # for W q and q': symmetric but for a sign, entries no larger than they must be
-        slowness = np.diag(1 / self.omega)
-        value, vector = np.linalg.eig(np.block([[-elastic, -slowness], [slowness, np.zeros((n, n))]]))
-        return 1 / value, vector[:n] / self.omega[:, None], np.linalg.inv(vector)[:, n:]
-
-    def _check(self, poles):
-        """Refuse poles whose sum is not the solution of the systems that it stands for, at some s."""
-        if not len(self.omega):
-            return
-        # up to where the model means something, off the axis: a resonance has no more digits than its frequency
-        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)[:, None]
-        summed, solved = _summed(self, poles, s, slice(None), slice(None)), _solved(self, s)
-        at_rest = self.stiffness + self.inertia * s[..., None] ** 2
-        size = np.sqrt(np.abs(np.diagonal(at_rest + solved, axis1=1, axis2=2)))
-        if not (np.abs(summed - solved) <= TRUSTED * size[:, :, None] * size[:, None, :]).all():
+        found = slow_poles(self.omega, self.strain)
+        error = self._rounding(found)
+        if TRUSTED < error <= HOPEFUL:
+            try:
+                with np.errstate(all="ignore"):  # what is not finite is not trusted
+                    found = all_poles(self.omega, self.strain, found)
+                    error = self._rounding(found)
+            except np.linalg.LinAlgError:
+                pass
+        if not error <= TRUSTED:
             raise NoSolutionError(
                 f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
                 f"response: cable.damping must be less"
             )
+        return found
+
+    @property
+    def locked(self):
+        """Whether so much damping acts that no mode strains the cable: the sums cancel elsewhere then."""
+        return len(self.omega) > 0 and bool(np.abs(self.strain.factor(1j * self.omega.min())) > LOCKED)
+
+    def _rounding(self, poles):
+        """How far the sum over poles is from the solution of the systems that it stands for, at worst of some s. [-]"""
+        if not len(self.omega):
+            return 0.0
+        # up to where the model means something, off the axis: a resonance has no more digits than its frequency
+        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)[:, None]
+        summed, solved = _summed(self, poles, s, slice(None), slice(None)), _solved(self, s)
+        whole = self.stiffness + self.residual_inertia * s[..., None] ** 2 + solved
+        # at a zero of a diagonal entry the static one is its measure
+        size = np.sqrt(np.abs(np.diagonal(whole, axis1=1, axis2=2)) + np.diagonal(self.stiffness))
+        unit = size[:, :, None] * size[:, None, :]
+        return float((np.abs(summed - solved) / np.where(unit > 0, unit, 1.0)).max())
 
 
 def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
@@ -186,8 +191,8 @@ class Transfer:
 
     def __init__(self, model, rows=slice(None), columns=slice(None)):
         self._model, self._rows, self._columns = model, rows, columns
-        own = model.residual_inertia if model.strain is None else model.inertia
-        self._static, self._own = model.stiffness[rows][:, columns], own[rows][:, columns]
+        self._static = model.stiffness[rows][:, columns]
+        self._own = model.residual_inertia[rows][:, columns]
         if model.strain is None:
             left, right = model.participation[:, rows], model.participation[:, columns]
             self._square, self._drag = model.omega**2, 2 * model.damping_ratio * model.omega
@@ -232,7 +237,10 @@ class Transfer:
 
 
 def _summed(model, poles, s, rows, columns):
-    """Damped strain: c S - (c R + s^2 m)^T (s^2 + W^2 + c E)^-1 (c R + s^2 m), by the poles."""
+    """Damped strain, by the poles: c S - (c R + s^2 m)^T (s^2 + W^2 + c E)^-1 (c R + s^2 m) + s^2 m^T m.
+
+    With the last term, which is left out of the inertia in turn, what modes far below s take off it does not cancel.
+    """
     value, left, right = poles
     hysteretic, below = model.strain.law == "hysteretic", np.imag(s) < 0
     s = np.where(below, np.conj(s), s) if hysteretic else s  # the poles are those of the upper half-plane
@@ -242,21 +250,37 @@ def _summed(model, poles, s, rows, columns):
     # (c a + s^2 b)(c d + s^2 e), term by term
     a, b = ((source[:, rows].T @ left).T[:, :, None] for source in (model.strain.coupling, carried))
     d, e = ((right @ source[:, columns])[:, None, :] for source in (model.strain.coupling, carried))
-    shape = (len(s), a.shape[1], d.shape[2])
-    powers = ((factor**2, a * d), (factor * square, a * e + b * d), (square**2, b * e))
+    shape, once, rest = (len(s), a.shape[1], d.shape[2]), value[:, None, None], 0.0
+    if model.locked:
+        powers = ((factor**2, a * d), (factor * square, a * e + b * d), (square**2, b * e))
+        rest = square[..., None] * (carried[:, rows].T @ carried[:, columns])
+    elif hysteretic:  # the sum of b e is m^T m
+        powers = ((factor**2, a * d), (factor * square, a * e + b * d), (-square, once * b * e))
+    else:  # that of value b e is, and those of a d, a e, b d and b e are none
+        powers = ((factor**2, a * d), (factor * s, once * (a * e + b * d)), (square, once**2 * b * e))
     modal = sum(
         (power * (weight @ part.reshape(len(part), shape[1] * shape[2]))).reshape(shape) for power, part in powers
     )
-    total = factor[..., None] * model.strain.ends[rows][:, columns] - modal
+    total = factor[..., None] * model.strain.ends[rows][:, columns] - modal + rest
     return np.where(below[..., None], total.conj(), total) if hysteretic else total
 
 
 def _solved(model, s):
     """The same for all ends, by a system for each s."""
     strain, factor, square = model.strain, model.strain.factor(s)[..., None], s[..., None] ** 2
-    force = factor * strain.coupling - square * (model.participation / model.omega[:, None] ** 2)
-    inside = factor * strain.modes + (square + model.omega**2) * np.eye(len(model.omega))
-    return factor * strain.ends - force.swapaxes(1, 2) @ np.linalg.solve(inside, force)
+    carried = -model.participation / model.omega[:, None] ** 2
+    stiff = factor * strain.modes + np.diag(model.omega**2)
+    matrix, at_rest = stiff + square * np.eye(len(model.omega)), factor * strain.ends
+    if model.locked:
+        force = factor * strain.coupling + square * carried
+        return at_rest - force.swapaxes(1, 2) @ np.linalg.solve(matrix, force) + square * (carried.T @ carried)
+    ends = len(strain.ends)
+    coupling, carried = (np.broadcast_to(part, (len(s), *part.shape)) for part in (strain.coupling, carried))
+    answer = np.linalg.solve(matrix, np.concatenate([coupling, carried, stiff @ carried], axis=2))
+    elastic, mixed, heavy = (answer[..., i * ends : (i + 1) * ends] for i in range(3))
+    coupling, mixed = coupling.swapaxes(1, 2), coupling.swapaxes(1, 2) @ mixed
+    modal = factor**2 * (coupling @ elastic) + factor * square * (mixed + mixed.swapaxes(1, 2))
+    return at_rest - modal + square * (carried.swapaxes(1, 2) @ heavy)
 
 
 def of_cable(dynamics, modes, frame, damping):

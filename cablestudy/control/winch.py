@@ -23,6 +23,7 @@ from cablestudy.errors import NoSolutionError
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # grid beside a pole, in half-widths
 PER_DECADE = 40
 REACH = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
+BESIDE = 1e-4  # of its size, beside a pole, where it is asked how much the gondola moves there
 NEAR = 20  # times the gondola's frequency
 SECANT_STEPS = 40
 SETTLED = 1e-8  # relative change: the error left is that of the last two steps, multiplied
@@ -194,7 +195,16 @@ class Loop:
     def gondola_pole(self):
         """That of the motion in which the gondola moves most, without control. [rad/s]"""
         frequency, share = self.coupled
-        return self.open_poles[np.argmin(np.abs(np.abs(self.open_poles) - 2 * np.pi * frequency[np.argmax(share)]))]
+        poles = self.open_poles
+        if self.cable.strain is not None and len(poles) > 1:
+            # damped strain moves it past others: of those where M s^2 + k_xx rises as slowly as M s^2, to either side
+            aside = BESIDE * np.abs(poles) * np.array([[1j], [-1j]])
+            places = poles + aside
+            with np.errstate(divide="ignore", invalid="ignore"):
+                rise = np.abs(self.mass * places**2 + self.stiffness(places.ravel())[0].reshape(places.shape))
+                felt = np.nan_to_num((np.abs(2 * self.mass * poles * aside) / rise).min(axis=0))
+            poles = poles[felt >= felt.max() / 3]
+        return poles[np.argmin(np.abs(np.abs(poles) - 2 * np.pi * frequency[np.argmax(share)]))]
 
     def near(self, poles):
         """Those poles that are not far above the gondola's: the others are hardly moved by the winch, nor felt."""

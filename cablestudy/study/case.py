@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
-from cablestudy.control import ends, gondola
+from cablestudy.control import complex_stiffness, ends, gondola
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.batch import Batch, ClosedStatics, along
@@ -291,16 +291,21 @@ class Case:
     def gondola_damping_ratio(self):
         """Of the coupled mode in which the gondola moves most. [-]
 
-        Newton on k_xx(s) + M s^2 from the undamped frequency: what little the damping moves the pole is not lost in
-        the rounding of an eigenvalue.
-
         Raises
         ------
         NoSolutionError
             So much damping that no oscillation is left of that mode.
         """
-        loop, here = self.loop, 2j * np.pi * self.gondola_frequency
-        mass, start = self.scene.gondola.mass, abs(here)
+        damping, omega, mass = self.scene.cable.damping, 2 * np.pi * self.gondola_frequency, self.scene.gondola.mass
+        if damping.model == "modal":
+            return self._modal_damping_ratio(omega)
+        amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
+        stiffness = complex_stiffness.ComplexStiffness(self.felt, self.span.frame[:, 0])
+        return complex_stiffness.damping_ratio(stiffness, mass, omega, damping.model, amount)
+
+    def _modal_damping_ratio(self, omega):
+        """The same by the damping of the modes: Newton on k_xx(s) + M s^2 from the undamped frequency [rad/s]."""
+        loop, mass, here = self.loop, self.scene.gondola.mass, 1j * omega
 
         def balance(s):
             return complex(loop.stiffness(np.array([s]))[0][0]) + mass * s * s
@@ -317,7 +322,7 @@ class Case:
             return 0.0
         if here.real < 0 and abs(here.imag) < 1e-6 * abs(here):
             return 1.0  # it creeps back
-        if not (0.3 * start < abs(here) < 3 * start and here.imag > 0 and here.real < 0):
+        if not (0.3 * omega < abs(here) < 3 * omega and here.imag > 0 and here.real < 0):
             raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
         return float(-here.real / abs(here))
 

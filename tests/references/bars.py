@@ -221,3 +221,77 @@ def dynamic_end_stiffness(chain, L, EA, m, omega=0.0):
     inner, end = slice(3, -3), slice(-3, None)
     interior = K[inner, inner] - omega**2 * np.diag(M[inner])
     return K[end, end] - K[end, inner] @ np.linalg.solve(interior, K[inner, end])
+
+
+def end_blocks(chain, L, EA, m, s, c):
+    """Stiffness of the ends at s, the elastic part times (1 + c): node after node eliminated in the working precision.
+
+    Parameters
+    ----------
+    chain, L, EA, m
+        As in `matrices`.
+    s, c : mpf or mpc
+        Laplace variable [rad/s]; what damping adds to the elastic stiffness [-].
+
+    Returns
+    -------
+    near, between, far : mp.matrix (3, 3)
+        [N/m]
+    """
+    first = mp.mpf(L) / len(chain.tensions)
+    half = mp.mpf(m) * first / 2 * s**2 * mp.eye(3)
+
+    def bar(k):
+        vector = [mp.mpf(float(part)) for part in chain.vectors[k]]
+        length = mp.sqrt(sum(part**2 for part in vector))
+        turned = mp.mpf(float(chain.tensions[k])) / length
+        t = mp.matrix([part / length for part in vector])
+        return ((1 + c) * mp.mpf(EA) / first - turned) * (t * t.T) + turned * mp.eye(3)
+
+    near, between, far = bar(0) + half, -bar(0), bar(0) + half
+    for k in range(1, len(chain.tensions)):
+        following = bar(k)
+        inner = (far + following + half) ** -1
+        near, between, far = (
+            near - between * inner * between.T,
+            between * inner * following,
+            following + half - following * inner * following,
+        )
+    return near, between, far
+
+
+def eliminated(chain, L, EA, m, s, c, digits=60):
+    """`end_blocks` in long arithmetic, in doubles, shape (6, 6). [N/m]"""
+    with mp.workdps(digits):
+        near, between, far = end_blocks(chain, L, EA, m, mp.mpc(s), mp.mpc(c))
+        found = np.empty((6, 6), dtype=complex)
+        for i, j in np.ndindex(3, 3):
+            found[i, j], found[i, 3 + j] = complex(near[i, j]), complex(between[i, j])
+            found[3 + j, i], found[3 + i, 3 + j] = complex(between[i, j]), complex(far[i, j])
+    return found
+
+
+def damped_pole(chain, L, EA, m, mass, begin, loss, digits=40):
+    """Pole of a mass on end 2, free along x, by the secant method in long arithmetic.
+
+    Parameters
+    ----------
+    chain, L, EA, m
+        As in `matrices`.
+    mass : float
+        [kg]
+    begin : complex
+        Near the pole. [rad/s]
+    loss : callable
+        s -> what damping adds to the elastic stiffness.
+
+    Returns
+    -------
+    mpc
+        [rad/s]
+    """
+    with mp.workdps(digits):
+        return mp.findroot(
+            lambda s: mass * s**2 + end_blocks(chain, L, EA, m, s, loss(s))[2][0, 0],
+            (mp.mpc(begin), mp.mpc(begin) * (1 + mp.mpf("1e-9") * 1j)), tol=mp.mpf(10) ** -50, maxsteps=60,
+        )  # fmt: skip

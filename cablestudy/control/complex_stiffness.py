@@ -1,0 +1,332 @@
+"""The stiffness of end 2 at one complex s, of a cable whose strain is damped, and the damped mode of what hangs on it.
+
+No modes and no stiffness that is factorised: about a state the cable gives, per length, to a force at a Gauss point
+
+    A = |r'|/T (I - t t^T) + t t^T/(EA (1 + c))
+
+so that the damping c(s) is one number in it, and EA enters as its inverse only. N being the force along the cable, u
+the displacement, m the mass matrix of an element of size h and J the integral from its first node, elements say
+
+    u = u_0 + h J A N,    N = N_1 - s^2 h S m u,    S = J^T/w,
+
+S being the force at a Gauss point (weight w) per force on a node, N_1 the force at the last one. In each element u is
+eliminated, all elements at once; what is left are displacement and force where elements meet, one band for the whole
+cable. Both are counted along each axis by the root of what the cable gives along it: all entries are of order one.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from cablestudy.cable.element import basis, mass_matrix
+from cablestudy.errors import NoSolutionError
+
+FOLLOWED = 200  # steps at most in which a mode is followed from no damping to all of it
+REFINED = 12  # steps of Newton at most, each of them
+CLOSER = 0.3  # of the one before
+FARTHEST = 0.3  # of its distance from zero that a pole goes in one step
+NEAR = 1e-7  # of that distance: taken for the same pole
+SETTLED = 1e-8  # relative step of Newton after which nothing is left but rounding
+CREEPING = 0.03  # imaginary part of a pole, over its size, below which it may meet its conjugate
+TRUSTED = 1e-10  # difference between a damping ratio by the place of the pole and by its energies
+LOST = "the gondola's mode is damped so much that it is no oscillation"
+STRAINLESS = 1e-26  # share of the energy that is in the strain, below which it is rounding: squares of 1e-16, tenfold
+
+
+@lru_cache(maxsize=64)
+def _integration(order, mass):
+    """J (p + 1, p), S m J (p, p), S m 1 (p,) and 1^T m J (p,) of a reference element."""
+    element = basis(order)
+    legendre = np.polynomial.legendre
+    count = np.arange(order)
+    values = (2 * count[:, None] + 1) * legendre.legvander(2 * element.points - 1, order - 1).T * element.weights
+    nodal = legendre.legvander(2 * element.nodes - 1, order)
+    primitive = np.empty((order + 1, order))
+    primitive[:, 0] = element.nodes
+    primitive[:, 1:] = (nodal[:, 2:] - nodal[:, : order - 1]) / (2 * (2 * count[1:] + 1))
+    integral = primitive @ values
+    integral[0], integral[-1] = 0.0, element.weights
+    weighted = integral.T / element.weights[:, None] @ mass_matrix(order, mass)
+    return integral, weighted @ integral, weighted.sum(axis=1), element.shares @ integral
+
+
+@dataclass(frozen=True)
+class Moved:
+    """The cable while end 2 moves by one unit, end 1 held.
+
+    Attributes
+    ----------
+    stiffness : complex
+        Force on end 2 along its movement. [N/m]
+    elastic : complex
+        Derivative of it with respect to c. [N/m]
+    inertia : complex
+        Derivative of it with respect to s^2, at constant c. [kg]
+    strain, bend, carried : float
+        Of the shape u: strain energy without damping and energy of the tension [N/m], and mass [kg], with |u|^2:
+        where M s^2 + `stiffness` is zero, (M + carried) s^2 + bend + (1 + c) strain is zero too, a sum of positive
+        numbers.
+    """
+
+    stiffness: complex
+    elastic: complex
+    inertia: complex
+    strain: float
+    bend: float
+    carried: float
+
+
+class ComplexStiffness:
+    """Stiffness of end 2 along one direction.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+        The motion that a movement of end 2 in that direction stirs.
+    direction : ndarray, shape (3,)
+        Unit vector in the chord frame. [-]
+    """
+
+    def __init__(self, dynamics, direction):
+        state = dynamics.state
+        self._unit, self._mass = state.force / dynamics.length, dynamics.mass * dynamics.length
+        self._planes = [
+            _Plane(state, system.axes, direction[list(system.axes)])
+            for system in dynamics.systems
+            if direction[list(system.axes)].any()
+        ]
+
+    def __call__(self, s, loss):
+        """Of the cable at s, EA being EA (1 + loss).
+
+        Parameters
+        ----------
+        s, loss : complex
+            [rad/s], [-]
+
+        Returns
+        -------
+        Moved
+        """
+        unit, mass = self._unit, self._mass
+        moved = [plane.moved(s * s * mass / unit, loss) for plane in self._planes]
+        units = (unit, unit, mass, unit, unit, mass)
+        return Moved(*(of * sum(part) for of, part in zip(units, zip(*moved, strict=True), strict=True)))
+
+
+class _Plane:
+    """The axes that move together; lengths in unstretched lengths, forces in that of the state, unit mass."""
+
+    def __init__(self, state, axes, direction):
+        mesh = state.mesh
+        element = basis(mesh.order)
+        self._h, self._order, self._d = mesh.sizes, mesh.order, len(axes)
+        self._integral, self._inner, self._first, self._last = _integration(mesh.order, mesh.mass)
+        self._nodal = mass_matrix(mesh.order, mesh.mass)
+        self._weights = mesh.sizes[:, None] * element.weights
+        self._t, self._compliance = state.direction[..., axes], state.compliance
+        self._across = state.stretch / state.tension
+        # I - t t^T, its diagonal without cancellation
+        square = state.direction**2
+        self._normal = -self._t[..., :, None] * self._t[..., None, :]
+        for place, axis in enumerate(axes):
+            self._normal[..., place, place] = np.delete(square, axis, axis=-1).sum(axis=-1)
+        self._normal *= self._across[..., None, None]
+        self._along = self._t[..., :, None] * self._t[..., None, :] * state.compliance
+        diagonal = np.einsum("eq,eqjj->j", self._weights, self._normal + self._along)
+        self._scale = np.sqrt(diagonal)
+        unit = self._scale[:, None] * self._scale
+        self._normal /= unit
+        self._along /= unit
+        self._direction = direction / self._scale
+
+    def moved(self, square, loss):
+        """The numbers of `Moved`, in units."""
+        give = self._normal + self._along / (1 + loss)
+        force, gradient, step = self._elements(square, give)
+        begin, pull = self._between(step)
+        force, gradient = (np.einsum("eqjk,ek->eqj", part, begin) for part in (force, gradient))
+        d = self._d
+        shape = begin[:, None, :d] + self._h[:, None, None] * np.einsum("ig,egj->eij", self._integral, gradient)
+        shape = shape * self._scale
+        force = force / self._scale
+        tension = np.einsum("eqj,eqj->eq", self._t, force)
+        aside = force - self._t * tension[..., None]
+        weights, share = self._weights * self._compliance, 1 / (1 + loss)
+        weighted = self._h[:, None, None] * np.einsum("ik,ekj->eij", self._nodal, shape)
+        return (
+            complex(self._direction @ pull),
+            complex((weights * tension**2).sum() * share**2),
+            complex((shape * weighted).sum()),
+            float((weights * np.abs(tension) ** 2).sum() * abs(share) ** 2),
+            float(((self._weights * self._across)[..., None] * np.abs(aside) ** 2).sum()),
+            float((shape.conj() * weighted).real.sum()),
+        )
+
+    def _elements(self, square, give):
+        """Each element by u at its near end and N at its far end: no wave grows from what is given there.
+
+        Returns
+        -------
+        force, gradient : ndarray, shape (n, q, d, 2 d)
+            At the Gauss points.
+        across : ndarray, shape (n, 2 d, 2 d)
+            u at the far end and N at the near end.
+        """
+        n, p, d = len(self._h), self._order, self._d
+        heavy, h, axes = square * self._scale**2, self._h, np.arange(d)
+        system = np.einsum("e,gk,j,ekjl->egjkl", h**2, self._inner, heavy, give).reshape(n, p * d, p * d)
+        system[:, np.arange(p * d), np.arange(p * d)] += 1
+        right = np.zeros((n, p, d, 2 * d), dtype=complex)
+        right[:, :, axes, axes] = -h[:, None, None] * self._first[:, None] * heavy
+        right[:, :, axes, d + axes] = 1
+        force = np.linalg.solve(system, right.reshape(n, p * d, 2 * d)).reshape(n, p, d, 2 * d)
+        gradient = give @ force
+        across = np.empty((n, 2 * d, 2 * d), dtype=complex)
+        across[:, :d] = np.einsum("eq,eqjk->ejk", self._weights, gradient)
+        across[:, d:] = -(h**2)[:, None, None] * heavy[:, None] * np.einsum("q,eqjk->ejk", self._last, gradient)
+        across[:, axes, axes] += 1
+        across[:, d + axes, d + axes] += 1
+        across[:, d + axes, axes] -= h[:, None] * heavy
+        return force, gradient, across
+
+    def _between(self, across):
+        """u at the near end and N at the far end of each element, shape (n, 2 d), and N at end 2, which is moved."""
+        from scipy.linalg import solve_banded
+
+        n, d = len(across), self._d
+        # the unknowns are N at end 1, u and N where elements meet, N at end 2
+        size, width = 2 * d * n, 3 * d - 1
+        blocks = np.zeros((n, 2 * d, 4 * d), dtype=complex)
+        blocks[..., :d], blocks[..., 3 * d :] = across[..., :d], across[..., d:]
+        blocks[:, d:, d : 2 * d] = blocks[:, :d, 2 * d : 3 * d] = -np.eye(d)
+        rows = np.broadcast_to(np.arange(size).reshape(n, 2 * d, 1), blocks.shape)
+        columns = np.broadcast_to(2 * d * np.arange(n)[:, None, None] + np.arange(4 * d) - d, blocks.shape).copy()
+        columns[-1, :, 3 * d :] -= d
+        keep = np.ones(blocks.shape, dtype=bool)
+        keep[0, :, :d] = keep[-1, :, 2 * d : 3 * d] = False  # u at the ends is given
+        rows, columns = rows[keep], columns[keep]
+        band = np.zeros((2 * width + 1, size), dtype=complex)
+        band[width + rows - columns, columns] = blocks[keep]
+        right = np.zeros(size, dtype=complex)
+        right[size - 2 * d : size - d] = self._direction
+        answer = solve_banded((width, width), band, right, overwrite_ab=True, overwrite_b=True, check_finite=False)
+        met, pull = answer[d : size - d].reshape(n - 1, 2, d), answer[size - d :]
+        near = np.concatenate([np.zeros((1, d)), met[:, 0]])
+        far = np.concatenate([met[:, 1], pull[None]])
+        return np.concatenate([near, far], axis=1), pull
+
+
+def damping_ratio(stiffness, mass, omega, law, amount):
+    """Of the mode of a mass on the cable's end 2 that oscillates at `omega` without damping.
+
+    Parameters
+    ----------
+    stiffness : ComplexStiffness
+        Along the direction in which the mass is free.
+    mass : float
+        [kg]
+    omega : float
+        [rad/s]
+    law : {"hysteretic", "kelvin_voigt"}
+    amount : float
+        Loss factor [-], or time [s].
+
+    Returns
+    -------
+    float
+        1 where it creeps back. [-]
+
+    Raises
+    ------
+    NoSolutionError
+        The mode cannot be followed from no damping to all of it.
+
+    Notes
+    -----
+    The pole is followed while the damping grows, Newton on stiffness + M s^2. At a pole the energies of its shape make
+    the damping ratio a sum of positive numbers, so that a ratio of 1e-12 has as many digits as one of 0.1.
+    """
+    path = _Path(stiffness, mass, law, amount)
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is not settled
+            here = path.follow(1j * omega)
+            moved = path.at(here, 1.0)[0]
+    except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
+        raise NoSolutionError(LOST) from None
+    whole, strain = moved.bend + moved.strain, moved.strain
+    if strain <= STRAINLESS * whole:
+        return 0.0
+    if law == "hysteretic":
+        ratio = np.sin(np.arctan2(amount * strain, whole) / 2)
+    elif not here.imag:
+        return 1.0
+    else:
+        ratio = amount * strain / (2 * np.sqrt((mass + moved.carried) * whole))
+    if not abs(ratio + here.real / abs(here)) < TRUSTED:
+        raise NoSolutionError(f"the gondola's damping ratio, about {ratio:.3g}, is spoilt by rounding")
+    return float(ratio)
+
+
+class _Path:
+    """A pole of a mass on a cable, while a share of the damping grows from none to all."""
+
+    def __init__(self, stiffness, mass, law, amount):
+        self._stiffness, self._mass, self._amount, self._viscous = stiffness, mass, amount, law == "kelvin_voigt"
+
+    def at(self, s, share):
+        """The cable, what is left of the balance, and its slopes with respect to s and to the share."""
+        rate = self._amount * (s if self._viscous else 1j)
+        moved = self._stiffness(s, share * rate)
+        slope = 2 * s * (self._mass + moved.inertia) + (moved.elastic * share * self._amount if self._viscous else 0.0)
+        return moved, self._mass * s * s + moved.stiffness, slope, moved.elastic * rate
+
+    def settled(self, s, share, reach):
+        """The pole by Newton from s, or None; the first step is within `reach`, each a fraction of the one before."""
+        last = reach
+        for _ in range(REFINED):
+            _, rest, slope, _ = self.at(s, share)
+            change = -rest / slope
+            size = abs(change)
+            if not size <= max(last, SETTLED * abs(s)):
+                return None
+            s += change
+            if size <= SETTLED * abs(s):
+                return s
+            last = CLOSER * size
+        return None
+
+    def follow(self, s):
+        """The pole at all of the damping, from a place near the one without any.
+
+        Raises
+        ------
+        NoSolutionError
+        """
+        share, step = 0.0, 1.0
+        s = self.settled(s, share, CLOSER * abs(s))
+        for _ in range(FOLLOWED):
+            if share == 1.0:
+                s = self.settled(s, share, abs(s))
+            if share == 1.0 or s is None:
+                break
+            _, _, slope, push = self.at(s, share)
+            rate = -push / slope
+            step = min(step, FARTHEST * abs(s) / abs(rate)) if rate else 1.0
+            ahead = min(share + step, 1.0)
+            step = ahead - share
+            found = self.settled(s + rate * step, ahead, CLOSER * abs(rate * step) + NEAR * abs(s))
+            if found is not None and (found.imag > 0 or not s.imag):
+                s, share, step = found, ahead, 3 * step
+                continue
+            step /= 4
+            if 0 < s.imag < CREEPING * abs(s) and rate.imag < 0:
+                # it meets its conjugate: the square of the imaginary part falls evenly through zero
+                beyond = share - s.imag / rate.imag
+                found = None if beyond >= 1.0 else self.settled(complex(s.real + s.imag), beyond, s.imag)
+                if found is not None and not found.imag:
+                    s, share, step = found, beyond, beyond
+        if share < 1.0 or s is None:
+            raise NoSolutionError(LOST)
+        return s
