@@ -19,6 +19,8 @@ from cablestudy.errors import NoSolutionError
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 BLOCK = 16384  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
+MANY, FAR = 24, 4  # modes from which those of so many times a frequency are taken together,
+TERMS = 13  # by so many terms of their real and of their imaginary part: 1e-13 of the first one is left
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 TRUSTED = 1e-10  # difference between the sum over poles and solved systems up to which the sum is an answer
 
@@ -182,53 +184,195 @@ class Transfer:
     ----------
     model, rows, columns
         As for `dynamic_stiffness`.
+
+    Notes
+    -----
+    Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s. On the imaginary axis modes of at least FAR
+    times the frequency are taken together, as the power series of their sum.
     """
 
     def __init__(self, model, rows=slice(None), columns=slice(None)):
         self._model, self._rows, self._columns = model, rows, columns
         own = model.residual_inertia if model.strain is None else model.inertia
         self._static, self._own = model.stiffness[rows][:, columns], own[rows][:, columns]
-        if model.strain is None:
-            left, right = model.participation[:, rows], model.participation[:, columns]
-            self._square, self._drag = model.omega**2, 2 * model.damping_ratio * model.omega
-            products = left[:, :, None] * right[:, None, :] / self._square[:, None, None]
-            self._products = products.reshape(len(products), self._static.size)
-            self._lossy = self._products * (self._drag * self._square)[:, None]
+        if model.strain is not None:
+            return
+        order = np.argsort(model.omega, kind="stable")
+        omega, self._ratio = model.omega[order], model.damping_ratio[order]
+        left, right = model.participation[order][:, rows], model.participation[order][:, columns]
+        self._omega, self._square, self._drag = omega, omega**2, 2 * self._ratio * omega
+        self._products = (left[:, :, None] * right[:, None, :]).reshape(len(omega), self._static.size)
+        self._products /= self._square[:, None]
+        # of 1/|r + W^2|^2: the real part by its powers w^4 and w^2, and the imaginary part by w
+        first, second = (self._drag**2 - self._square)[:, None], (self._drag * self._square)[:, None]
+        self._weights = np.concatenate([self._products, first * self._products, second * self._products], axis=1)
+        self._series = {}
 
     def __call__(self, s):
         """Value at s, shape (m,) -> (m, r, c). [N/m]"""
-        s = np.asarray(s)[:, None]
-        modal = self._of_modes(s) if self._model.strain is None else self._of_strain(s)
-        return self._static + self._own * s[..., None] ** 2 + modal
+        s = np.asarray(s)
+        if self._model.strain is not None:
+            modal = _summed(self._model, self._model.poles, s[:, None], self._rows, self._columns)
+        elif s.real.any():
+            modal = Several([self])(np.zeros(len(s), dtype=int), s)
+        else:
+            modal = self._on_axis(s.imag)
+        shape = (len(s), *self._static.shape)
+        return self._static + self._own * s[:, None, None] ** 2 + modal.reshape(shape)
 
-    def _of_strain(self, s):
-        return _summed(self._model, self._model.poles, s, self._rows, self._columns)
+    def _on_axis(self, omega):
+        """The modes' share at i omega, in real numbers: several times faster than in complex ones."""
+        ascending = bool((omega[1:] >= omega[:-1]).all())
+        order = slice(None) if ascending else np.argsort(omega, kind="stable")
+        ordered = omega[order]
+        parts, begin = [], 0
+        for count in self._splits:
+            last = count == len(self._omega)
+            end = len(omega) if last else int(np.searchsorted(ordered, self._omega[count] / FAR))
+            size = max(BLOCK // max(count, 1), 16)
+            for i in range(begin, end, size):
+                here = ordered[i : min(i + size, end)]
+                parts.append(self._one_by_one(here, count) if last else self._with_far_ones(here, count))
+            begin = max(begin, end)
+        value = np.concatenate(parts) if parts else np.zeros((0, self._static.size), dtype=complex)
+        if ascending:
+            return value
+        result = np.empty_like(value)
+        result[order] = value
+        return result
 
-    def _of_modes(self, s):
-        """Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s."""
-        share = self._in_plane if s.real.any() else self._on_axis
-        size = max(BLOCK // max(len(self._square), 1), 16)
-        if len(s) <= size:
-            return share(s).reshape(len(s), *self._static.shape)
-        blocks = [share(s[i : i + size]) for i in range(0, len(s), size)]
-        return np.concatenate(blocks).reshape(len(s), *self._static.shape)
+    @cached_property
+    def _splits(self):
+        """How many of the lowest modes are summed one by one, from the lowest frequencies to the highest."""
+        n = len(self._omega)
+        few = n < MANY or (self._ratio > 1).any()
+        return (n,) if few else (0, n // 8, n // 3, n)
 
-    def _in_plane(self, s):
-        """Sum of products r/(r + W^2) anywhere."""
-        rate = (s + self._drag) * s
-        return (rate / (rate + self._square)) @ self._products
-
-    def _on_axis(self, s):
-        """The same on the imaginary axis, in real numbers: several times faster."""
-        omega, drag = s.imag, self._drag
-        gap = self._square - omega**2
-        size = gap**2
-        size += (omega * drag) ** 2
+    def _one_by_one(self, omega, count):
+        """The share of the lowest modes."""
+        omega, k = omega[:, None], self._static.size
+        square = omega**2
+        size = self._square[:count] - square
+        size *= size
+        size += square * self._drag[:count] ** 2
         np.reciprocal(size, out=size)
-        imaginary = omega * (size @ self._lossy)
-        np.subtract(drag**2, gap, out=gap)
-        gap *= size
-        return omega**2 * (gap @ self._products) + 1j * imaginary
+        sums = size @ self._weights[:count]
+        return square * (square * sums[:, :k] + sums[:, k : 2 * k]) + 1j * (omega * sums[:, 2 * k :])
+
+    def _with_far_ones(self, omega, count):
+        """The same, and the others by their series."""
+        k = self._static.size
+        ratio = omega[:, None] / self._omega[count]
+        powers = np.empty((len(omega), TERMS))
+        powers[:, :1] = 1.0
+        powers[:, 1:] = ratio**2
+        np.multiply.accumulate(powers, axis=1, out=powers)
+        sums = powers @ self._far(count)
+        far = ratio * (ratio * sums[:, :k] + 1j * sums[:, k:])
+        return far + self._one_by_one(omega, count) if count else far
+
+    def _far(self, count):
+        """Coefficients of the series of the modes from `count` on, real and imaginary parts beside each other."""
+        if count not in self._series:
+            k, scale = self._static.size, (self._omega[count] / self._omega[0]) ** np.arange(1, 2 * TERMS + 1)
+            sums = (self._terms[:, count:] @ self._products[count:]) * scale[:, None]
+            self._series[count] = np.concatenate([sums[1::2], sums[::2]], axis=1).reshape(TERMS, 2 * k)
+        return self._series[count]
+
+    @cached_property
+    def _terms(self):
+        """Of x (x + 2 zeta)/(1 + x (x + 2 zeta)), x = i w/W, for each mode, over powers of w/W of the lowest one."""
+        # -sum of U_k(-zeta) x^k, with Chebyshev's polynomials
+        ratio = self._ratio[:1] if (self._ratio == self._ratio[0]).all() else self._ratio
+        chebyshev = [np.ones_like(ratio), -2 * ratio]
+        for _ in range(2 * TERMS - 1):
+            chebyshev.append(-2 * ratio * chebyshev[-1] - chebyshev[-2])
+        signs = np.resize([-1.0, 1.0, 1.0, -1.0], 2 * TERMS)
+        powers = np.multiply.accumulate(np.tile(self._omega[0] / self._omega, (2 * TERMS, 1)), axis=0)
+        return signs[:, None] * np.stack(chebyshev[1:]) * powers
+
+
+class Several:
+    """Some transfers at once, each at places of its own, with no digit that depends on the others.
+
+    Parameters
+    ----------
+    transfers : list of Transfer
+    """
+
+    def __init__(self, transfers):
+        self._transfers, self._static = transfers, np.stack([t._static.ravel() for t in transfers])
+        self._own, self._groups = np.stack([t._own.ravel() for t in transfers]), {}
+        self._kind, self._place = np.zeros(len(transfers), dtype=int), np.zeros(len(transfers), dtype=int)
+        for index, transfer in enumerate(transfers):
+            modal = transfer._model.strain is None
+            _, members = self._groups.setdefault(
+                ("modal", len(transfer._omega)) if modal else ("strain", index), (len(self._groups), [])
+            )
+            self._kind[index], self._place[index] = _, len(members)
+            members.append(transfer)
+        self._groups = [members for _, members in self._groups.values()]
+        self._stacks = [_stacked(members) for members in self._groups]
+
+    def values(self, which, s):
+        """Values of the transfers `which`, shape (m,), at s, shape (m,) -> (m, r c). [N/m]"""
+        return self._static[which] + self._own[which] * s[:, None] ** 2 + self(which, s)
+
+    def __call__(self, which, s):
+        """The modes' share of `values`."""
+        if len(self._groups) == 1:
+            return self._of_group(0, self._place[which], s)
+        result, kind = np.empty((len(s), self._static.shape[1]), dtype=complex), self._kind[which]
+        for number in np.unique(kind):
+            here = np.flatnonzero(kind == number)
+            result[here] = self._of_group(number, self._place[which[here]], s[here])
+        return result
+
+    def _of_group(self, number, place, s):
+        stack, transfer = self._stacks[number], self._groups[number][0]
+        if stack is None:
+            model, shape = transfer._model, (len(s), self._static.shape[1])
+            return _summed(model, model.poles, s[:, None], transfer._rows, transfer._columns).reshape(shape)
+        size = max(BLOCK // max(len(transfer._omega), 1), 16)
+        parts = [_in_plane(stack, place[i : i + size], s[i : i + size]) for i in range(0, len(s), size)]
+        return np.concatenate(parts) if parts else np.zeros((0, self._static.shape[1]), dtype=complex)
+
+
+def _stacked(transfers):
+    """What `_in_plane` takes: squares, drags and products of transfers with equally many modes; None otherwise."""
+    if transfers[0]._model.strain is not None:
+        return None
+    squares, drags = np.stack([t._square for t in transfers]), np.stack([t._drag for t in transfers])
+    return squares, drags, np.stack([t._products.T for t in transfers]), len(transfers) == 1
+
+
+def _in_plane(stack, place, s):
+    """Sum of products r/(r + W^2) anywhere, in real numbers, each place by itself."""
+    square, drag, products, single = stack
+    if single:
+        place = slice(None)
+    square, drag, real, imaginary = square[place], drag[place], s.real[:, None], s.imag[:, None]
+    rate = real * drag
+    rate += real**2 - imaginary**2
+    turn = drag + 2 * real
+    turn *= imaginary
+    whole = rate + square
+    rate *= whole
+    whole *= whole
+    turned = turn**2
+    rate += turned
+    whole += turned
+    rate /= whole
+    turn *= square
+    turn /= whole
+    result = np.empty((len(s), products.shape[1]), dtype=complex)
+    for k in range(products.shape[1]):
+        chosen = products[place, k]
+        if single:
+            chosen = np.broadcast_to(chosen, rate.shape)
+        result[:, k].real = np.einsum("pn,pn->p", rate, chosen)
+        result[:, k].imag = np.einsum("pn,pn->p", turn, chosen)
+    return result
 
 
 def _summed(model, poles, s, rows, columns):

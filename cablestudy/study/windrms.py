@@ -1,7 +1,7 @@
 """Command `windrms`: what the wind does to the gondola, with and without the winch loop."""
 
 from dataclasses import dataclass, replace
-from math import frexp, hypot, inf, ldexp, prod
+from math import ceil, frexp, hypot, inf, ldexp, log
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
 SLOW, FAST = 1e-7, 3e3  # range of integration over the slowest and fastest of gondola and wind
+STEP = 100  # by which that range is widened at once
+BESIDE = np.array([[-8.0], [-2.0], [0.0], [2.0], [8.0]])  # breakpoints at a resonance that is all but cancelled
 FASTEST = 1e6  # wind, over the gondola's frequency, beyond which it is white for all that moves
 FAR = 1e100  # wind over gondola and gondola over wind beyond which squares are no numbers
 NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
@@ -100,10 +102,13 @@ def spectra_of(loop, force):
     """
 
     def spectra(frequency):
-        omega = 2 * np.pi * frequency
-        alone, held = (np.abs(compliance) ** 2 for compliance in loop.compliances(1j * omega))
+        alone, held = loop.squares(frequency)
         driven = force(frequency)
-        return np.stack([held * driven, held * driven * omega**2, alone * driven, alone * driven * omega**2])
+        result = np.empty((4, len(frequency)))
+        np.multiply(held, driven, out=result[0])
+        np.multiply(alone, driven, out=result[2])
+        np.multiply(result[::2], (2 * np.pi * frequency) ** 2, out=result[1::2])
+        return result
 
     return spectra
 
@@ -144,20 +149,22 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     NoSolutionError
         Wind and gondola are too far apart, or the variance is no number.
     """
-    spectra = spectra_of(loop, force)
-    poles = loop.open_poles if not loop.gain else np.concatenate([loop.open_poles, loop.closed_poles])
-    poles = poles if cable else loop.visible(poles)
-    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
     main = float(np.abs(loop.gondola_pole)) / (2 * np.pi)
     if not main / FAR < corner < main * FAR:
         raise NoSolutionError(
             f"wind of {corner:.3g} Hz (speed/length_scale) is too far from the gondola's {main:.3g} Hz"
         )
+    spectra = spectra_of(loop, force)
+    poles = np.concatenate([loop.open_poles, loop.seen_poles]) if cable else loop.seen_poles
+    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
     fastest = NEAR * max(main, loop.felt.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
     near = centre < fastest
-    low, high = SLOW * min(main, corner), FAST * max(main, min(corner, FASTEST * main))
-    marks = [mark for mark in (*BELOW, corner, *centre[~near]) if low < mark < high]
-    edges = rms.breakpoints(low, high, centre[near], width[near], marks)
+    # in steps, and not at the wind's corner, so that loops in different winds are evaluated at the same frequencies
+    low = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
+    high = FAST * main * STEP ** max(0, ceil(log(min(corner / main, FASTEST), STEP)))
+    faint = loop.plant.faint_poles
+    marks = np.concatenate([BELOW, centre[~near], (np.abs(faint) + np.abs(faint.real) * BESIDE).ravel() / (2 * np.pi)])
+    edges = rms.breakpoints(low, high, centre[near], width[near], marks[(low < marks) & (marks < high)], main)
     found = rms.integrate(spectra, edges, tolerance)
     # below the range a loop without gain is flat
     flat = spectra(np.array([low]))[:, 0] * low
@@ -270,10 +277,16 @@ def together(first, second):
 def _scaled(response, *factors):
     """A response to some force for one that is larger by a product, which alone might not be a number."""
 
+    mantissa, exponent = frexp(1.0)
+    for factor in factors:
+        part, power = frexp(factor)
+        mantissa, exponent = mantissa * part, exponent + power
+    mantissa, power = frexp(mantissa)  # of few factors: no product of mantissas is too small
+
     def times(number):
-        parts = [frexp(factor) for factor in (number, *factors)]
+        part, own = frexp(number)
         try:
-            return ldexp(prod(mantissa for mantissa, _ in parts), sum(exponent for _, exponent in parts))
+            return ldexp(part * mantissa, own + exponent + power)
         except OverflowError:
             return inf
 

@@ -34,6 +34,7 @@ NODES = np.concatenate([-_NODES, _NODES[-2::-1]])
 KRONROD = np.concatenate([_KRONROD, _KRONROD[-2::-1]])
 GAUSS = np.zeros(15)
 GAUSS[1::2] = np.concatenate([_GAUSS, _GAUSS[-2::-1]])
+RULES = np.stack([KRONROD, GAUSS], axis=1)
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Integral:
     panels: np.ndarray
 
 
-def breakpoints(low, high, resonances=(), half_widths=(), marks=()):
+def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None):
     """Panel boundaries for a spectrum with known resonances.
 
     Parameters
@@ -70,22 +71,26 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=()):
         Frequencies of the poles and how far they reach to either side. [Hz]
     marks : sequence of float
         Further boundaries. [Hz]
+    anchor : float, optional
+        From which the decades are counted, so that ranges about the same have the same boundaries; default `low`. [Hz]
 
     Returns
     -------
     ndarray
         Ascending, from low to high; at least two a decade. [Hz]
     """
-    decades = max(2, int(np.ceil(2 * np.log10(high / low))))
-    points = [np.geomspace(low, high, decades + 1), np.asarray(marks, dtype=float)]
+    anchor = low if anchor is None else anchor
+    first, last = 2 * np.log10(low / anchor), 2 * np.log10(high / anchor)
+    decades = anchor * 10 ** (np.arange(np.ceil(first), np.floor(last) + 1) / 2)
+    points = [decades, np.asarray(marks, dtype=float), np.array([low, high])]
     centre, width = np.asarray(resonances, dtype=float), np.asarray(half_widths, dtype=float)
     if len(centre):
         steps = np.maximum(width, 1e-12 * centre)[:, None] * LADDER
         steps = np.where(steps < 0.5 * centre[:, None], steps, 0.0)
         points += [centre, (centre[:, None] + steps).ravel(), (centre[:, None] - steps).ravel()]
-    every = np.unique(np.concatenate(points))
+    every = np.sort(np.concatenate(points))
     every = every[(every >= low) & (every <= high)]
-    kept = every[np.concatenate([[True], np.diff(np.log(every)) > 1e-13])]
+    kept = every[np.concatenate([[True], every[1:] > every[:-1] * (1 + 1e-13)])]
     kept[-1] = high  # and not a neighbour that is the same but for rounding
     return kept
 
@@ -151,20 +156,23 @@ def _panels(function, low, high):
     """Kronrod value, estimate of its error, and what rounding the frequencies does to it; each of shape (r, k)."""
     half = (high - low) / 2
     point = np.exp((low + high)[:, None] / 2 + half[:, None] * NODES)
-    values = np.asarray(function(point.ravel())).reshape(-1, *point.shape)
-    with np.errstate(over="ignore"):
+    values = np.asarray(function(point.ravel()))
+    values = values.reshape(-1, *point.shape)
+    with np.errstate(over="ignore", invalid="ignore"):
         values = values * point
-    if not np.isfinite(values).all():
+        both = values @ RULES
+    fine = both[..., 0] * half
+    if not np.isfinite(fine).all():
         raise ConvergenceError("a value of the response spectrum is not finite")
-    fine = (values @ KRONROD) * half
-    coarse = (values @ GAUSS) * half
-    mean = fine / (2 * half)
-    spread = (np.abs(values - mean[..., None]) @ KRONROD) * half
-    difference = np.abs(fine - coarse)
-    # the estimate of QUADPACK: the difference of the rules flatters the finer one far less than it is wrong
-    scaled = spread * np.minimum(1.0, (200 * difference / np.where(spread > 0, spread, 1.0)) ** 1.5)
-    error = np.maximum(np.where(spread > 0, scaled, difference), 5e-16 * np.abs(fine))
     # a frequency is only known to rounding: on the flank of a very narrow resonance that is felt
     rounding = np.finfo(float).eps * (1 + np.maximum(np.abs(low), np.abs(high)))
-    noise = rounding * np.abs(np.diff(values, axis=-1)).sum(axis=-1)
+    change = values[..., 1:] - values[..., :-1]
+    noise = rounding * np.abs(change, out=change).sum(axis=-1)
+    values -= (both[..., 0] / 2)[..., None]
+    spread = (np.abs(values, out=values) @ KRONROD) * half
+    difference = np.abs(fine - both[..., 1] * half)
+    # the estimate of QUADPACK: the difference of the rules flatters the finer one far less than it is wrong
+    ratio = 200 * difference / np.where(spread > 0, spread, 1.0)
+    scaled = spread * np.minimum(1.0, ratio * np.sqrt(ratio))
+    error = np.maximum(np.where(spread > 0, scaled, difference), 5e-16 * np.abs(fine))
     return fine, error, noise
