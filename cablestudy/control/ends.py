@@ -18,7 +18,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
-BLOCK = 16384  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
+BLOCK = 12000  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 MANY, FAR = 24, 4  # modes from which those of so many times a frequency are taken together,
 TERMS = 13  # by so many terms of their real and of their imaginary part: 1e-13 of the first one is left
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
@@ -205,41 +205,48 @@ class Transfer:
         self._products /= self._square[:, None]
         # of 1/|r + W^2|^2: the real part by its powers w^4 and w^2, and the imaginary part by w
         first, second = (self._drag**2 - self._square)[:, None], (self._drag * self._square)[:, None]
-        self._weights = np.concatenate([self._products, first * self._products, second * self._products], axis=1)
-        self._series = {}
+        weights = np.concatenate([self._products, first * self._products, second * self._products], axis=1)
+        self._weights, self._series = np.ascontiguousarray(weights.T), {}
 
     def __call__(self, s):
         """Value at s, shape (m,) -> (m, r, c). [N/m]"""
-        s = np.asarray(s)
+        return self.rows(np.asarray(s)).T.reshape(len(s), *self._static.shape)
+
+    def rows(self, s):
+        """Value at s, shape (m,) -> (r c, m). [N/m]"""
         if self._model.strain is not None:
             modal = _summed(self._model, self._model.poles, s[:, None], self._rows, self._columns)
+            result = modal.reshape(len(s), self._static.size).T
         elif s.real.any():
-            modal = Several([self])(np.zeros(len(s), dtype=int), s)
+            result = Several([self])(np.zeros(len(s), dtype=int), s)
         else:
-            modal = self._on_axis(s.imag)
-        shape = (len(s), *self._static.shape)
-        return self._static + self._own * s[:, None, None] ** 2 + modal.reshape(shape)
+            result = self._on_axis(s.imag)
+        square = s**2
+        static, own = self._static.ravel(), self._own.ravel()
+        for k in range(len(result)):
+            result[k] += static[k] + own[k] * square
+        return result
 
     def _on_axis(self, omega):
-        """The modes' share at i omega, in real numbers: several times faster than in complex ones."""
+        """The modes' share at i omega, shape (r c, m), in real numbers: several times faster than in complex ones."""
         ascending = bool((omega[1:] >= omega[:-1]).all())
         order = slice(None) if ascending else np.argsort(omega, kind="stable")
-        ordered = omega[order]
-        parts, begin = [], 0
+        ordered, begin = omega[order], 0
+        result = np.empty((self._static.size, len(omega)), dtype=complex)
         for count in self._splits:
             last = count == len(self._omega)
             end = len(omega) if last else int(np.searchsorted(ordered, self._omega[count] / FAR))
             size = max(BLOCK // max(count, 1), 16)
             for i in range(begin, end, size):
-                here = ordered[i : min(i + size, end)]
-                parts.append(self._one_by_one(here, count) if last else self._with_far_ones(here, count))
+                here = slice(i, min(i + size, end))
+                share = self._one_by_one if last else self._with_far_ones
+                result[:, here] = share(ordered[here], count)
             begin = max(begin, end)
-        value = np.concatenate(parts) if parts else np.zeros((0, self._static.size), dtype=complex)
         if ascending:
-            return value
-        result = np.empty_like(value)
-        result[order] = value
-        return result
+            return result
+        back = np.empty_like(result)
+        back[:, order] = result
+        return back
 
     @cached_property
     def _splits(self):
@@ -250,33 +257,37 @@ class Transfer:
 
     def _one_by_one(self, omega, count):
         """The share of the lowest modes."""
-        omega, k = omega[:, None], self._static.size
-        square = omega**2
-        size = self._square[:count] - square
+        k, square = self._static.size, omega**2
+        size = self._square[:count, None] - square
         size *= size
-        size += square * self._drag[:count] ** 2
-        np.reciprocal(size, out=size)
-        sums = size @ self._weights[:count]
-        return square * (square * sums[:, :k] + sums[:, k : 2 * k]) + 1j * (omega * sums[:, 2 * k :])
+        size += (self._drag[:count] ** 2)[:, None] * square
+        np.divide(1.0, size, out=size)
+        sums = self._weights[:, :count] @ size
+        result = np.empty((k, len(omega)), dtype=complex)
+        sums[:k] *= square
+        sums[:k] += sums[k : 2 * k]
+        np.multiply(sums[:k], square, out=result.real)
+        np.multiply(sums[2 * k :], omega, out=result.imag)
+        return result
 
     def _with_far_ones(self, omega, count):
         """The same, and the others by their series."""
-        k = self._static.size
-        ratio = omega[:, None] / self._omega[count]
-        powers = np.empty((len(omega), TERMS))
-        powers[:, :1] = 1.0
-        powers[:, 1:] = ratio**2
-        np.multiply.accumulate(powers, axis=1, out=powers)
-        sums = powers @ self._far(count)
-        far = ratio * (ratio * sums[:, :k] + 1j * sums[:, k:])
-        return far + self._one_by_one(omega, count) if count else far
+        k, ratio = self._static.size, omega / self._omega[count]
+        powers = np.empty((TERMS, len(omega)))
+        powers[0], powers[1:] = ratio, ratio**2
+        np.multiply.accumulate(powers, axis=0, out=powers)
+        sums = self._far(count) @ powers
+        result = np.empty((k, len(omega)), dtype=complex)
+        np.multiply(sums[:k], ratio, out=result.real)
+        result.imag = sums[k:]
+        return result + self._one_by_one(omega, count) if count else result
 
     def _far(self, count):
-        """Coefficients of the series of the modes from `count` on, real and imaginary parts beside each other."""
+        """Coefficients of the series of the modes from `count` on: of the real parts, and of the imaginary ones."""
         if count not in self._series:
-            k, scale = self._static.size, (self._omega[count] / self._omega[0]) ** np.arange(1, 2 * TERMS + 1)
+            scale = (self._omega[count] / self._omega[0]) ** np.arange(1, 2 * TERMS + 1)
             sums = (self._terms[:, count:] @ self._products[count:]) * scale[:, None]
-            self._series[count] = np.concatenate([sums[1::2], sums[::2]], axis=1).reshape(TERMS, 2 * k)
+            self._series[count] = np.concatenate([sums[1::2].T, sums[::2].T])
         return self._series[count]
 
     @cached_property
@@ -315,63 +326,66 @@ class Several:
         self._stacks = [_stacked(members) for members in self._groups]
 
     def values(self, which, s):
-        """Values of the transfers `which`, shape (m,), at s, shape (m,) -> (m, r c). [N/m]"""
-        return self._static[which] + self._own[which] * s[:, None] ** 2 + self(which, s)
+        """Values of the transfers `which`, shape (m,), at s, shape (m,) -> (r c, m). [N/m]"""
+        return self._static[which].T + self._own[which].T * s**2 + self(which, s)
 
     def __call__(self, which, s):
-        """The modes' share of `values`."""
+        """The modes' share of `values`, shape (r c, m)."""
         if len(self._groups) == 1:
             return self._of_group(0, self._place[which], s)
-        result, kind = np.empty((len(s), self._static.shape[1]), dtype=complex), self._kind[which]
+        result, kind = np.empty((self._static.shape[1], len(s)), dtype=complex), self._kind[which]
         for number in np.unique(kind):
             here = np.flatnonzero(kind == number)
-            result[here] = self._of_group(number, self._place[which[here]], s[here])
+            result[:, here] = self._of_group(number, self._place[which[here]], s[here])
         return result
 
     def _of_group(self, number, place, s):
         stack, transfer = self._stacks[number], self._groups[number][0]
         if stack is None:
-            model, shape = transfer._model, (len(s), self._static.shape[1])
-            return _summed(model, model.poles, s[:, None], transfer._rows, transfer._columns).reshape(shape)
+            model = transfer._model
+            value = _summed(model, model.poles, s[:, None], transfer._rows, transfer._columns)
+            return value.reshape(len(s), self._static.shape[1]).T
         size = max(BLOCK // max(len(transfer._omega), 1), 16)
-        parts = [_in_plane(stack, place[i : i + size], s[i : i + size]) for i in range(0, len(s), size)]
-        return np.concatenate(parts) if parts else np.zeros((0, self._static.shape[1]), dtype=complex)
+        if len(s) <= size:
+            return _in_plane(stack, place, s)
+        starts = range(0, len(s), size)
+        return np.concatenate([_in_plane(stack, place[i : i + size], s[i : i + size]) for i in starts], axis=1)
 
 
 def _stacked(transfers):
     """What `_in_plane` takes: squares, drags and products of transfers with equally many modes; None otherwise."""
     if transfers[0]._model.strain is not None:
         return None
-    squares, drags = np.stack([t._square for t in transfers]), np.stack([t._drag for t in transfers])
-    return squares, drags, np.stack([t._products.T for t in transfers]), len(transfers) == 1
+    squares, drags = (np.stack([getattr(t, name) for t in transfers], axis=1) for name in ("_square", "_drag"))
+    products = np.stack([t._products.T for t in transfers], axis=2)
+    return squares, drags, products
 
 
 def _in_plane(stack, place, s):
     """Sum of products r/(r + W^2) anywhere, in real numbers, each place by itself."""
-    square, drag, products, single = stack
-    if single:
-        place = slice(None)
-    square, drag, real, imaginary = square[place], drag[place], s.real[:, None], s.imag[:, None]
-    rate = real * drag
-    rate += real**2 - imaginary**2
-    turn = drag + 2 * real
-    turn *= imaginary
+    if len(s) == 1:  # a single column would be summed in another order
+        return _in_plane(stack, np.repeat(place, 2), np.repeat(s, 2))[:, :1]
+    square, drag, products = stack
+    if square.shape[1] > 1:  # rows stay rows in memory, for the order of the sums
+        square, drag, products = square.take(place, axis=1), drag.take(place, axis=1), products.take(place, axis=2)
+    rate = drag * s.real
+    rate += s.real**2 - s.imag**2
+    turn = drag + 2 * s.real
+    turn *= s.imag
     whole = rate + square
     rate *= whole
     whole *= whole
     turned = turn**2
     rate += turned
     whole += turned
-    rate /= whole
+    np.divide(1.0, whole, out=whole)
+    rate *= whole
     turn *= square
-    turn /= whole
-    result = np.empty((len(s), products.shape[1]), dtype=complex)
-    for k in range(products.shape[1]):
-        chosen = products[place, k]
-        if single:
-            chosen = np.broadcast_to(chosen, rate.shape)
-        result[:, k].real = np.einsum("pn,pn->p", rate, chosen)
-        result[:, k].imag = np.einsum("pn,pn->p", turn, chosen)
+    turn *= whole
+    result = np.empty((len(products), len(s)), dtype=complex)
+    for k, chosen in enumerate(products):
+        result[k].real = np.multiply(rate, chosen, out=turned).sum(axis=0)
+        result[k].imag = np.multiply(turn, chosen, out=turned).sum(axis=0)
     return result
 
 

@@ -96,11 +96,11 @@ class _Balance:
 
     def __call__(self, value):
         """The equation and its slope, which is negative everywhere."""
-        near = self.square - value[:, None]
-        np.reciprocal(near, out=near)
-        carried = near @ self._weaker + (self.mass + self.rest[0] + value * (self.rest[1] + value * self.rest[2]))
+        near = self.square[:, None] - value
+        np.divide(1.0, near, out=near)
+        carried = self._weaker @ near + (self.mass + self.rest[0] + value * (self.rest[1] + value * self.rest[2]))
         near *= near
-        slope = near @ self.strength + (
+        slope = self.strength @ near + (
             self.mass + self.rest[0] + value * (2 * self.rest[1] + 3 * value * self.rest[2])
         )
         return self.stiffness - value * carried, -slope

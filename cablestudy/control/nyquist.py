@@ -24,7 +24,7 @@ LIGHT = 0.3  # damping ratio up to which a pole is a resonance
 WEAK = 0.03  # what a mode adds to the curve, relatively, up to which it can be left out
 TURN = 30  # times as much the curve must be away from the real axis there
 CIRCLE = 0.01  # of the largest resonance: size of the circle that is not looked into
-STEPS = 12  # frequencies at which the curve may end
+STEPS, BEYOND = 10, np.array([1.1, 1.5, 3.0])  # where the curve may end, between the modes and above the last one
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def whole_curve(plant):
     poles = np.concatenate([plant.seen_poles, plant.cable_poles, _filter(plant)])
     centre = np.abs(poles)
     low, high = 1e-4 * centre.min(), 1e3 * centre.max()
-    return _sampled(plant, poles, [np.geomspace(low, high, int(PER_DECADE * np.log10(high / low)))], 0.0)
+    return _sampled(plant, poles, [_decades(low, high, PER_DECADE)], 0.0)
 
 
 def curve_of(plant):
@@ -145,9 +145,16 @@ def curve_of(plant):
     poles = poles[np.abs(poles) < 1.5 * end]
     centre = np.abs(poles)
     low, first = 1e-4 * centre.min(), centre.min() / 3
-    calm = np.geomspace(low, first, int(PER_CALM_DECADE * np.log10(first / low)), endpoint=False)
-    rest = np.geomspace(first, end, 2 + int(PER_DECADE * np.log10(end / first)))
-    return _sampled(plant, poles, [calm, rest], circle, end)
+    decades = [_decades(low, first, PER_CALM_DECADE)[:-1], _decades(first, end, PER_DECADE)]
+    return _sampled(plant, poles, decades, circle, end)
+
+
+def _decades(low, high, count):
+    """Frequencies in equal ratios, about so many to a decade, both ends included."""
+    steps = 2 + int(count * np.log10(high / low))
+    inner = low * np.exp(np.arange(steps) * (np.log(high / low) / (steps - 1)))
+    inner[-1] = high
+    return inner
 
 
 def _filter(plant):
@@ -168,8 +175,8 @@ def _end(plant, circle, first, second):
     largest 1/|1 - y^2 + 2 i zeta y| from there on. k_xu is bounded by the sum over the modes, k_xx from below.
     """
     cable, notch = plant.felt, plant.notch
-    places = cable.omega[np.linspace(0, len(cable.omega) - 1, STEPS).astype(int)]
-    places = np.unique(np.concatenate([np.sqrt(places[1:] * places[:-1]), places[-1] * np.array([1.1, 1.5, 3.0])]))
+    places = cable.omega[:: max(1, len(cable.omega) // STEPS)]
+    places = np.concatenate([np.sqrt(places[1:] * places[:-1]), cable.omega[-1] * BEYOND])
     control = 1 / places
     if notch is not None:
         places = places[places > 1.2 * notch.rolloff_omega]
@@ -177,10 +184,10 @@ def _end(plant, circle, first, second):
         gone = 1 - (notch.rolloff_omega / places) ** 2
         control = (1 + below**2 + 2 * notch.damping_ratio * below) / (gone * places)
         control *= (notch.rolloff_omega / notch.omega) ** 2
-    square, damping = (places[:, None] / cable.omega) ** 2, 4 * cable.damping_ratio**2
-    beyond = 1 / ((1 - square) ** 2 + damping * square)
-    beyond = np.where(square < 1 - damping / 2, 1 / (damping * (1 - damping / 4)), beyond)
-    largest = np.sqrt((1 + damping / square) * beyond) / cable.omega**2
+    damping = 4 * cable.damping_ratio**2
+    square = np.multiply.outer(places**2, cable.omega**-2)
+    size = np.where(square < 1 - damping / 2, damping * (1 - damping / 4), (1 - square) ** 2 + damping * square)
+    largest = np.sqrt((1 + damping / square) / size) / cable.omega**2
     column = GONDOLA if plant.location == "gondola" else GROUND
     still, moving = np.abs(cable.stiffness[GONDOLA]), np.abs(cable.residual_inertia[GONDOLA])
     driven = largest @ second + still[column] / places**2 + moving[column]
@@ -197,8 +204,9 @@ def _sampled(plant, poles, decades, circle, end=np.inf):
     around = np.broadcast_to(centre[:, None], width.shape)[beside]
     omega = np.concatenate([*decades, around + width[beside], around - width[beside]])
     omega = np.sort(omega)
-    apart = np.diff(omega) > 1e-14 * omega[1:]
-    omega = omega[np.concatenate([[True], apart]) & (omega <= end)]
+    chosen = omega <= end
+    chosen[1:] &= omega[1:] > omega[:-1] * (1 + 1e-14)
+    omega = omega[chosen]
     with np.errstate(divide="ignore", invalid="ignore"):
         value = plant.unit_gain(1j * omega)
     there = np.isfinite(value)

@@ -58,8 +58,8 @@ class Plant:
 
     def stiffness(self, s):
         """k_xx, and what the winch acts through with the sign of the loop, each of shape (m,). [N/m]"""
-        both = self.transfer(s)[:, 0]
-        return both[:, 0], both[:, 0] if self.location == "gondola" else -both[:, 1]
+        own, other = self.transfer.rows(s)
+        return own, own if self.location == "gondola" else -other
 
     def controller(self, s):
         """C over its gain. [s]"""

@@ -69,7 +69,7 @@ class Together:
 
     def _stiffness(self, which, s):
         both = self._transfers.values(which, s)
-        return both[:, 0], np.where(self._ground[which], -both[:, 1], both[:, 0])
+        return both[0], np.where(self._ground[which], -both[1], both[0])
 
     def _controller(self, which, s):
         if not self._filtered.any():

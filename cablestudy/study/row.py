@@ -10,11 +10,13 @@ from cablestudy.study.batch import Batch, ScenesOnly
 from cablestudy.study.case import Case
 from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
 from cablestudy.study.ladder import ROUNDING, Feeling, climb, felt_by, relative
+from cablestudy.study.loops import prepare
 from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
 EPSILON = 4e-16  # rounding of one number
+TOGETHER = 16  # cases whose loops are found at once
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 # notes on what takes no elements: without a cable, and with one
@@ -109,6 +111,7 @@ class Wanted:
         self.physical = [column for column in columns if column.needs != "run"]
         self.closed = [column for column in self.physical if column.needs in CLOSED and not column.each]
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
+        self.body = any(column.needs in ("gondola", "loop", "wind") for column in self.motion)
         self.damped = any(column.needs in ("loop", "wind") for column in self.motion)
         self.sample = lambda case: {column.header: value(column, case) for column in self.motion}
         self.scene_only = all(column.needs == "scene" for column in self.physical)
@@ -124,8 +127,10 @@ def _group(scenes, wanted, exact, shelf):
     batch = Batch(scenes)
     known, errors, coarse = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {}, {})
     spent = (time.perf_counter() - begin) / len(scenes)
-    for index, scene in enumerate(scenes):
-        case = Case(scene, batch, index, shelf=shelf)
+    cases = [Case(scene, batch, index, shelf=shelf) for index, scene in enumerate(scenes)]
+    for index, case in enumerate(cases):
+        if wanted.body and not exact and index % TOGETHER == 0 and len(cases) > 1:
+            prepare(cases[index : index + TOGETHER], wanted.damped)
         yield _row(case, wanted, known[index], errors.get(index), coarse.get(index, wanted.exact), spent)
 
 

@@ -24,13 +24,36 @@ class Shelf:
         compute : callable
             Without arguments.
         """
-        parts = self._cables.pop(cable, {})
-        self._cables[cable] = parts  # now the newest
+        parts = self._newest(cable, nodes)
         if key not in parts:
             parts[key] = compute()
+        return parts[key]
+
+    def put(self, cable, key, nodes, part):
+        """Keep a part that was computed elsewhere."""
+        self._newest(cable, nodes)[key] = part
+
+    def __contains__(self, where):
+        cable, key = where
+        return key in self._cables.get(cable, ())
+
+    def _newest(self, cable, nodes):
+        """The parts of a cable that is now the one used last."""
+        parts = self._cables.pop(cable, {})
+        self._cables[cable] = parts
         while len(self._cables) > max(2, min(ROOM, NODES // max(nodes, 1))):
             del self._cables[next(iter(self._cables))]
-        return parts[key]
+        return parts
+
+
+def part_key(case, name, *values):
+    """(cable, key) of a part of a case on its shelf."""
+    return case.cable_key, (name, case.rung, *values)
+
+
+def key_of(case, name):
+    """The same of a part that is `shared`."""
+    return part_key(case, name, *(getattr(case, key) for key in getattr(type(case), name).func.keys))
 
 
 def shared(*keys):
@@ -44,10 +67,10 @@ def shared(*keys):
 
     def wrap(function):
         def get(case):
-            key = (function.__name__, case.rung, *(getattr(case, name) for name in keys))
-            return case.shelf.get(case.cable_key, key, case.nodes, lambda: function(case))
+            cable, key = part_key(case, function.__name__, *(getattr(case, name) for name in keys))
+            return case.shelf.get(cable, key, case.nodes, lambda: function(case))
 
-        get.__doc__ = function.__doc__
+        get.keys, get.__doc__ = keys, function.__doc__
         return cached_property(get)
 
     return wrap

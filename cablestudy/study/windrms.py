@@ -5,8 +5,9 @@ from math import ceil, frexp, hypot, inf, ldexp, log
 
 import numpy as np
 
-from cablestudy.control.winch import NEAR, Loop, Notch
-from cablestudy.errors import NoSolutionError
+from cablestudy.control.winch import NEAR
+from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.study.loops import prepare
 from cablestudy.wind import rms
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
@@ -45,45 +46,6 @@ class Response:
     error: float
     shares: tuple
     evaluations: int
-
-
-def loop_of(case):
-    """The winch loop of a case; without a controller its gain is zero.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    Loop
-    """
-    scene = case.scene
-    controller = scene.winch.controller if scene.winch else None
-    loop = Loop(
-        case.end_model_along_x,
-        scene.gondola.mass,
-        scene.winch.location if scene.winch else "ground",
-        undamped=case.coupled if case.felt.modes(1).complete else None,
-    )
-    if controller is None:
-        return loop
-    loop = replace(loop, notch=_notch(case, controller.notch))
-    if isinstance(controller.gain, float | int):
-        return replace(loop, gain=float(controller.gain))
-    return loop.with_margin(controller.gain.auto.gain_margin)
-
-
-def _notch(case, notch):
-    if notch is None:
-        return None
-    frequency = notch.frequency
-    if frequency == "coupled":
-        frequency = case.gondola_frequency
-    elif frequency == "static":
-        frequency = case.gondola_frequency_static
-    turn = 2 * np.pi
-    return Notch(turn * frequency, notch.damping_ratio, turn * notch.rolloff_frequency, notch.rolloff_damping_ratio)
 
 
 def spectra_of(loop, force):
@@ -166,13 +128,14 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     marks = np.concatenate([BELOW, centre[~near], (np.abs(faint) + np.abs(faint.real) * BESIDE).ravel() / (2 * np.pi)])
     edges = rms.breakpoints(low, high, centre[near], width[near], marks[(low < marks) & (marks < high)], main)
     found = rms.integrate(spectra, edges, tolerance)
-    # below the range a loop without gain is flat
-    flat = spectra(np.array([low]))[:, 0] * low
+    # below the range a loop without gain is flat, as in the lowest panel
+    first, second = found.edges[:2]
+    flat = found.panels[0] * (first / (second - first))
     variance = found.value + flat * np.array([not loop.gain, 0, 1, 0])
     if not (np.isfinite(variance) & (variance > 0)).all():
         raise NoSolutionError("the wind's force on the gondola is too small or too large for a number")
     below = np.cumsum(found.panels[:, 0]) / found.value[0]
-    shares = tuple(float(np.interp(mark, found.edges[1:], below)) if mark < high else 1.0 for mark in BELOW)
+    shares = tuple(np.interp(BELOW, found.edges[1:], below).tolist())
     numbers = map(float, np.sqrt(variance))
     return Response(*numbers, float((found.error / variance).max()), shares, found.evaluations)
 
@@ -208,6 +171,28 @@ def response_of(case, loop, tolerance=None):
     # the response is linear in the force, whose square might not be a number
     found = respond(loop, unit, wind.speed / wind.length_scale, tolerance or tolerance_of(case.scene))
     return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
+
+
+def responses_of(cases):
+    """RMS of the gondola of some cases by the wind on the gondola.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+
+    Returns
+    -------
+    list
+        For each case a `Response`, or the error that says why there is none.
+    """
+    prepare(cases)
+    found = []
+    for case in cases:
+        try:
+            found.append(case.response)
+        except CablestudyError as error:
+            found.append(error)
+    return found
 
 
 def cable_response_of(case, loop):

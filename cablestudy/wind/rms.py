@@ -10,6 +10,7 @@ import numpy as np
 
 from cablestudy.errors import ConvergenceError
 
+EPSILON = np.finfo(float).eps
 MAX_GENERATIONS = 40
 MAX_PANELS = 200_000
 # breakpoints beside a resonance, in half-widths: so far that a rule of 15 points cannot step over a flank
@@ -81,7 +82,7 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     """
     anchor = low if anchor is None else anchor
     first, last = 2 * np.log10(low / anchor), 2 * np.log10(high / anchor)
-    decades = anchor * 10 ** (np.arange(np.ceil(first), np.floor(last) + 1) / 2)
+    decades = anchor * 10.0 ** (np.arange(np.ceil(first), np.floor(last) + 1) / 2)
     points = [decades, np.asarray(marks, dtype=float), np.array([low, high])]
     centre, width = np.asarray(resonances, dtype=float), np.asarray(half_widths, dtype=float)
     if len(centre):
@@ -121,35 +122,37 @@ def integrate(function, edges, tolerance=1e-6):
     value, error, noise = _panels(function, low, high)
     evaluations = len(low) * len(NODES)
     for _ in range(MAX_GENERATIONS):
-        allowed = tolerance * value.sum(axis=1)
+        total = value.sum(axis=1)
+        allowed = tolerance * total
         missing = error.sum(axis=1) > allowed
+        if not missing.any():
+            break
         # a panel may have its share of the error by length, of a total that is no better known than the panels
         share = allowed[:, None] * (high - low) / (edges[-1] - edges[0])
-        floor = np.maximum(noise, 1e-15 * value.sum(axis=1)[:, None])  # halving a panel does not help below
+        floor = np.maximum(noise, 1e-15 * total[:, None])  # halving a panel does not help below
         poor = (error > np.maximum(share, floor))[missing].any(axis=0)
         if not poor.any():
             break
-        middle = (low[poor] + high[poor]) / 2
+        middle, good = (low[poor] + high[poor]) / 2, ~poor
         new_low, new_high = np.concatenate([low[poor], middle]), np.concatenate([middle, high[poor]])
         if len(new_low) > MAX_PANELS:
             raise ConvergenceError(f"response spectrum: more than {MAX_PANELS} panels")
         new = _panels(function, new_low, new_high)
         evaluations += len(new_low) * len(NODES)
-        low, high = np.append(low[~poor], new_low), np.append(high[~poor], new_high)
+        order = np.argsort(np.concatenate([low[good], new_low]))
+        low, high = (np.concatenate(pair)[order] for pair in ((low[good], new_low), (high[good], new_high)))
         value, error, noise = (
-            np.concatenate([old[:, ~poor], part], axis=1) for old, part in zip((value, error, noise), new, strict=True)
+            np.concatenate([old[:, good], part], axis=1)[:, order]
+            for old, part in zip((value, error, noise), new, strict=True)
         )
     else:
         raise ConvergenceError("response spectrum: the integral does not settle")
-    order = np.argsort(low)
-    panels = value[:, order].T
-    total, error = panels.sum(axis=0), (error + noise).sum(axis=1)
+    total, error = value.sum(axis=1), (error + noise).sum(axis=1)
     if (error > tolerance * total).any():
         reached = np.max(error[total > 0] / total[total > 0])
         raise ConvergenceError(f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} was wanted")
-    return Integral(
-        value=total, error=error, evaluations=evaluations, edges=np.exp(np.append(low[order], edges[-1])), panels=panels
-    )
+    boundaries = np.exp(np.concatenate([low, edges[-1:]]))
+    return Integral(value=total, error=error, evaluations=evaluations, edges=boundaries, panels=value.T)
 
 
 def _panels(function, low, high):
@@ -165,7 +168,7 @@ def _panels(function, low, high):
     if not np.isfinite(fine).all():
         raise ConvergenceError("a value of the response spectrum is not finite")
     # a frequency is only known to rounding: on the flank of a very narrow resonance that is felt
-    rounding = np.finfo(float).eps * (1 + np.maximum(np.abs(low), np.abs(high)))
+    rounding = EPSILON * (1 + np.maximum(np.abs(low), np.abs(high)))
     change = values[..., 1:] - values[..., :-1]
     noise = rounding * np.abs(change, out=change).sum(axis=-1)
     values -= (both[..., 0] / 2)[..., None]
