@@ -15,15 +15,16 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA, GROUND, Transfer
+from cablestudy.control.ends import GONDOLA, GROUND
 from cablestudy.control.gondola import coupled_modes_of
 from cablestudy.control.nyquist import LIGHT, curve_of, passages_of, whole_curve
 from cablestudy.control.together import Together, zeros_of
+from cablestudy.control.transfer import Transfer
 from cablestudy.errors import CablestudyError, NoSolutionError
 
 NEAR = 20  # times the gondola's frequency
 SEEN = 0.1  # of its width: the distance of a pole of the plant from one of the cable up to which they cancel
-FAINT = 0.003  # the same up to which nothing of either is left
+FAINT = 3e-5  # the same up to which nothing of either is left
 UNDAMPED = 1e-8  # damping ratio of the gondola below which it is taken for none
 
 

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.ends import Several
 from cablestudy.control.roots import secant
+from cablestudy.control.transfer import Several
 
 
 @dataclass(frozen=True)

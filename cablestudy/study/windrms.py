@@ -13,8 +13,9 @@ from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
 TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
-SLOW, FAST = 1e-7, 3e3  # range of integration over the slowest and fastest of gondola and wind
-STEP = 100  # by which that range is widened at once
+SLOW, FAST = 1e-2, 3e3  # range over the slowest and fastest of gondola and wind in which much may happen,
+SLOWER = np.array([1e-6, 1e-4, 1e-2])  # and boundaries below it, over its lower end
+STEP = 10  # by which that range is widened at once
 BESIDE = np.array([[-8.0], [-2.0], [0.0], [2.0], [8.0]])  # breakpoints at a resonance that is all but cancelled
 FASTEST = 1e6  # wind, over the gondola's frequency, beyond which it is white for all that moves
 FAR = 1e100  # wind over gondola and gondola over wind beyond which squares are no numbers
@@ -122,11 +123,13 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     fastest = NEAR * max(main, loop.felt.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
     near = centre < fastest
     # in steps, and not at the wind's corner, so that loops in different winds are evaluated at the same frequencies
-    low = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
+    calm = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
     high = FAST * main * STEP ** max(0, ceil(log(min(corner / main, FASTEST), STEP)))
     faint = loop.plant.faint_poles
     marks = np.concatenate([BELOW, centre[~near], (np.abs(faint) + np.abs(faint.real) * BESIDE).ravel() / (2 * np.pi)])
-    edges = rms.breakpoints(low, high, centre[near], width[near], marks[(low < marks) & (marks < high)], main)
+    edges = rms.breakpoints(calm, high, centre[near], width[near], marks[(calm < marks) & (marks < high)], main)
+    slow = [mark for mark in BELOW if calm * SLOWER[0] < mark < calm * (1 - 1e-9)]
+    edges = np.concatenate([np.unique([*(calm * SLOWER), *slow]), edges])
     found = rms.integrate(spectra, edges, tolerance)
     # below the range a loop without gain is flat, as in the lowest panel
     first, second = found.edges[:2]
