@@ -24,6 +24,7 @@ from cablestudy.errors import NoSolutionError
 __all__ = ["NEAR", "Loop", "Notch", "Passages", "prepare"]
 FOLLOWED = 300  # steps at most in which a pole is followed over the gain
 REMEMBERED, ARRAYS = 5000, 12  # frequencies of an array, and arrays, whose response is kept for the next wind
+ALIKE = 1e-9  # relative distance of poles that are one
 MOVED = 0.03  # of the gain that a passage stands for: below it none of the poles is far from an open one
 
 
@@ -259,8 +260,13 @@ def find_closed_poles(loops):
     gain = np.array([loop.gain for loop in loops])[which]
     found = zeros_of(Together([loop.plant for loop in loops]), which, gain, np.concatenate(begin))
     ends = np.searchsorted(which, np.arange(len(loops) + 1))
-    every = [found[a:b] for a, b in pairwise(ends)]
-    return [poles[np.isfinite(poles) & (poles.imag > 0)] for poles in every]
+    return [_each_once(found[a:b]) for a, b in pairwise(ends)]
+
+
+def _each_once(poles):
+    """Poles of the upper half plane, those that two iterations led to once."""
+    poles = np.sort_complex(poles[np.isfinite(poles) & (poles.imag > 0)])
+    return poles[np.concatenate([[True], np.abs(np.diff(poles)) > ALIKE * np.abs(poles[1:])])] if len(poles) else poles
 
 
 def prepare(loops):

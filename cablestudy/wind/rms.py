@@ -14,7 +14,7 @@ EPSILON = np.finfo(float).eps
 MAX_GENERATIONS = 40
 MAX_PANELS = 200_000
 # breakpoints beside a resonance, in half-widths: so far that a rule of 15 points cannot step over a flank
-LADDER = np.concatenate([[1.0, 3.0, 10.0, 40.0], 200 * 8.0 ** np.arange(12)])
+LADDER = np.concatenate([[1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
 
 # Gauss-Kronrod 7-15 on [-1, 1]: positive nodes, Kronrod weights, Gauss weights (Piessens et al., QUADPACK, 1983)
 _NODES = np.array([
