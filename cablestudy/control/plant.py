@@ -145,18 +145,18 @@ class Plant:
 
     def visible(self, poles):
         """Those poles that no pole of the cable, which is a zero of x/F, cancels but for a tenth of their width."""
-        return poles[self.apart(poles, SEEN)]
+        return poles[self.gap(poles) > (SEEN * poles.real) ** 2]
 
-    def apart(self, poles, widths):
-        """Which of some poles are farther from every pole of the cable than a share of their own width."""
+    def gap(self, poles):
+        """Square of the distance of each pole from the nearest one of the cable. [rad^2/s^2]"""
         if not len(self.cable_poles) or not len(poles):
-            return np.ones(len(poles), dtype=bool)
+            return np.full(len(poles), np.inf)
         across = poles.imag[:, None] - self.cable_poles.imag
         across *= across
         along = poles.real[:, None] - self.cable_poles.real
         along *= along
         across += along
-        return across.min(axis=1) > (widths * poles.real) ** 2
+        return across.min(axis=1)
 
     def zeros(self, gain, begin):
         """Poles with control near some places, at one gain or a gain each; NaN where there is none near."""
@@ -220,13 +220,15 @@ def find_poles(plants):
         The gondola's, those that no pole of the cable cancels, from NEAR times the gondola's on only about, and those
         that one all but cancels. [rad/s]
     """
-    chosen = []
+    chosen, gaps = [], []
     for plant in plants:
         first = plant.first_poles
+        gaps.append(plant.gap(first))
         size = np.abs(first)
         main = np.argmin(np.abs(size - plant.main))
         light = (first.real >= -LIGHT * size).all()  # a guess that is near another pole can be told from it
-        wanted = (size < 1.1 * NEAR * plant.main) & plant.apart(first, FAINT) if light else size > 0
+        apart = gaps[-1] > (FAINT * first.real) ** 2
+        wanted = (size < 1.1 * NEAR * plant.main) & apart if light else size > 0
         wanted[main] = True
         chosen.append(wanted)
     which = np.repeat(np.arange(len(plants)), [int(wanted.sum()) for wanted in chosen])
@@ -235,12 +237,12 @@ def find_poles(plants):
     # beside a mode that is hardly felt the pole cannot be told from the mode's own
     found = np.where(np.isfinite(found), found, begin)
     ends, result = np.searchsorted(which, np.arange(len(plants) + 1)), []
-    for plant, wanted, a, b in zip(plants, chosen, ends[:-1], ends[1:], strict=True):
+    for plant, wanted, gap, a, b in zip(plants, chosen, gaps, ends[:-1], ends[1:], strict=True):
         near = found[a:b]
         poles = plant.first_poles.astype(complex)
-        poles[wanted] = near
+        poles[wanted], gap[wanted] = near, plant.gap(near)
         gondola = near[np.argmin(np.abs(np.abs(near) - plant.main))]
-        seen = plant.apart(poles, SEEN)
+        seen = gap > (SEEN * poles.real) ** 2
         result.append((gondola, poles[seen], poles[wanted & ~seen]))
     return result
 
