@@ -5,7 +5,7 @@ from command import CARLINA, SLACK
 from scenes import scene
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
-from cablestudy.control import winch
+from cablestudy.control import plant
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import batch
 from cablestudy.study.columns import COLUMNS, find, lacks
@@ -33,7 +33,7 @@ def counts(monkeypatch):
     count(equilibrium, "solve_many")
     count(dynamics.Dynamics, "_solve")
     count(assembly, "masses")
-    count(winch, "_between")
+    count(plant, "curve_of")
     begin = assembly.System.__init__
 
     def system(self, state, axes):
@@ -84,14 +84,14 @@ def test_a_sweep_over_wind_speed_solves_the_cable_once(counts):
     assert len({row.cells["gondola_rms_mm"] for row in rows}) == 5
     assert counts["_solve"] == 1  # modes
     assert (counts["solve"], counts["solve_many"]) == (1, 1)  # the closed form of all cables in one call, the elements
-    assert counts["_between"] == 1  # stability of the loop
+    assert counts["curve_of"] == 1  # stability of the loop
 
 
 def test_a_sweep_over_the_gondola_solves_the_cable_once(counts):
     rows = evaluate_cases(vary(CARLINA, "gondola.mass", [10, 50, 100]), WIND)
     assert len({row.cells["gondola_rms_mm"] for row in rows}) == 3
     assert counts["_solve"] == 1
-    assert counts["_between"] == 3  # each mass has a loop of its own
+    assert counts["curve_of"] == 3  # each mass has a loop of its own
 
 
 @pytest.mark.parametrize(("key", "values"), [

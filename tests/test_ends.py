@@ -11,7 +11,7 @@ from references import bars, continuous_cable
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
 from cablestudy.control.complex_stiffness import ComplexStiffness
-from cablestudy.control.ends import dynamic_stiffness
+from cablestudy.control.transfer import dynamic_stiffness
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 

@@ -9,7 +9,7 @@ from command import CARLINA, SLACK
 from references import bars, continuous_cable
 
 from cablestudy.control import reduction, statespace
-from cablestudy.control.ends import dynamic_stiffness
+from cablestudy.control.transfer import dynamic_stiffness
 from cablestudy.control.winch import Loop, Notch
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm

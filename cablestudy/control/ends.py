@@ -19,7 +19,6 @@ from cablestudy.control.poles import all_poles, slow_poles
 from cablestudy.errors import NoSolutionError
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
-BLOCK = 16384  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 TRUSTED = 1e-10  # difference between the sum over poles and solved systems up to which the sum is an answer
 HOPEFUL = 1e-4  # the same, up to which it is worth finding the poles twice
@@ -142,6 +141,10 @@ class EndModel:
             )
         return found
 
+    def strained(self, s, rows, columns):
+        """What modes and damped strain add at s, shape (m, 1) -> (m, r, c), beside the residual model. [N/m]"""
+        return _summed(self, self.poles, s, rows, columns)
+
     @property
     def locked(self):
         """Whether so much damping acts that no mode strains the cable: the sums cancel elsewhere then."""
@@ -159,81 +162,6 @@ class EndModel:
         size = np.sqrt(np.abs(np.diagonal(whole, axis1=1, axis2=2)) + np.diagonal(self.stiffness))
         unit = size[:, :, None] * size[:, None, :]
         return float((np.abs(summed - solved) / np.where(unit > 0, unit, 1.0)).max())
-
-
-def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
-    """Force at the ends per displacement of the ends.
-
-    Parameters
-    ----------
-    model : EndModel
-    s : ndarray, shape (m,)
-        Laplace variable, i omega for the frequency response. [rad/s]
-    rows, columns : slice or list of int
-        Which forces and which displacements, of the six.
-
-    Returns
-    -------
-    ndarray, complex, shape (m, r, c)
-        [N/m]
-    """
-    return Transfer(model, rows, columns)(s)
-
-
-class Transfer:
-    """Some forces at the ends per some displacements there; what does not depend on s is prepared once.
-
-    Parameters
-    ----------
-    model, rows, columns
-        As for `dynamic_stiffness`.
-    """
-
-    def __init__(self, model, rows=slice(None), columns=slice(None)):
-        self._model, self._rows, self._columns = model, rows, columns
-        self._static = model.stiffness[rows][:, columns]
-        self._own = model.residual_inertia[rows][:, columns]
-        if model.strain is None:
-            left, right = model.participation[:, rows], model.participation[:, columns]
-            self._square, self._drag = model.omega**2, 2 * model.damping_ratio * model.omega
-            products = left[:, :, None] * right[:, None, :] / self._square[:, None, None]
-            self._products = products.reshape(len(products), self._static.size)
-            self._lossy = self._products * (self._drag * self._square)[:, None]
-
-    def __call__(self, s):
-        """Value at s, shape (m,) -> (m, r, c). [N/m]"""
-        s = np.asarray(s)[:, None]
-        modal = self._of_modes(s) if self._model.strain is None else self._of_strain(s)
-        return self._static + self._own * s[..., None] ** 2 + modal
-
-    def _of_strain(self, s):
-        return _summed(self._model, self._model.poles, s, self._rows, self._columns)
-
-    def _of_modes(self, s):
-        """Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s."""
-        share = self._in_plane if s.real.any() else self._on_axis
-        size = max(BLOCK // max(len(self._square), 1), 16)
-        if len(s) <= size:
-            return share(s).reshape(len(s), *self._static.shape)
-        blocks = [share(s[i : i + size]) for i in range(0, len(s), size)]
-        return np.concatenate(blocks).reshape(len(s), *self._static.shape)
-
-    def _in_plane(self, s):
-        """Sum of products r/(r + W^2) anywhere."""
-        rate = (s + self._drag) * s
-        return (rate / (rate + self._square)) @ self._products
-
-    def _on_axis(self, s):
-        """The same on the imaginary axis, in real numbers: several times faster."""
-        omega, drag = s.imag, self._drag
-        gap = self._square - omega**2
-        size = gap**2
-        size += (omega * drag) ** 2
-        np.reciprocal(size, out=size)
-        imaginary = omega * (size @ self._lossy)
-        np.subtract(drag**2, gap, out=gap)
-        gap *= size
-        return omega**2 * (gap @ self._products) + 1j * imaginary
 
 
 def _summed(model, poles, s, rows, columns):

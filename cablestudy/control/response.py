@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA, GROUND, dynamic_stiffness
+from cablestudy.control.ends import GONDOLA, GROUND
+from cablestudy.control.transfer import dynamic_stiffness
 
 BLOCK = 4096  # frequencies at once, for memory
 

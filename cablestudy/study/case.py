@@ -9,7 +9,7 @@ from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.control import complex_stiffness, ends, gondola
 from cablestudy.errors import NoSolutionError
-from cablestudy.study import windrms
+from cablestudy.study import loops, windrms
 from cablestudy.study.batch import Batch, ClosedStatics, along
 from cablestudy.study.models import model_of
 from cablestudy.study.shelf import Shelf, frozen, part_key, shared
@@ -18,7 +18,6 @@ CLOSED = ("cable_key", "span", "catenary")  # parts of a case that its model doe
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
 FELT = ("coupled", "end_inertia", "end_model_along_x", "loop")  # made of what a moved end stirs
-GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
 MAX_MODES = 600  # of a large model, for its dynamics
 UNDAMPED = 1e-12  # damping ratio that cannot be told from none
 # what the cable's statics and undamped motion depend on, beside gravity and model
@@ -255,11 +254,11 @@ class Case:
     @shared("damping_key", "mass_key", "winch_key")
     def loop(self):
         """The winch loop: `control.winch.Loop`."""
-        return windrms.loop_of(self)
+        return loops.loop_of(self)
 
     @property
     def _stable(self):
-        return not self.loop.gain or not self.loop.passages.unstable_poles(self.loop.gain)
+        return self.loop.stable
 
     @cached_property
     def response(self):
@@ -334,20 +333,10 @@ class Case:
     @shared("mass_key")
     def coupled(self):
         """Undamped frequencies of gondola and cable together [Hz], and the gondola's share in them."""
-        found = self.gondola_frequency_static
-        while True:
-            limit = GONDOLA_MODES * found
-            modes = self.felt.up_to(limit)
-            frequency, share = gondola.coupled_modes(
-                self.scene.gondola.mass,
-                self.end_stiffness_along(0),
-                modes.frequency,
-                self.participation(modes),
-                self.end_inertia,
-            )
-            found = float(frequency[np.argmax(share)])
-            if modes.complete or GONDOLA_MODES * found <= 1.5 * limit:
-                return frequency, share
+        found = loops.coupled_of([self])[0]
+        if isinstance(found, Exception):
+            raise found
+        return found
 
     @property
     def gondola_frequency(self):

@@ -6,17 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.study import loops, models
 from cablestudy.study.batch import Batch, ScenesOnly
 from cablestudy.study.case import Case
 from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
 from cablestudy.study.ladder import ROUNDING, Feeling, climb, felt_by, relative
-from cablestudy.study.models import prepare
 from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
 TOGETHER = 64  # rows whose models are solved at once
 EPSILON = 4e-16  # rounding of one number
+LOOPS = 16  # of them, whose loops are found at once
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 # notes on what takes no elements: without a cable, and with one
@@ -111,6 +112,7 @@ class Wanted:
         self.physical = [column for column in columns if column.needs != "run"]
         self.closed = [column for column in self.physical if column.needs in CLOSED and not column.each]
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
+        self.body = any(column.needs in ("gondola", "loop", "wind") for column in self.motion)
         self.damped = any(column.needs in ("loop", "wind") for column in self.motion)
         self.still = [column for column in self.physical if column not in self.motion]
         inside = [column for column in self.motion if column.mode and column.mode[1] != "out-of-plane"]
@@ -143,19 +145,22 @@ def _group(scenes, wanted, exact, shelf):
     for first in range(0, len(scenes), width):
         block = range(first, min(first + width, len(scenes)))
         cases = [Case(scenes[i], batch, i, shelf=shelf) for i in block]
-        yield from together(
+        rows = (
             _row(case, wanted, known[i], errors.get(i), coarse.get(i, wanted.exact), spent)
             for i, case in zip(block, cases, strict=True)
         )
+        yield from together(rows, wanted)
 
 
-def together(rows):
+def together(rows, wanted=None):
     """What some generators return, in their order; the models that they yield are prepared those of one rung at once.
 
     Parameters
     ----------
     rows : iterable of generator
         Each yields a `Case` before it uses its model.
+    wanted : Wanted, optional
+        What of the gondola and its loop is to be prepared too.
     """
     rows = list(rows)
     answers, waiting = [None] * len(rows), {}
@@ -173,7 +178,10 @@ def together(rows):
         rung = next(iter(waiting.values())).rung
         chosen = [index for index, case in waiting.items() if case.rung == rung]
         if len(chosen) > 1:
-            prepare([waiting[index] for index in chosen])
+            cases = [waiting[index] for index in chosen]
+            models.prepare(cases)
+            for first in range(0, len(cases) if wanted and wanted.body else 0, LOOPS):
+                loops.prepare(cases[first : first + LOOPS], wanted.damped)
         for index in chosen:
             advance(index)
     return answers

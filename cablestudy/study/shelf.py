@@ -51,6 +51,11 @@ def part_key(case, name, *values):
     return case.cable_key, (name, case.rung, *values)
 
 
+def key_of(case, name):
+    """The same of a part that is `shared`."""
+    return part_key(case, name, *(getattr(case, key) for key in getattr(type(case), name).func.keys))
+
+
 def shared(*keys):
     """A property of a `Case` that cases on one shelf share where the cable and these keys are equal.
 
@@ -65,7 +70,7 @@ def shared(*keys):
             cable, key = part_key(case, function.__name__, *(getattr(case, name) for name in keys))
             return case.shelf.get(cable, key, case.nodes, lambda: function(case))
 
-        get.__doc__ = function.__doc__
+        get.keys, get.__doc__ = keys, function.__doc__
         return cached_property(get)
 
     return wrap

@@ -1,18 +1,22 @@
 """Command `windrms`: what the wind does to the gondola, with and without the winch loop."""
 
 from dataclasses import dataclass, replace
-from math import frexp, hypot, inf, ldexp, prod
+from math import ceil, frexp, hypot, inf, ldexp, log
 
 import numpy as np
 
-from cablestudy.control.winch import NEAR, Loop, Notch
-from cablestudy.errors import NoSolutionError
+from cablestudy.control.winch import NEAR
+from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.study.loops import prepare
 from cablestudy.wind import rms
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
 TOLERANCE = 1e-6  # relative, of each variance
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
-SLOW, FAST = 1e-7, 3e3  # range of integration over the slowest and fastest of gondola and wind
+SLOW, FAST = 1e-2, 3e3  # range over the slowest and fastest of gondola and wind in which much may happen,
+SLOWER = np.array([1e-6, 1e-4, 1e-2])  # and boundaries below it, over its lower end
+STEP = 10  # by which that range is widened at once
+BESIDE = np.array([[-8.0], [-2.0], [0.0], [2.0], [8.0]])  # breakpoints at a resonance that is all but cancelled
 FASTEST = 1e6  # wind, over the gondola's frequency, beyond which it is white for all that moves
 FAR = 1e100  # wind over gondola and gondola over wind beyond which squares are no numbers
 NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
@@ -45,45 +49,6 @@ class Response:
     evaluations: int
 
 
-def loop_of(case):
-    """The winch loop of a case; without a controller its gain is zero.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    Loop
-    """
-    scene = case.scene
-    controller = scene.winch.controller if scene.winch else None
-    loop = Loop(
-        case.end_model_along_x,
-        scene.gondola.mass,
-        scene.winch.location if scene.winch else "ground",
-        undamped=case.coupled if case.felt.modes(1).complete else None,
-    )
-    if controller is None:
-        return loop
-    loop = replace(loop, notch=_notch(case, controller.notch))
-    if isinstance(controller.gain, float | int):
-        return replace(loop, gain=float(controller.gain))
-    return loop.with_margin(controller.gain.auto.gain_margin)
-
-
-def _notch(case, notch):
-    if notch is None:
-        return None
-    frequency = notch.frequency
-    if frequency == "coupled":
-        frequency = case.gondola_frequency
-    elif frequency == "static":
-        frequency = case.gondola_frequency_static
-    turn = 2 * np.pi
-    return Notch(turn * frequency, notch.damping_ratio, turn * notch.rolloff_frequency, notch.rolloff_damping_ratio)
-
-
 def spectra_of(loop, force):
     """Spectra of the gondola: displacement and velocity with control, displacement and velocity without.
 
@@ -100,10 +65,13 @@ def spectra_of(loop, force):
     """
 
     def spectra(frequency):
-        omega = 2 * np.pi * frequency
-        alone, held = (np.abs(compliance) ** 2 for compliance in loop.compliances(1j * omega))
+        alone, held = loop.squares(frequency)
         driven = force(frequency)
-        return np.stack([held * driven, held * driven * omega**2, alone * driven, alone * driven * omega**2])
+        result = np.empty((4, len(frequency)))
+        np.multiply(held, driven, out=result[0])
+        np.multiply(alone, driven, out=result[2])
+        np.multiply(result[::2], (2 * np.pi * frequency) ** 2, out=result[1::2])
+        return result
 
     return spectra
 
@@ -144,28 +112,33 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     NoSolutionError
         Wind and gondola are too far apart, or the variance is no number.
     """
-    spectra = spectra_of(loop, force)
-    poles = loop.open_poles if not loop.gain else np.concatenate([loop.open_poles, loop.closed_poles])
-    poles = poles if cable else loop.visible(poles)
-    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
     main = float(np.abs(loop.gondola_pole)) / (2 * np.pi)
     if not main / FAR < corner < main * FAR:
         raise NoSolutionError(
             f"wind of {corner:.3g} Hz (speed/length_scale) is too far from the gondola's {main:.3g} Hz"
         )
+    spectra = spectra_of(loop, force)
+    poles = np.concatenate([loop.open_poles, loop.seen_poles]) if cable else loop.seen_poles
+    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
     fastest = NEAR * max(main, loop.felt.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
     near = centre < fastest
-    low, high = SLOW * min(main, corner), FAST * max(main, min(corner, FASTEST * main))
-    marks = [mark for mark in (*BELOW, corner, *centre[~near]) if low < mark < high]
-    edges = rms.breakpoints(low, high, centre[near], width[near], marks)
+    # in steps, and not at the wind's corner, so that loops in different winds are evaluated at the same frequencies
+    calm = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
+    high = FAST * main * STEP ** max(0, ceil(log(min(corner / main, FASTEST), STEP)))
+    faint = loop.plant.faint_poles
+    marks = np.concatenate([BELOW, centre[~near], (np.abs(faint) + np.abs(faint.real) * BESIDE).ravel() / (2 * np.pi)])
+    edges = rms.breakpoints(calm, high, centre[near], width[near], marks[(calm < marks) & (marks < high)], main)
+    slow = [mark for mark in BELOW if calm * SLOWER[0] < mark < calm * (1 - 1e-9)]
+    edges = np.concatenate([np.unique([*(calm * SLOWER), *slow]), edges])
     found = rms.integrate(spectra, edges, tolerance)
-    # below the range a loop without gain is flat
-    flat = spectra(np.array([low]))[:, 0] * low
+    # below the range a loop without gain is flat, as in the lowest panel
+    first, second = found.edges[:2]
+    flat = found.panels[0] * (first / (second - first))
     variance = found.value + flat * np.array([not loop.gain, 0, 1, 0])
     if not (np.isfinite(variance) & (variance > 0)).all():
         raise NoSolutionError("the wind's force on the gondola is too small or too large for a number")
     below = np.cumsum(found.panels[:, 0]) / found.value[0]
-    shares = tuple(float(np.interp(mark, found.edges[1:], below)) if mark < high else 1.0 for mark in BELOW)
+    shares = tuple(np.interp(BELOW, found.edges[1:], below).tolist())
     numbers = map(float, np.sqrt(variance))
     return Response(*numbers, float((found.error / variance).max()), shares, found.evaluations)
 
@@ -201,6 +174,28 @@ def response_of(case, loop, tolerance=None):
     # the response is linear in the force, whose square might not be a number
     found = respond(loop, unit, wind.speed / wind.length_scale, tolerance or tolerance_of(case.scene))
     return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
+
+
+def responses_of(cases):
+    """RMS of the gondola of some cases by the wind on the gondola.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+
+    Returns
+    -------
+    list
+        For each case a `Response`, or the error that says why there is none.
+    """
+    prepare(cases)
+    found = []
+    for case in cases:
+        try:
+            found.append(case.response)
+        except CablestudyError as error:
+            found.append(error)
+    return found
 
 
 def cable_response_of(case, loop):
@@ -270,10 +265,16 @@ def together(first, second):
 def _scaled(response, *factors):
     """A response to some force for one that is larger by a product, which alone might not be a number."""
 
+    mantissa, exponent = frexp(1.0)
+    for factor in factors:
+        part, power = frexp(factor)
+        mantissa, exponent = mantissa * part, exponent + power
+    mantissa, power = frexp(mantissa)  # of few factors: no product of mantissas is too small
+
     def times(number):
-        parts = [frexp(factor) for factor in (number, *factors)]
+        part, own = frexp(number)
         try:
-            return ldexp(prod(mantissa for mantissa, _ in parts), sum(exponent for _, exponent in parts))
+            return ldexp(part * mantissa, own + exponent + power)
         except OverflowError:
             return inf
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from cablestudy.errors import ConvergenceError
 
+EPSILON = np.finfo(float).eps
 MAX_GENERATIONS = 40
 MAX_PANELS = 200_000
 # breakpoints beside a resonance, in half-widths: so far that a rule of 15 points cannot step over a flank
-LADDER = np.concatenate([[1.0, 3.0, 10.0, 40.0], 200 * 8.0 ** np.arange(12)])
+LADDER = np.concatenate([[1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
 
 # Gauss-Kronrod 7-15 on [-1, 1]: positive nodes, Kronrod weights, Gauss weights (Piessens et al., QUADPACK, 1983)
 _NODES = np.array([
@@ -34,6 +35,7 @@ NODES = np.concatenate([-_NODES, _NODES[-2::-1]])
 KRONROD = np.concatenate([_KRONROD, _KRONROD[-2::-1]])
 GAUSS = np.zeros(15)
 GAUSS[1::2] = np.concatenate([_GAUSS, _GAUSS[-2::-1]])
+RULES = np.stack([KRONROD, GAUSS], axis=1)
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class Integral:
     panels: np.ndarray
 
 
-def breakpoints(low, high, resonances=(), half_widths=(), marks=()):
+def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None):
     """Panel boundaries for a spectrum with known resonances.
 
     Parameters
@@ -70,22 +72,26 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=()):
         Frequencies of the poles and how far they reach to either side. [Hz]
     marks : sequence of float
         Further boundaries. [Hz]
+    anchor : float, optional
+        From which the decades are counted, so that ranges about the same have the same boundaries; default `low`. [Hz]
 
     Returns
     -------
     ndarray
         Ascending, from low to high; at least two a decade. [Hz]
     """
-    decades = max(2, int(np.ceil(2 * np.log10(high / low))))
-    points = [np.geomspace(low, high, decades + 1), np.asarray(marks, dtype=float)]
+    anchor = low if anchor is None else anchor
+    first, last = 2 * np.log10(low / anchor), 2 * np.log10(high / anchor)
+    decades = anchor * 10.0 ** (np.arange(np.ceil(first), np.floor(last) + 1) / 2)
+    points = [decades, np.asarray(marks, dtype=float), np.array([low, high])]
     centre, width = np.asarray(resonances, dtype=float), np.asarray(half_widths, dtype=float)
     if len(centre):
         steps = np.maximum(width, 1e-12 * centre)[:, None] * LADDER
         steps = np.where(steps < 0.5 * centre[:, None], steps, 0.0)
         points += [centre, (centre[:, None] + steps).ravel(), (centre[:, None] - steps).ravel()]
-    every = np.unique(np.concatenate(points))
+    every = np.sort(np.concatenate(points))
     every = every[(every >= low) & (every <= high)]
-    kept = every[np.concatenate([[True], np.diff(np.log(every)) > 1e-13])]
+    kept = every[np.concatenate([[True], every[1:] > every[:-1] * (1 + 1e-13)])]
     kept[-1] = high  # and not a neighbour that is the same but for rounding
     return kept
 
@@ -116,55 +122,60 @@ def integrate(function, edges, tolerance=1e-6):
     value, error, noise = _panels(function, low, high)
     evaluations = len(low) * len(NODES)
     for _ in range(MAX_GENERATIONS):
-        allowed = tolerance * value.sum(axis=1)
+        total = value.sum(axis=1)
+        allowed = tolerance * total
         missing = error.sum(axis=1) > allowed
+        if not missing.any():
+            break
         # a panel may have its share of the error by length, of a total that is no better known than the panels
         share = allowed[:, None] * (high - low) / (edges[-1] - edges[0])
-        floor = np.maximum(noise, 1e-15 * value.sum(axis=1)[:, None])  # halving a panel does not help below
+        floor = np.maximum(noise, 1e-15 * total[:, None])  # halving a panel does not help below
         poor = (error > np.maximum(share, floor))[missing].any(axis=0)
         if not poor.any():
             break
-        middle = (low[poor] + high[poor]) / 2
+        middle, good = (low[poor] + high[poor]) / 2, ~poor
         new_low, new_high = np.concatenate([low[poor], middle]), np.concatenate([middle, high[poor]])
         if len(new_low) > MAX_PANELS:
             raise ConvergenceError(f"response spectrum: more than {MAX_PANELS} panels")
         new = _panels(function, new_low, new_high)
         evaluations += len(new_low) * len(NODES)
-        low, high = np.append(low[~poor], new_low), np.append(high[~poor], new_high)
+        order = np.argsort(np.concatenate([low[good], new_low]))
+        low, high = (np.concatenate(pair)[order] for pair in ((low[good], new_low), (high[good], new_high)))
         value, error, noise = (
-            np.concatenate([old[:, ~poor], part], axis=1) for old, part in zip((value, error, noise), new, strict=True)
+            np.concatenate([old[:, good], part], axis=1)[:, order]
+            for old, part in zip((value, error, noise), new, strict=True)
         )
     else:
         raise ConvergenceError("response spectrum: the integral does not settle")
-    order = np.argsort(low)
-    panels = value[:, order].T
-    total, error = panels.sum(axis=0), (error + noise).sum(axis=1)
+    total, error = value.sum(axis=1), (error + noise).sum(axis=1)
     if (error > tolerance * total).any():
         reached = np.max(error[total > 0] / total[total > 0])
         raise ConvergenceError(f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} was wanted")
-    return Integral(
-        value=total, error=error, evaluations=evaluations, edges=np.exp(np.append(low[order], edges[-1])), panels=panels
-    )
+    boundaries = np.exp(np.concatenate([low, edges[-1:]]))
+    return Integral(value=total, error=error, evaluations=evaluations, edges=boundaries, panels=value.T)
 
 
 def _panels(function, low, high):
     """Kronrod value, estimate of its error, and what rounding the frequencies does to it; each of shape (r, k)."""
     half = (high - low) / 2
     point = np.exp((low + high)[:, None] / 2 + half[:, None] * NODES)
-    values = np.asarray(function(point.ravel())).reshape(-1, *point.shape)
-    with np.errstate(over="ignore"):
+    values = np.asarray(function(point.ravel()))
+    values = values.reshape(-1, *point.shape)
+    with np.errstate(over="ignore", invalid="ignore"):
         values = values * point
-    if not np.isfinite(values).all():
+        both = values @ RULES
+    fine = both[..., 0] * half
+    if not np.isfinite(fine).all():
         raise ConvergenceError("a value of the response spectrum is not finite")
-    fine = (values @ KRONROD) * half
-    coarse = (values @ GAUSS) * half
-    mean = fine / (2 * half)
-    spread = (np.abs(values - mean[..., None]) @ KRONROD) * half
-    difference = np.abs(fine - coarse)
-    # the estimate of QUADPACK: the difference of the rules flatters the finer one far less than it is wrong
-    scaled = spread * np.minimum(1.0, (200 * difference / np.where(spread > 0, spread, 1.0)) ** 1.5)
-    error = np.maximum(np.where(spread > 0, scaled, difference), 5e-16 * np.abs(fine))
     # a frequency is only known to rounding: on the flank of a very narrow resonance that is felt
-    rounding = np.finfo(float).eps * (1 + np.maximum(np.abs(low), np.abs(high)))
-    noise = rounding * np.abs(np.diff(values, axis=-1)).sum(axis=-1)
+    rounding = EPSILON * (1 + np.maximum(np.abs(low), np.abs(high)))
+    change = values[..., 1:] - values[..., :-1]
+    noise = rounding * np.abs(change, out=change).sum(axis=-1)
+    values -= (both[..., 0] / 2)[..., None]
+    spread = (np.abs(values, out=values) @ KRONROD) * half
+    difference = np.abs(fine - both[..., 1] * half)
+    # the estimate of QUADPACK: the difference of the rules flatters the finer one far less than it is wrong
+    ratio = 200 * difference / np.where(spread > 0, spread, 1.0)
+    scaled = spread * np.minimum(1.0, ratio * np.sqrt(ratio))
+    error = np.maximum(np.where(spread > 0, scaled, difference), 5e-16 * np.abs(fine))
     return fine, error, noise

@@ -1,0 +1,246 @@
+"""Stability by counting how often the loop gain passes the negative real axis beyond -1 (Nyquist).
+
+Each passage is located to rounding; no matrix of the size of the model is factorised. The gain of the winch only scales
+the curve, so that its passages are counted once for all gains.
+
+Where the damping is light the grid is laid around those poles only that the curve can show, and as far as the curve
+reaches: a mode that hardly couples is left out where it cannot turn the curve to the real axis, and so are frequencies
+beyond which the curve surely stays within a small circle. For what lies within that circle there is the whole grid.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.control.ends import GONDOLA, GROUND
+from cablestudy.control.roots import between
+from cablestudy.control.together import Together
+
+ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # grid beside a pole, in half-widths
+PER_DECADE, PER_CALM_DECADE = 40, 10  # among the poles, and below all of them
+REACH = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
+LIGHT = 0.3  # damping ratio up to which a pole is a resonance
+WEAK = 0.03  # what a mode adds to the curve, relatively, up to which it can be left out
+TURN = 30  # times as much the curve must be away from the real axis there
+CIRCLE = 0.01  # of the largest resonance: size of the circle that is not looked into
+STEPS, BEYOND = 10, np.array([1.1, 1.5, 3.0])  # where the curve may end, between the modes and above the last one
+
+
+@dataclass(frozen=True)
+class Passages:
+    """Where the loop gain for a gain of 1 rad/s passes the negative real axis.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (k,)
+        [rad/s]
+    depth : ndarray, shape (k,)
+        -L there: the loop is at its limit for a gain of 1/depth. [s/rad]
+    turn : ndarray of int, shape (k,)
+        +1 from below to above (two poles to the right once the gain is above 1/depth), -1 back.
+    circle : float
+        Depth from which on they are all here. [s/rad]
+    every : callable or None
+        Without arguments: all of them, where not all are here.
+    """
+
+    omega: np.ndarray
+    depth: np.ndarray
+    turn: np.ndarray
+    circle: float = 0.0
+    every: Callable | None = None
+
+    def for_gain(self, gain):
+        """The passages, enough of them for a gain."""
+        return self.every() if gain * self.circle > 1 else self
+
+    def unstable_poles(self, gain):
+        """How many closed-loop poles lie to the right at a gain."""
+        if gain * self.circle > 1:
+            return self.every().unstable_poles(gain)
+        return int(2 * self.turn[self.depth * gain > 1].sum())
+
+    @property
+    def largest_gain(self):
+        """Below it the loop is stable; None when it always is. [rad/s]"""
+        for depth in np.sort(self.depth)[::-1]:
+            if depth < self.circle:
+                break
+            if self.turn[self.depth >= depth].sum() != 0:
+                return float(1 / depth)
+        return self.every().largest_gain if self.circle else None
+
+
+@dataclass(frozen=True)
+class Curve:
+    """L for a gain of 1 rad/s over frequency.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (m,)
+        Ascending. [rad/s]
+    value : ndarray, complex, shape (m,)
+        [-]
+    circle : float
+        Size from which on the curve is complete. [-]
+    """
+
+    omega: np.ndarray
+    value: np.ndarray
+    circle: float = 0.0
+
+
+def whole_curve(plant):
+    """The curve on a grid that resolves every pole of the cable and of the gondola.
+
+    Parameters
+    ----------
+    plant : Plant
+        Damped.
+
+    Returns
+    -------
+    Curve
+    """
+    poles = np.concatenate([plant.seen_poles, plant.cable_poles, _filter(plant)])
+    centre = np.abs(poles)
+    low, high = 1e-4 * centre.min(), 1e3 * centre.max()
+    return _sampled(plant, poles, [_decades(low, high, PER_DECADE)], 0.0)
+
+
+def curve_of(plant):
+    """The same with only what decides about stability, unless the gain is very large.
+
+    Parameters
+    ----------
+    plant : Plant
+        Damped.
+
+    Returns
+    -------
+    Curve
+    """
+    cable, seen = plant.felt, plant.seen_poles
+    light = cable.strain is None and len(cable.omega) and cable.damping_ratio.min() > 0
+    if not light or cable.damping_ratio.max() > LIGHT or (seen.real < -LIGHT * np.abs(seen)).any():
+        return whole_curve(plant)
+    omega, ratio, participation = cable.omega, cable.damping_ratio, cable.participation
+    own, driven = plant.stiffness(1j * omega)
+    whole = own - plant.mass * omega**2
+    control = plant.controller(1j * omega)
+    curve = control * driven / whole
+    strength = participation[:, GONDOLA] / omega**2
+    first = np.abs(strength * participation[:, GONDOLA])
+    second = first if plant.location == "gondola" else np.abs(strength * participation[:, GROUND])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        added = (first / np.abs(whole) + second / np.abs(driven)) / (2 * ratio)
+        strong = ~((added < WEAK) & (np.abs(curve.imag) > TURN * added * np.abs(curve)))
+    circle = CIRCLE * np.abs(curve[strong]).max(initial=0.0)
+    end = _end(plant, circle, first, second)
+    if end is None:
+        return whole_curve(plant)
+    strong = omega[strong] * (1j - ratio[strong])
+    poles = np.concatenate([seen, strong, _filter(plant)])
+    poles = poles[np.abs(poles) < 1.5 * end]
+    centre = np.abs(poles)
+    low, first = 1e-4 * centre.min(), centre.min() / 3
+    decades = [_decades(low, first, PER_CALM_DECADE)[:-1], _decades(first, end, PER_DECADE)]
+    return _sampled(plant, poles, decades, circle, end)
+
+
+def _decades(low, high, count):
+    """Frequencies in equal ratios, about so many to a decade, both ends included."""
+    steps = 2 + int(count * np.log10(high / low))
+    inner = low * np.exp(np.arange(steps) * (np.log(high / low) / (steps - 1)))
+    inner[-1] = high
+    return inner
+
+
+def _filter(plant):
+    """Zero of the notch and pole of its roll-off, where a grid is laid around them. [rad/s]"""
+    notch = plant.notch
+    if notch is None:
+        return np.zeros(0, dtype=complex)
+    places = [notch.omega * (1j - notch.damping_ratio)]
+    if notch.rolloff_damping_ratio < LIGHT:
+        places.append(notch.rolloff_omega * (1j - notch.rolloff_damping_ratio))
+    return np.array(places)
+
+
+def _end(plant, circle, first, second):
+    """A frequency beyond which the curve surely stays within a circle; None where none is known. [rad/s]
+
+    |r/(r + W^2)| over w^2 is, from some frequency on, at most sqrt(1 + (2 zeta/y)^2)/W^2 with y = w/W there, times the
+    largest 1/|1 - y^2 + 2 i zeta y| from there on. k_xu is bounded by the sum over the modes, k_xx from below.
+    """
+    cable, notch = plant.felt, plant.notch
+    places = cable.omega[:: max(1, len(cable.omega) // STEPS)]
+    places = np.concatenate([np.sqrt(places[1:] * places[:-1]), cable.omega[-1] * BEYOND])
+    control = 1 / places
+    if notch is not None:
+        places = places[places > 1.2 * notch.rolloff_omega]
+        below = notch.omega / places
+        gone = 1 - (notch.rolloff_omega / places) ** 2
+        control = (1 + below**2 + 2 * notch.damping_ratio * below) / (gone * places)
+        control *= (notch.rolloff_omega / notch.omega) ** 2
+    damping = 4 * cable.damping_ratio**2
+    square = np.multiply.outer(places**2, cable.omega**-2)
+    size = np.where(square < 1 - damping / 2, damping * (1 - damping / 4), (1 - square) ** 2 + damping * square)
+    largest = np.sqrt((1 + damping / square) / size) / cable.omega**2
+    column = GONDOLA if plant.location == "gondola" else GROUND
+    still, moving = np.abs(cable.stiffness[GONDOLA]), np.abs(cable.residual_inertia[GONDOLA])
+    driven = largest @ second + still[column] / places**2 + moving[column]
+    own = plant.mass - moving[GONDOLA] - largest @ first - still[GONDOLA] / places**2
+    inside = np.flatnonzero((own > 0) & (control * driven <= circle * own))
+    return float(places[inside[0]]) if len(inside) else None
+
+
+def _sampled(plant, poles, decades, circle, end=np.inf):
+    """The curve on all decades and beside poles, but for places upon the pole of an undamped mode."""
+    centre = np.abs(poles)
+    width = np.maximum(np.abs(poles.real), 1e-9 * centre)[:, None] * ASIDE
+    beside = width < REACH * centre[:, None]
+    around = np.broadcast_to(centre[:, None], width.shape)[beside]
+    omega = np.concatenate([*decades, around + width[beside], around - width[beside]])
+    omega = np.sort(omega)
+    chosen = omega <= end
+    chosen[1:] &= omega[1:] > omega[:-1] * (1 + 1e-14)
+    omega = omega[chosen]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = plant.unit_gain(1j * omega)
+    there = np.isfinite(value)
+    return Curve(omega[there], value[there], circle)
+
+
+def passages_of(plants, curves):
+    """Passages of curves, refined for all plants at once.
+
+    Parameters
+    ----------
+    plants : list of Plant
+    curves : list of Curve
+
+    Returns
+    -------
+    list of Passages
+        Of incomplete curves without `every`.
+    """
+    brackets = []
+    for curve in curves:
+        real, imaginary = curve.value.real, curve.value.imag
+        across = (imaginary[:-1] * imaginary[1:] < 0) & (np.minimum(real[:-1], real[1:]) < 0)
+        brackets.append(np.flatnonzero(across))
+    which = np.repeat(np.arange(len(plants)), [len(where) for where in brackets])
+    together = Together(plants)
+    low, high = (
+        np.concatenate([curve.omega[where + k] for curve, where in zip(curves, brackets, strict=True)]) for k in (0, 1)
+    )
+    omega = between(lambda active, place: together.unit_gain(which[active], 1j * place).imag, low, high)
+    depth = -together.unit_gain(which, 1j * omega).real if len(omega) else np.zeros(0)
+    ends, found = np.searchsorted(which, np.arange(len(plants) + 1)), []
+    for curve, where, a, b in zip(curves, brackets, ends[:-1], ends[1:], strict=True):
+        turn = np.where(curve.value.imag[where] < 0, 1, -1)
+        keep = (depth[a:b] > 0) & (depth[a:b] >= curve.circle)
+        found.append(Passages(omega[a:b][keep], depth[a:b][keep], turn[keep], curve.circle))
+    return found

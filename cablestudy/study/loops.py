@@ -1,0 +1,174 @@
+"""Gondola and winch loop of cases: what takes iterations is found for many cases at once, and for one as for many."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cablestudy.control import gondola, winch
+from cablestudy.control.winch import Loop, Notch
+from cablestudy.errors import CablestudyError
+from cablestudy.study.shelf import key_of
+
+GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
+
+
+def coupled_of(cases):
+    """Undamped frequencies of gondola and cable together of some cases.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+
+    Returns
+    -------
+    list
+        For each case frequencies [Hz] and the gondola's share in them; or the error that says why there are none.
+    """
+    found, waiting = [None] * len(cases), {}
+    for index, case in enumerate(cases):
+        try:
+            waiting[index] = GONDOLA_MODES * case.gondola_frequency_static, case.end_inertia
+        except CablestudyError as error:
+            found[index] = error
+    while waiting:
+        problems, complete = {}, {}
+        for index, (limit, inertia) in list(waiting.items()):
+            case = cases[index]
+            try:
+                modes = case.felt.up_to(limit)
+            except CablestudyError as error:
+                found[index] = error
+                del waiting[index]
+                continue
+            stiffness, participation = case.end_stiffness_along(0), case.participation(modes)
+            problems[index] = case.scene.gondola.mass, stiffness, modes.frequency, participation, inertia
+            complete[index] = modes.complete
+        for index, solved in zip(problems, gondola.coupled_modes_of(list(problems.values())), strict=True):
+            limit, inertia = waiting[index]
+            needed = GONDOLA_MODES * float(solved[0][np.argmax(solved[1])])
+            if complete[index] or needed <= 1.5 * limit:
+                found[index] = solved
+                del waiting[index]
+            else:
+                waiting[index] = needed, inertia
+    return found
+
+
+def loop_of(case):
+    """The winch loop of a case; without a controller its gain is zero.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Loop
+    """
+    found = _loops_of([case])[0]
+    if isinstance(found, Exception):
+        raise found
+    return found
+
+
+def prepare(cases, loops=True):
+    """Let cases know their coupled modes and their loops, poles and passages with them, by one iteration for all.
+
+    What a case cannot have it says when it is asked. Cases that share a loop share it here too.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        As many as the shelf keeps, or fewer.
+    loops : bool
+        Whether the loops are needed at all.
+    """
+    cases = [case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None]
+    _share(cases, "coupled", coupled_of)
+    if loops:
+        winch.prepare(_share(cases, "loop", _loops_of))
+
+
+def _loops_of(cases):
+    """Loops or errors, as `coupled_of`."""
+    found = []
+    for case in cases:
+        try:
+            found.append(_without_gain(case))
+        except CablestudyError as error:
+            found.append(error)
+    # a gain that follows from a margin needs the passages
+    asking = [index for index, case in enumerate(cases) if isinstance(found[index], Loop) and _margin(case)]
+    winch.prepare([found[index] for index in asking])
+    for index in asking:
+        try:
+            found[index] = found[index].with_margin(_margin(cases[index]).gain_margin)
+        except CablestudyError as error:
+            found[index] = error
+    return found
+
+
+def _share(cases, name, compute):
+    """Compute a part of all cases that lack it, once for those with equal keys; an error is left to who asks.
+
+    Returns
+    -------
+    list
+        The parts that there are, each once.
+    """
+    lacking, there = {}, {}
+    for case in cases:
+        try:
+            where = key_of(case, name)
+        except CablestudyError:
+            continue
+        if name in case.__dict__ or where in case.shelf:
+            there[where] = getattr(case, name)
+        else:
+            lacking.setdefault(where, []).append(case)
+    first = [alike[0] for alike in lacking.values()]
+    for (where, alike), part in zip(lacking.items(), compute(first) if first else [], strict=True):
+        if isinstance(part, CablestudyError):
+            continue
+        there[where] = part
+        for case in alike:
+            case.shelf.put(*where, case.nodes, part)
+            case.__dict__[name] = part
+    return list(there.values())
+
+
+def _controller(case):
+    return case.scene.winch.controller if case.scene.winch else None
+
+
+def _margin(case):
+    """What the gain follows from; None where it is given."""
+    controller = _controller(case)
+    return None if controller is None or isinstance(controller.gain, float | int) else controller.gain.auto
+
+
+def _without_gain(case):
+    """The loop; where the gain is still to be found it is none."""
+    scene, controller = case.scene, _controller(case)
+    loop = Loop(
+        case.end_model_along_x,
+        scene.gondola.mass,
+        scene.winch.location if scene.winch else "ground",
+        undamped=case.coupled if case.felt.modes(1).complete else None,
+    )
+    if controller is None:
+        return loop
+    gain = float(controller.gain) if isinstance(controller.gain, float | int) else 0.0
+    return replace(loop, notch=_notch(case, controller.notch), gain=gain)
+
+
+def _notch(case, notch):
+    if notch is None:
+        return None
+    frequency = notch.frequency
+    if frequency == "coupled":
+        frequency = case.gondola_frequency
+    elif frequency == "static":
+        frequency = case.gondola_frequency_static
+    turn = 2 * np.pi
+    return Notch(turn * frequency, notch.damping_ratio, turn * notch.rolloff_frequency, notch.rolloff_damping_ratio)
