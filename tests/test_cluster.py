@@ -9,7 +9,7 @@ import pytest
 from cluster import cluster
 from command import SLACK, process, run, start, study_file, wait_for_rows
 
-from cablestudy.study import cluster as module
+from cablestudy.sweep import cluster as module
 
 STUDY = (
     "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 300}}]\ncolumns: [preload, cable_frequency]\n"

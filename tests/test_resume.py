@@ -16,10 +16,10 @@ from command import SLACK, process, run, start, study_file, wait_for_rows
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study import chunk, growth, journal, parallel
 from cablestudy.study.columns import find
-from cablestudy.study.fingerprint import identity
-from cablestudy.study.sweep import prepare
+from cablestudy.study.prepare import prepare
+from cablestudy.sweep import chunk, growth, journal, parallel
+from cablestudy.sweep.fingerprint import identity
 
 ROWS = Path("results/study.rows.jsonl")
 TABLE = Path("results/study.csv")
@@ -324,7 +324,7 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
     study_file(folder, text, SLACK)
     tables = []
     for seconds, jobs in ((0.0, "1"), (0.02, "1"), (10.0, "1"), (0.05, "2"), (10.0, "3")):
-        monkeypatch.setattr("cablestudy.study.supply.SECONDS", seconds)
+        monkeypatch.setattr("cablestudy.sweep.supply.SECONDS", seconds)
         run("sweep", "study.yaml", "--jobs", jobs)
         tables.append(TABLE.read_bytes())
     assert len(set(tables)) == 1

@@ -14,10 +14,10 @@ from command import CARLINA, SLACK, process, rows_of, run, study_file, table_of
 
 from cablestudy import __version__
 from cablestudy.errors import SceneError
-from cablestudy.study import progress
-from cablestudy.study.check import Difference, Tolerance, read_tolerances
-from cablestudy.study.run import read_shard
 from cablestudy.study.table import Field, Table
+from cablestudy.sweep import progress
+from cablestudy.sweep.check import Difference, Tolerance, read_tolerances
+from cablestudy.sweep.run import read_shard
 
 VARY = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m, 190 m]}, {cable.area: [20 mm^2, 24 mm^2]}]\n"
 SHARDED = VARY + "columns: [preload, sag, area]\n"
@@ -85,7 +85,7 @@ def test_a_case_that_was_not_checked_fails_alone(folder, monkeypatch):
 
 def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
     study_file(folder, FAILING)
-    monkeypatch.setattr("cablestudy.study.supply.SECONDS", 0.0)
+    monkeypatch.setattr("cablestudy.sweep.supply.SECONDS", 0.0)
     outcome = run("sweep", "study.yaml", "--fail-fast", "--jobs", "1", code=3)
     assert outcome.out == ""
     assert (

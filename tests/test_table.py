@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
-from cablestudy.study.check import Tolerance, compare
 from cablestudy.study.table import Field, Table, exact, number, read_csv, short, signed, write_whole
+from cablestudy.sweep.check import Tolerance, compare
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
 ROWS = [

@@ -4,7 +4,7 @@ import os
 import platform
 from importlib.metadata import version
 
-from cablestudy.study.sweep import STATUS
+from cablestudy.study.fields import STATUS
 from cablestudy.study.table import Field, Table, short
 
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)

@@ -7,9 +7,9 @@ from contextlib import suppress
 from itertools import islice
 
 from cablestudy.errors import SceneError
-from cablestudy.study.fingerprint import differences, digest
-from cablestudy.study.journal import FORMAT, LINE, Journal
 from cablestudy.study.table import give_rights, leftovers
+from cablestudy.sweep.fingerprint import differences, digest
+from cablestudy.sweep.journal import FORMAT, LINE, Journal
 
 
 def open_journal(path, identity, count, take, resume=False, restart=False):

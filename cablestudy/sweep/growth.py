@@ -3,9 +3,9 @@
 import json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.chunk import key_of, line_of
 from cablestudy.study.columns import find
-from cablestudy.study.opening import batched
+from cablestudy.sweep.chunk import key_of, line_of
+from cablestudy.sweep.opening import batched
 
 # a closed form: its digits do not depend on which other columns are computed
 ALONE = ("scene", "statics", "stiffness")

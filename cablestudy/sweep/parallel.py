@@ -8,8 +8,8 @@ from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.chunk import compute
-from cablestudy.study.interrupt import unbroken
+from cablestudy.sweep.chunk import compute
+from cablestudy.sweep.interrupt import unbroken
 
 PROBE = 0.3  # seconds in this process before others are thought of
 WORTH = 3.0  # seconds of work that are worth the start of other processes

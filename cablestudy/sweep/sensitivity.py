@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.study.sweep import columns_of, written
+from cablestudy.study.prepare import columns_of
 from cablestudy.study.table import Field, Table
+from cablestudy.sweep.rows import written
 
 RESAMPLES = 1000
 BLOCKS = 1024

@@ -6,7 +6,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.study.chunk import compute
+from cablestudy.sweep.chunk import compute
 
 AHEAD = 2  # chunks in flight for each thread of the workers
 ANSWER = 15  # seconds until a scheduler must have answered

@@ -9,8 +9,8 @@ from hashlib import blake2b
 
 from cablestudy.errors import SceneError
 from cablestudy.study.columns import ROUNDING, find
-from cablestudy.study.fingerprint import program
 from cablestudy.study.row import evaluate_cases
+from cablestudy.sweep.fingerprint import program
 
 OK = b'"status": "ok"}}\n'  # how the line of a row with an answer ends
 

@@ -17,8 +17,8 @@ from collections import Counter
 from contextlib import suppress
 
 from cablestudy.errors import SceneError
-from cablestudy.study.chunk import OK, line_of
-from cablestudy.study.fingerprint import digest
+from cablestudy.sweep.chunk import OK, line_of
+from cablestudy.sweep.fingerprint import digest
 
 FORMAT = 1
 FINISHED = b'{"finished": true}\n'
