@@ -38,8 +38,8 @@ def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
     place.write(study, table, "a: 1\n")
     names = sorted(path.name for path in (folder / "deep" / "out").iterdir())
     assert names == ["study.csv", "study.md", "study.run.yaml"]
-    assert Path(place.csv).read_text(encoding="utf-8") == table.csv()
-    assert Path(place.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.markdown()}"
+    assert Path(place.csv).read_text(encoding="utf-8") == table.render("csv")
+    assert Path(place.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.render('md')}"
     assert list(compare(table, place.csv, Tolerance(0.0))) == []
     assert Path(place.run).read_text(encoding="utf-8") == "a: 1\n"
     place.check_stored()

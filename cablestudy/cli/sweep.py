@@ -46,7 +46,13 @@ MOST_DIFFERENCES = 1000  # that a check shows one by one
 @OUT
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
-@click.option("--rtol", "rtols", multiple=True, metavar="[COLUMN=]TOL", help="With --check. Default: 1e-6. Repeatable.")
+@click.option(
+    "--rtol",
+    "rtols",
+    multiple=True,
+    metavar="[COLUMN=]TOL",
+    help="With --check. Default: the study's, else 1e-6. Repeatable.",
+)
 @click.option("--resume", is_flag=True, help="Go on with the rows of an earlier run.")
 @click.option("--restart", is_flag=True, help="Begin anew, whatever an unfinished run has left.")
 @click.option("--jobs", type=click.IntRange(1, 1024), help="Processes. Default: as many as the work is worth.")

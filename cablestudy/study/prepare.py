@@ -1,11 +1,13 @@
-"""What can be wrong with a study beyond its file: columns, printed values, plot; found before anything is computed."""
+"""What can be wrong with a study beyond its file: columns, tolerances, printed values, plot; found before computing."""
 
 from math import inf
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.study import CHECK_ALL
+from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.table import number, read_csv
+
+NEVER_COMPARED = "solve_time"  # no two runs agree on it
 
 
 def columns_of(study):
@@ -47,6 +49,64 @@ def columns_of(study):
 
 def _every_case_lacks(study, column):
     return all(lacks(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
+
+
+def compared(study, name):
+    """The column of a tolerance.
+
+    Parameters
+    ----------
+    study : Study
+    name : str
+        With its unit or without.
+
+    Returns
+    -------
+    str
+        Its header.
+
+    Raises
+    ------
+    ValueError
+        The study has no such column, or one that has no use for a tolerance.
+    """
+    column = find(name)
+    if not {column.name, column.header}.intersection(study.columns):
+        raise ValueError(f"{name} is not among the study's columns")
+    if column.name in ("status", NEVER_COMPARED):
+        raise ValueError(f"{name} {'is text' if column.name == 'status' else 'is never compared'}")
+    return column.header
+
+
+def tolerances_of(study):
+    """The tolerances that a study file states.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    dict
+        Header, or ALL_COLUMNS -> relative tolerance.
+
+    Raises
+    ------
+    SceneError
+        Columns that there are not, or that are given twice.
+    """
+    found, mistakes = {}, []
+    for name, value in study.tolerances.items():
+        try:
+            header = name if name == ALL_COLUMNS else compared(study, name)
+            if header in found:
+                raise ValueError("given twice")
+            found[header] = value
+        except ValueError as error:
+            mistakes.append(Mistake(study.source.where_key(("check", name)), f"check.{name}", str(error)))
+    if mistakes:
+        raise SceneError(*mistakes)
+    return found
 
 
 def reference_of(study, columns):
@@ -112,6 +172,7 @@ def prepare(study):
     """
     study.check()
     columns = columns_of(study)
+    tolerances_of(study)
     for name in (study.plot.x, *study.plot.y) if study.plot else ():
         try:
             header = find(name).header

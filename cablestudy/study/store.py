@@ -93,5 +93,5 @@ class Place:
 
     def write(self, study, table, provenance):
         """Write the table and its provenance, each file whole or not at all."""
-        self.write_texts(table.pieces("csv"), f"# {study.title or self.stem}\n\n{table.markdown()}")
+        self.write_texts(table.pieces("csv"), f"# {study.title or self.stem}\n\n{table.render('md')}")
         write_whole(self.run, provenance)
