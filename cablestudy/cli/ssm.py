@@ -43,7 +43,7 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
 
     study.check_file(out)
     wish = study.Wish(count, upto, error, kinds, not no_residual, attached, wind, moved or "end_2_x", felt or "end_2_x")
-    frequency = study.span_of_frequencies(span) if span else None
+    span = study.read_span(span) if span else None
     document, model = load_scene(scene, sets)
     choice = study.choose(document, model, wish)
     say(choice.notes if explain else (), quiet)
@@ -55,11 +55,11 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
         study.write(system, out)
         say([f"written: {out}"], quiet)
     if span:
-        curves = tables.curves(choice, frequency)
+        curves = tables.curves(choice)
         if plot:
             from cablestudy.study import plots
 
-            plots.save(plots.bode(frequency, curves), plot)
-        show(tables.response_table(frequency, curves), style)
+            plots.save(plots.bode(curves, *tables.drawn(span, curves)), plot)
+        show(tables.response_table(span, curves), style)
     elif not out:
         show(tables.mode_table(choice), style)
