@@ -90,8 +90,6 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 def windrms(scene, sets, style, plot, on, explain, quiet):
     """RMS of the gondola in the wind, with and without the winch loop; loop margins."""
     check_picture(plot)
-    if plot and on != "gondola":
-        raise click.UsageError("--plot shows the wind on the gondola: leave out --on")
     from cablestudy.scene.scene import load_scene
     from cablestudy.study.wind_report import wind_table
 
@@ -103,7 +101,7 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
     elif plot:
         from cablestudy.study import plots
 
-        plots.save(plots.wind_response(row.case), plot)
+        plots.save(plots.wind_response(row.case, on), plot)
     show(table, style)
     if row.failed:
         sys.stdout.flush()
