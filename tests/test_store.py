@@ -72,6 +72,14 @@ def test_a_folder_that_is_closed(folder):
         Place("closed", "a.yaml").check_writable()
 
 
+@pytest.mark.parametrize("end", [".csv", ".md", ".run.yaml", ".rows.jsonl"])
+def test_a_folder_in_the_way_of_a_file(folder, end):
+    (folder / f"a{end}").mkdir()
+    with pytest.raises(SceneError) as caught:
+        Place(str(folder), "a.yaml").check_writable()
+    assert str(caught.value) == f"{folder}/a{end}: cannot be written (a folder is there)"
+
+
 def test_nothing_stored(folder):
     with pytest.raises(SceneError, match="no such file to compare with"):
         Place("out", "a.yaml").check_stored()

@@ -168,12 +168,17 @@ class Run:
         return record(self.identity, command, self._started, time.monotonic() - self._begin, rows)
 
     def reused(self):
-        """List of the line that says how many rows were there already."""
+        """List of the lines that say how many rows were there already, and what of the file is none."""
+        strange, lines = self.journal.strange, []
+        if strange:
+            listed = ", ".join(map(str, strange[:KINDS])) + (", ..." if len(strange) > KINDS else "")
+            listed = f"line{'s' * (len(strange) > 1)} {listed}"
+            lines.append(f"{self.path}: left out what is no row as it was written: {listed}")
         parts = sum(1 for _ in self.journal.incomplete(self.cases))
         if not (self._known or parts):
-            return []
+            return lines
         known = f"{self._known} of {len(self.cases)} rows are there already"
-        return [known + (f", and some columns of {parts} more" if parts else "")]
+        return [*lines, known + (f", and some columns of {parts} more" if parts else "")]
 
     def failures(self, words):
         """Lines about the rows without an answer: the first of them, how many of each kind, how to see one alone.
