@@ -207,7 +207,8 @@ def write_whole(path, text):
             if isinstance(text, bytes):
                 file.write(text)
             else:
-                file.writelines(piece.encode() for piece in ([text] if isinstance(text, str) else text))
+                pieces = [text] if isinstance(text, str) else text
+                file.writelines(piece.encode(errors="backslashreplace") for piece in pieces)  # a name may be no text
         give_rights(temporary)
         os.replace(temporary, path)
     except OSError as error:
