@@ -2,8 +2,9 @@
 
     python benchmarks/kills.py [COUNT]      # `make kills`: 100
 
-SIGKILL reaches the sweep anywhere: while it starts, computes, writes a row, or writes the table. Exit code 1 if a byte
-of the table differs, a row was computed twice, or a process or temporary file is left.
+SIGKILL, and between two of them SIGTERM or SIGINT, reach the sweep anywhere: while it starts, computes, writes a row,
+or writes the table. Exit code 1 if a byte of the table differs, a row was computed twice, a process or temporary file
+is left, or a sweep that was asked to end says anything but how to go on.
 """
 
 import json
@@ -23,6 +24,8 @@ vary:
   - {{cable.area: [20 mm^2, 24 mm^2, 28 mm^2]}}
 columns: [preload, sag, cable_frequency]
 """
+SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+INTERRUPTED = 130
 SWEEP = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--format", "csv", "--quiet"]
 
 
@@ -35,26 +38,34 @@ def main(count):
         begin = time.monotonic()
         whole = subprocess.run([*SWEEP, "--jobs", "1"], cwd=folder, capture_output=True, check=True).stdout
         seconds = time.monotonic() - begin
-        kills, ends, table = 0, 0, folder / "results" / "study.csv"
+        kills, stops, ends, table = 0, 0, 0, folder / "results" / "study.csv"
         assert table.read_bytes() == whole
         journal = folder / "results" / "study.rows.jsonl"
         journal.unlink()
         while kills < count:
-            jobs = str(generator.choice((1, 2)))
-            sweep = subprocess.Popen([*SWEEP, "--resume", "--jobs", jobs], cwd=folder, stdout=subprocess.DEVNULL)
+            jobs, ended_by = str(generator.choice((1, 2))), generator.choice(SIGNALS)
+            sweep = subprocess.Popen(
+                [*SWEEP, "--resume", "--jobs", jobs], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+            )
             time.sleep(generator.uniform(0, 1.2 * seconds))
-            sweep.kill()
-            if sweep.wait() == -signal.SIGKILL:
+            sweep.send_signal(ended_by)
+            said = sweep.communicate()[1].decode()
+            if sweep.returncode == -signal.SIGKILL:
                 kills += 1
+            elif sweep.returncode == INTERRUPTED:
+                stops += 1
+                assert said.startswith("interrupted: "), said
+            elif sweep.returncode == -ended_by:  # python itself was still starting
+                stops += 1
             elif sweep.returncode == 0:  # it was faster: its table must be right, and another begins
                 ends += 1
                 assert table.read_bytes() == whole, "the table differs"
                 journal.unlink()
             else:
-                raise AssertionError(f"exit code {sweep.returncode}")
+                raise AssertionError(f"exit code {sweep.returncode} after {ended_by.name}: {said}")
             if journal.exists():
                 check_journal(journal)
-            sys.stdout.write(f"\r{kills} kills, {ends} tables between them ")
+            sys.stdout.write(f"\r{kills} kills, {stops} stops, {ends} tables between them ")
             sys.stdout.flush()
         last = subprocess.run([*SWEEP, "--resume"], cwd=folder, capture_output=True, check=True).stdout
         assert last == whole, "the table differs"
@@ -63,7 +74,7 @@ def main(count):
         assert left == ["study.csv", "study.md", "study.rows.jsonl", "study.run.yaml"], left
         time.sleep(2)
         assert not processes_in(folder), "processes are left"
-        sys.stdout.write(f"\r{kills} kills and {ends + 1} tables, each the same byte for byte\n")
+        sys.stdout.write(f"\r{kills} kills, {stops} stops, and {ends + 1} tables, each the same byte for byte\n")
 
 
 def processes_in(folder):

@@ -1,6 +1,7 @@
 """Scenes that the tests of the study layer share, and their twins for the references."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from command import CARLINA
@@ -8,7 +9,13 @@ from references import bars, continuous_cable
 
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
+from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
+from cablestudy.sweep.fill import fill
+from cablestudy.sweep.fingerprint import identity
+from cablestudy.sweep.journal import Journal
+from cablestudy.sweep.parallel import local
+from cablestudy.sweep.rows import table_of
 
 AREA, DENSITY, MODULUS, CHORD, LENGTH, GONDOLA = 2.69e-6, 1440.0, 70.3e9, 185.8, 184.4883, 50.0  # Table 1
 G = 9.81
@@ -91,3 +98,12 @@ class Twin:
 PAPER = Twin(CHORD, 0.0, LENGTH)
 INCLINED = Twin(175.68, 60.49, LENGTH)
 SAGGING = Twin(CHORD, 0.0, 186.0, 24.2e-6)  # 1:45, Table 6
+
+
+def computed(study):
+    """The table of a study, nothing written."""
+    columns, reference = prepare(study)
+    cases = range(study.count)
+    journal = Journal.temporary(identity(study, columns), study.count)
+    fill(study, columns, cases, journal, partial(local, jobs=1))
+    return table_of(study, columns, reference, journal, cases)

@@ -190,13 +190,22 @@ STUDIES = {
     "its own base": (("scene.yaml", "study.yaml"), ["study.yaml:1:7: base: base files in a circle"]),
     "missing reference": (("printed.csv", "absent.csv"), ["study.yaml:5:12: reference: absent.csv: no such file"]),
     "a directory as reference": (("printed.csv", "."), ["study.yaml:5:12: reference: .: no such file"]),
+    "tolerances of what is not there": (
+        ("reference: printed.csv", "check: {rtol: 1e-9, sagg: 1e-3, mass: 0, sag: 0, sag_m: 1, status: 1}"),
+        [
+            "study.yaml:5:21: check.sagg: unknown column 'sagg' (did you mean sag?)",
+            "study.yaml:5:33: check.mass: mass is not among the study's columns",
+            "study.yaml:5:50: check.sag_m: given twice",
+            "study.yaml:5:60: check.status: status is not among the study's columns",
+        ],
+    ),
     "a bad plot": (("reference: printed.csv", "plot: {x: sag, y: mass}"), ["study.yaml:5:7: plot: mass is not among"]),
 }
 
 
 @pytest.mark.parametrize("what", STUDIES)
 def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkeypatch):
-    monkeypatch.setattr("cablestudy.study.chunk.evaluate_cases", None)
+    monkeypatch.setattr("cablestudy.sweep.chunk.evaluate_cases", None)
     change, lines = STUDIES[what]
     Path("study.yaml").write_text(changed(*change, STUDY), encoding="utf-8")
     found = refused(folder, "sweep", "study.yaml")

@@ -284,6 +284,16 @@ def test_a_terminal_without_some_letters_is_no_reason_to_fail(folder):
     assert "gravty" in process("static", "cäble.yaml", "--set", "gravty=1", env=environment).err
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="file names of any bytes are Linux")
+def test_a_file_whose_name_is_no_text(folder):
+    os.rename(study_file(folder, "columns: [sag]\n"), b"bad\xff.yaml")
+    outcome = process("sweep", "bad\udcff.yaml")
+    assert (outcome.code, len(outcome.lines)) == (0, 1)
+    assert sorted(name[4:] for name in os.listdir(b"results")) == [b".csv", b".md", b".rows.jsonl", b".run.yaml"]
+    with open("results/bad\udcff.md", encoding="utf-8") as file:
+        assert file.read().startswith("# bad\\udcff\n")
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals to a process group are POSIX")
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_control_c_leaves_the_rows_that_are_done_and_no_traceback(folder, jobs):

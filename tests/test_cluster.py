@@ -9,7 +9,7 @@ import pytest
 from cluster import cluster
 from command import SLACK, process, run, start, study_file, wait_for_rows
 
-from cablestudy.study import cluster as module
+from cablestudy.sweep import cluster as module
 
 STUDY = (
     "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 300}}]\ncolumns: [preload, cable_frequency]\n"
@@ -62,10 +62,13 @@ def test_nobody_there(slow, folder, monkeypatch):
     assert outcome.lines[0].startswith("--scheduler tcp://127.0.0.1:9: no scheduler answers there")
     assert len(outcome.lines) == 1
     (folder / "bad.json").write_text("{}", encoding="utf-8")
+    assert "Traceback" not in process("sweep", slow, "--no-write", "--scheduler", "nowhere").err
     for name, reason in (
         ("no.json", "cannot be read (No such file or directory)"),
         ("bad.json", "is no scheduler file of dask"),
-        ("odd://x", "no scheduler answers there (unknown address scheme 'odd' (known schemes: "),
+        ("odd://x", "expected tcp://host:port, or a scheduler file FILE.json"),
+        ("nowhere", "expected tcp://host:port, or a scheduler file FILE.json"),
+        ("tls://127.0.0.1:9", "expected tcp://host:port, or a scheduler file FILE.json"),
     ):
         (line,) = run("sweep", slow, "--no-write", "--scheduler", name, code=2).lines
         assert line.startswith(f"--scheduler {name}: {reason}")

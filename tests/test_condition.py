@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
-from cablestudy.study.condition import Names, parse
+from cablestudy.sweep.condition import Names, parse
 
 KEYS = ("cable.preload", "cable.material", "gondola.mass", "winch.controller.notch.frequency")
 STUDY = SimpleNamespace(columns=("sag", "mass", "gondola_rms", "status"), varied=KEYS)

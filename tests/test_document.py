@@ -262,14 +262,14 @@ def test_an_upper_layer_replaces_the_alternatives_of_a_lower_one(folder, lower, 
 def test_set_replaces_alternatives_and_makes_mappings(folder, lower, key, result):
     document = read_document(write("f.yaml", lower))
     before = repr(document.value)
-    changed = document.with_set(key, 1, "here")
+    changed = document.with_sets([(key, 1, "here")])
     assert changed.value == result
     assert changed.where(tuple(key.split("."))) == "here"
     assert repr(document.value) == before
 
 
 def test_places_after_a_set(folder):
-    document = read_document(write("f.yaml", "a: {b: 1, c: 2}\n")).with_set("d.e", {"f": 1}, lambda: "late")
+    document = read_document(write("f.yaml", "a: {b: 1, c: 2}\n")).with_sets([("d.e", {"f": 1}, lambda: "late")])
     assert document.where(("d", "e", "f")) == document.where(("d",)) == document.where_key(("d", "e")) == "late"
     assert document.where(("a", "c")) == "f.yaml:1:14"
 
@@ -286,7 +286,7 @@ def test_places_after_a_set(folder):
 )
 def test_a_key_that_cannot_be_set_is_refused(folder, key, message):
     document = read_document(write("f.yaml", "a: 1\nc: [1, 2]\n"))
-    assert message_of(document.with_set, key, 5, "x") == message
+    assert message_of(document.with_sets, [(key, 5, "x")]) == message
 
 
 @pytest.mark.parametrize(

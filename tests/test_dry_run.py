@@ -8,8 +8,8 @@ from command import CONFIGS, rows_of, run, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study.dry_run import lines
 from cablestudy.study.table import Field, Table
+from cablestudy.sweep.dry_run import lines
 
 VARY = """\
 vary:

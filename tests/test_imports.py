@@ -9,16 +9,16 @@ import pytest
 import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
-# what each layer may import from cablestudy: cli > study > control | wind | scene > cable > errors
+# what each layer may import from cablestudy: cli > sweep > study > control | wind | scene > cable > errors
 ALLOWED = {
     "errors": set(),
     "cable": {"cable", "errors"},
     "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
     "control": {"control", "cable", "errors"},
     "wind": {"wind", "cable", "errors"},
-    "study": {"study", "control", "wind", "scene", "cable", "errors", "__version__"},
-    "cli": {"cli", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
-    "__main__": {"cli"},
+    "study": {"study", "control", "wind", "scene", "cable", "errors"},
+    "sweep": {"sweep", "study", "scene", "errors", "__version__"},
+    "cli": {"cli", "sweep", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
     "__init__": set(),
 }
 LIBRARIES = {"cable": {"numpy", "scipy"}, "errors": set()}
@@ -79,5 +79,5 @@ def test_the_scene_layer_has_no_arrays(path):
 def test_there_is_something_to_check():
     drawing = set(imports(ROOT.joinpath(*DRAWS))) - set(imports(ROOT.joinpath(*DRAWS), inside=False))
     assert drawing == {"warnings", "numpy.random", "scipy.stats"}
-    assert {"errors", "cable", "scene", "study"} <= {layer_of(path) for path in MODULES}
+    assert {"errors", "cable", "scene", "study", "sweep", "cli"} <= {layer_of(path) for path in MODULES}
     assert "numpy" in set(imports(ROOT / "cable" / "assembly.py"))

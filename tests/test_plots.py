@@ -6,6 +6,7 @@ import matplotlib
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scenes import computed
 
 from cablestudy.cli import main
 from cablestudy.errors import SceneError
@@ -14,7 +15,6 @@ from cablestudy.scene.study import read_study
 from cablestudy.study import plots, report, row
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
-from cablestudy.study.sweep import run
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 MAGIC = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
@@ -48,7 +48,7 @@ def carlina():
 @pytest.fixture(scope="module")
 def preload():
     study = read_study(str(CONFIGS / "preload.yaml"))
-    return study, run(study)[0]
+    return study, computed(study)
 
 
 # ---------------------------------------------------------------------------------------------------- static form
@@ -227,7 +227,7 @@ def test_a_study_without_plot_shows_what_varies(tmp_path):
         "columns: [gondola_frequency_static, end_stiffness, density]\n"
     )
     study = read_study(str(path))
-    figure = draw(plots.study_plot(study, run(study)[0]))
+    figure = draw(plots.study_plot(study, computed(study)))
     assert [axes.get_ylabel() for axes in figure.axes] == ["gondola frequency\nstatic [Hz]", "end stiffness [N/m]"]
     assert figure.axes[-1].get_xlabel() == "mass [kg]"
     assert list(figure.axes[0].lines[0].get_xdata()) == [10.0, 20.0]
@@ -241,7 +241,7 @@ def test_materials_are_categories_and_a_broken_cable_is_left_out(tmp_path):
         "columns: [sag, end_stiffness]\n"
     )
     study = read_study(str(path))
-    table, _ = run(study)
+    table = computed(study)
     assert [row["status"] == "ok" for row in table.rows] == [False, True, True]
     figure = draw(plots.study_plot(study, table))
     assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == ["polypropylene", "steel", "aramid"]

@@ -3,6 +3,7 @@
 import fcntl
 import json
 import random
+import re
 import shlex
 import signal
 import subprocess
@@ -10,16 +11,17 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from command import SLACK, process, run, start, study_file, wait_for_rows
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study import chunk, growth, journal, parallel
 from cablestudy.study.columns import find
-from cablestudy.study.fingerprint import identity
-from cablestudy.study.sweep import prepare
+from cablestudy.study.prepare import prepare
+from cablestudy.sweep import chunk, growth, journal, parallel
+from cablestudy.sweep.fingerprint import digest, identity
 
 ROWS = Path("results/study.rows.jsonl")
 TABLE = Path("results/study.csv")
@@ -152,6 +154,73 @@ def test_a_torn_line_is_dropped(folder, computed, tail):
     assert all(json.loads(line) for line in lines[:-1])
 
 
+EDITS = {
+    "a number": lambda line: re.sub(rb'"sag_m": [\d.]+', b'"sag_m": 1.0', line),
+    "no JSON any more": lambda line: line.replace(b'"sag_m": ', b'"sag_m" '),
+    "a column taken out": lambda line: re.sub(rb', "sag_m": [\d.]+', b"", line),
+    "not a number": lambda line: re.sub(rb'"sag_m": [\d.]+', b'"sag_m": NaN', line),
+    "another row": lambda line: re.sub(rb'"row": \d', b'"row": 4', line),
+    "no row": lambda line: re.sub(rb'"row": \d', b'"row": 0', line),
+    "a row far beyond": lambda line: re.sub(rb'"row": \d', b'"row": 999999999', line),
+    "no status": lambda line: line.replace(b', "status": "ok"', b""),
+    "not UTF-8": lambda line: line.replace(b'"ok"', b'"\xff"'),
+    "a part": lambda line: line.replace(b'"row"', b'"part"'),
+    "a comment": lambda line: b"# " + line,
+    "nothing": lambda line: b"",
+}
+
+
+@pytest.mark.parametrize("what", EDITS)
+def test_a_row_that_was_changed_by_hand_is_computed_again(folder, computed, what):
+    study_file(folder, FEW, SLACK)
+    run("sweep", "study.yaml", "--jobs", "1")
+    before, lines = TABLE.read_bytes(), ROWS.read_bytes().split(b"\n")
+    changed = EDITS[what](lines[2])
+    assert changed != lines[2]
+    ROWS.write_bytes(b"\n".join([*lines[:2], changed, *lines[3:]]))
+    TABLE.unlink()
+    computed.clear()
+    outcome = run("sweep", "study.yaml", "--resume")
+    assert outcome.lines[:2] == [
+        "results/study.rows.jsonl: left out what is no row as it was written: line 3",
+        "3 of 4 rows are there already",
+    ]
+    assert [count for count, _ in computed] == [1]
+    assert TABLE.read_bytes() == before
+    run("sweep", "study.yaml")  # the run counts as finished: it may be begun anew
+
+
+def test_every_line_changed_by_an_editor_is_left_out(folder):
+    study_file(folder, FEW, SLACK)
+    run("sweep", "study.yaml")
+    before = TABLE.read_bytes()
+    ROWS.write_bytes(ROWS.read_bytes().replace(b"\n", b"\r\n"))
+    outcome = run("sweep", "study.yaml", "--resume")
+    assert outcome.lines[0].endswith("no row as it was written: lines 2, 3, 4, 5, 6")
+    assert TABLE.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (lambda head: {**head, "columns": 5}, "its first line was changed, which says what its rows are of"),
+        (lambda head: {**head, "scene": {}}, "its first line was changed, which says what its rows are of"),
+        (lambda head: {**head, "journal": 1}, "is a journal of another version of cablestudy"),
+        (lambda head: [head], "is no journal of a sweep; move it away"),
+        (lambda head: {}, "is no journal of a sweep; move it away"),
+    ],
+)
+def test_a_first_line_that_was_changed_is_refused(folder, edit, message):
+    study_file(folder, FEW, SLACK)
+    run("sweep", "study.yaml")
+    head, rest = ROWS.read_bytes().split(b"\n", 1)
+    ROWS.write_bytes(json.dumps(edit(json.loads(head))).encode() + b"\n" + rest)
+    (line,) = run("sweep", "study.yaml", "--resume", code=2).lines
+    assert line.startswith(f"results/study.rows.jsonl: {message}")
+    if "move it away" not in message:
+        run("sweep", "study.yaml", "--restart")
+
+
 def test_every_beginning_of_a_journal_can_be_gone_on_with(folder):
     study_file(folder, FEW, SLACK)
     run("sweep", "study.yaml")
@@ -191,10 +260,14 @@ def test_resume_refuses_what_differs_and_says_what(folder):
     assert "results/study.rows.jsonl: cable.density: 1440 kg/m^3 there, 8 g/cm^3 now" in outcome.lines
     assert "results/study.rows.jsonl: wind.speed: 6 m/s there, not given now" in outcome.lines
     assert "--restart begins anew" in outcome.lines[-1]
-    ROWS.write_bytes(left.replace(b'"cablestudy": "', b'"cablestudy": "9.', 1))
+    head, rows = left.split(b"\n", 1)
+    head = json.loads(head)
+    known = {part: head[part] for part in ("program", "scene", "vary", "columns")}
+    known["program"]["cablestudy"] = "9.1"
+    ROWS.write_bytes(json.dumps({"journal": 2, "fingerprint": digest(known), **known}).encode() + b"\n" + rows)
     (line, _) = run("sweep", "study.yaml", "--resume", code=2).lines
     assert line.startswith("results/study.rows.jsonl: version of cablestudy: 9.")
-    ROWS.write_bytes(left.replace(b'{"journal": 1', b'{"journal": 7', 1))
+    ROWS.write_bytes(left.replace(b'{"journal": 2', b'{"journal": 7', 1))
     (line,) = run("sweep", "study.yaml", "--resume", code=2).lines
     assert line.endswith("is a journal of another version of cablestudy; --restart begins anew")
     run("sweep", "study.yaml", "--restart")
@@ -324,7 +397,7 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
     study_file(folder, text, SLACK)
     tables = []
     for seconds, jobs in ((0.0, "1"), (0.02, "1"), (10.0, "1"), (0.05, "2"), (10.0, "3")):
-        monkeypatch.setattr("cablestudy.study.supply.SECONDS", seconds)
+        monkeypatch.setattr("cablestudy.sweep.supply.SECONDS", seconds)
         run("sweep", "study.yaml", "--jobs", jobs)
         tables.append(TABLE.read_bytes())
     assert len(set(tables)) == 1
@@ -373,12 +446,22 @@ def _die_elsewhere(piece):
     return chunk.compute(piece)
 
 
+def test_no_more_processes_than_cores_have_use_for(monkeypatch):
+    asked = []
+    monkeypatch.setattr(parallel, "cores", lambda: 2)
+    monkeypatch.setattr(parallel, "processes", lambda supply, jobs: asked.append(jobs) or iter(()))
+    monkeypatch.setattr(parallel, "here", lambda *_: iter(()))
+    for jobs in (2, 8, 1000):
+        list(parallel.local(SimpleNamespace(left=10_000), jobs))
+    assert asked == [2, 8, 8]
+
+
 def test_a_full_disk_is_one_line_and_what_is_there_stays(folder):
     study_file(folder, LONG, SLACK)
     full = "ulimit -f 4; exec {} -m cablestudy.cli sweep study.yaml --jobs 1"  # blocks of 1024 bytes
     done = subprocess.run(["bash", "-c", full.format(sys.executable)], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "results/study.rows.jsonl: cannot be written (File too large)\n"
+    assert done.stderr == "results/study.rows.jsonl: cannot be written (File too large); --resume goes on\n"
     assert names() == ["study.rows.jsonl"]
     reused = run("sweep", "study.yaml", "--resume").lines[0]
     assert 0 < int(reused.split()[0]) < 900

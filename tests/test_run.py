@@ -5,6 +5,7 @@ import json
 import platform
 import shlex
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy
 import pytest
@@ -14,10 +15,10 @@ from command import CARLINA, SLACK, process, rows_of, run, study_file, table_of
 
 from cablestudy import __version__
 from cablestudy.errors import SceneError
-from cablestudy.study import progress
-from cablestudy.study.check import Difference, Tolerance, read_tolerances
-from cablestudy.study.run import read_shard
 from cablestudy.study.table import Field, Table
+from cablestudy.sweep import progress
+from cablestudy.sweep.check import Difference, Tolerance, read_tolerances
+from cablestudy.sweep.run import read_shard
 
 VARY = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m, 190 m]}, {cable.area: [20 mm^2, 24 mm^2]}]\n"
 SHARDED = VARY + "columns: [preload, sag, area]\n"
@@ -85,7 +86,7 @@ def test_a_case_that_was_not_checked_fails_alone(folder, monkeypatch):
 
 def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
     study_file(folder, FAILING)
-    monkeypatch.setattr("cablestudy.study.supply.SECONDS", 0.0)
+    monkeypatch.setattr("cablestudy.sweep.supply.SECONDS", 0.0)
     outcome = run("sweep", "study.yaml", "--fail-fast", "--jobs", "1", code=3)
     assert outcome.out == ""
     assert (
@@ -245,27 +246,74 @@ def test_tolerances_of_columns(folder):
         ("nan", "--rtol nan: expected a finite number, not negative, or column=number"),
         ("chord=1e-3", "--rtol chord=1e-3: chord is not among the study's columns"),
         ("sagg=1e-3", "--rtol sagg=1e-3: unknown column 'sagg' (did you mean sag?)"),
+        ("status=1", "--rtol status=1: status is not among the study's columns"),
+        ("sag=1 m", "--rtol sag=1 m: expected a finite number, not negative, or column=number"),
     ):
         assert run(*check, wrong, code=2).lines == [message]
-    assert run(*check, "1", "--rtol", "2", code=2).lines == ["--rtol: given twice for all columns"]
+    assert run(*check, "1", "--rtol", "2", code=2).lines == ["--rtol 2: given twice for all columns"]
+
+
+def test_a_study_states_its_own_tolerances(folder):
+    text = "columns: [sag, preload, mass]\ncheck: {rtol: 1e-9, sag_m: 1 %}\n"
+    study_file(folder, text, SLACK)
+    run("sweep", "study.yaml")
+    path = Path("results/study.csv")
+    name, row = path.read_text(encoding="utf-8").splitlines()
+    sag, preload, mass, status = row.split(",")
+
+    def store(*factors):
+        numbers = (repr(float(value) * factor) for value, factor in zip((sag, preload, mass), factors, strict=True))
+        path.write_text(f"{name}\n{','.join(numbers)},{status}\n", encoding="utf-8")
+
+    store(1.009, 1 + 1e-10, 1.0)
+    run("sweep", "study.yaml", "--check")
+    store(1.011, 1 + 1e-8, 1 - 1e-8)
+    check = ("sweep", "study.yaml", "--check", "--rtol")
+    lines = run("sweep", "study.yaml", "--check", code=1).lines
+    assert [line.split(":")[1].split(",")[1] for line in lines] == [" sag_m", " preload_N", " mass_kg"]
+    # an option replaces the same one of the file
+    (line,) = run(*check, "1e-6", code=1).lines
+    assert "sag_m" in line
+    assert len(run(*check, "sag=0.02", code=1).lines) == 2
+    run(*check, "sag=0.02", "--rtol", "1e-6")
+    # what lets pass more or less computes the same rows
+    study_file(folder, text.replace("1 %", "2 %"), SLACK)
+    assert "1 of 1 rows are there already" in run("sweep", "study.yaml", "--resume").err
+
+
+def test_a_difference_from_a_printed_value_is_as_certain_as_its_column(folder):
+    (folder / "printed.csv").write_text("sag_m\n12.3\n", encoding="utf-8")
+    study_file(folder, "columns: [sag]\nreference: printed.csv\n", SLACK)
+    run("sweep", "study.yaml")
+    path = Path("results/study.csv")
+    (row,) = rows_of(path.read_text(encoding="utf-8"), "csv")
+    printed = row["sag_m"] * (1 + 1e-5)  # a millionth of the sag is a tenth of the difference
+    (folder / "printed.csv").write_text(f"sag_m\n{printed!r}\n", encoding="utf-8")
+    for change, code in ((5e-7, 0), (2e-6, 1)):
+        sag = row["sag_m"] * (1 + change)
+        cells = "sag_m,sag_printed_m,sag_difference_m,status\n" + f"{sag!r},{printed!r},{sag - printed!r},ok\n"
+        path.write_text(cells, encoding="utf-8")
+        assert len(run("sweep", "study.yaml", "--check", code=code).lines) == (2 if code else 1)
 
 
 def test_a_tolerance_without_a_column_is_for_all():
     assert Tolerance(1e-3, {"sag_m": 1.0}).of("sag_m") == 1.0
     assert Tolerance(1e-3).of("sag_m") == 1e-3
-    assert read_tolerances((), type("Study", (), {"columns": ()})).usual == 1e-6
+    nothing = SimpleNamespace(columns=(), tolerances={})
+    assert read_tolerances((), nothing).usual == 1e-6
+    assert read_tolerances(("1 %",), nothing).usual == 0.01  # as a study file may have it
     assert str(Difference(2, "sag_m", "2.0", "3.0")) == "row 2, sag_m: stored 2.0, computed 3.0, ratio 1.5"
 
 
 def test_markdown_of_a_long_table_shows_both_ends():
     table = Table((Field("n", "n"),), [{"n": n} for n in range(1, 5001)])
-    lines = table.markdown().splitlines()
+    lines = table.render("md").splitlines()
     assert [line.strip("| ") for line in (lines[2], lines[501], lines[502], lines[503], lines[1002])] == [
         "1", "500", "…", "4501", "5000"
     ]  # fmt: skip
     assert lines[-1] == "4000 of 5000 rows are left out here, from 501 to 4500; csv, json and jsonl have them all."
-    assert len(table.csv().splitlines()) == 5001
-    assert len(json.loads(table.json())["rows"]) == 5000
+    assert len(table.render("csv").splitlines()) == 5001
+    assert len(json.loads(table.render("json"))["rows"]) == 5000
 
 
 class Terminal(io.StringIO):

@@ -377,7 +377,8 @@ def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(tmp_path_factory, k
     path.write_text(GOOD, encoding="utf-8")
     mistakes = [None]
     try:
-        read_scene(read_document(path).with_set(f"{table}.{key}".strip(".").replace("*", "0"), value, "here"))
+        dotted = f"{table}.{key}".strip(".").replace("*", "0")
+        read_scene(read_document(path).with_sets([(dotted, value, "here")]))
     except SceneError as error:
         mistakes = error.mistakes
     assert mistakes

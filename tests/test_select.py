@@ -7,7 +7,7 @@ import pytest
 from command import rows_of, run, study_file
 
 from cablestudy.scene.study import read_study
-from cablestudy.study.select import read_selection
+from cablestudy.sweep.select import read_selection
 
 # the third one breaks, the fourth is too slack for its weight
 STUDY = "vary: [{cable.preload: [1345 N, 600 N, 100 kN, 1 N, 2 kN]}]\ncolumns: [mass, sag]\n"

@@ -10,7 +10,7 @@ from command import rows_of, run, study_file
 from scipy.stats import sobol_indices
 
 from cablestudy.scene.sampling import Sample
-from cablestudy.study.sensitivity import indices
+from cablestudy.sweep.sensitivity import indices
 
 
 @pytest.fixture(autouse=True)

@@ -8,16 +8,12 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import quad
 
-from cablestudy.wind.spectrum import (
-    ADMITTANCES,
-    SPECTRA,
-    VON_KARMAN_EXACT,
-    admittance,
-    force_spectrum,
-    speed_spectrum,
-)
+from cablestudy.scene.schema import scene_schema
+from cablestudy.wind.spectrum import VON_KARMAN_EXACT, admittance, force_spectrum, speed_spectrum
 
 SPEED, RMS, SCALE, AREA = 3.0, 0.45, 25.0, 0.6  # speed, scale and area of the paper's Fig. 6
+_KEYS = scene_schema()["$defs"]["Wind"]["properties"]
+SPECTRA, ADMITTANCES = (_KEYS[key]["enum"] for key in ("spectrum", "admittance"))  # all that a scene may name
 
 
 def variance(kind, speed=SPEED, rms=RMS, scale=SCALE):

@@ -2,13 +2,14 @@
 
 import json
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
 from command import CARLINA, SLACK, rows_of, run, table_of
 from scipy.io import loadmat
 
-from cablestudy.cli import ENDS
+from cablestudy.cli.ssm import ENDS
 from cablestudy.control import export, statespace
 from cablestudy.control.ends import NAMES
 from cablestudy.scene.scene import load_scene
@@ -204,10 +205,10 @@ def test_response_of_the_loop_is_that_of_the_state_space():
 
 
 def test_a_response_without_a_number_is_an_empty_cell():
-    curve = ssm_tables.Curve("", "", "N/m", np.array([1.0, np.inf]), np.array([0.0, np.nan]))
-    table = ssm_tables.response_table(np.array([1.0, 2.0]), [curve])
+    curve = ssm_tables.Curve("", "", "N/m", lambda frequency: np.array([1.0, complex(np.inf, np.nan)]))
+    table = ssm_tables.response_table((1.0, 2.0, 2), [curve])
     assert list(table.rows)[1] == {"frequency_Hz": 2.0, "magnitude_N_per_m": None, "phase_deg": None}
-    assert "null" in table.json()
+    assert "null" in table.render("json")
 
 
 @pytest.mark.parametrize("attached", WITH)
@@ -219,13 +220,57 @@ def test_bode_plot(folder, attached):
 def test_bode_plot_draws_the_curves():
     document, scene = load_scene(CARLINA)
     choice = ssm.choose(document, scene, ssm.Wish(attached="gondola"))
-    frequency = ssm.span_of_frequencies("0.1:100:50")
-    shown = ssm_tables.curves(choice, frequency)
-    magnitude, phase = plots.bode(frequency, shown).axes
+    span, shown = ssm.read_span("0.1:100:50"), ssm_tables.curves(choice)
+    frequency, *numbers = ssm_tables.drawn(span, shown)
+    magnitude, phase = plots.bode(shown, frequency, *numbers).axes
     assert [line.get_label() for line in magnitude.lines] == ["A, winch on the ground", "B, winch on the gondola"]
     for k, curve in enumerate(shown):
-        assert np.array_equal(magnitude.lines[k].get_ydata(), curve.magnitude)
-        assert np.array_equal(phase.lines[k].get_ydata(), curve.phase)
+        assert np.array_equal(magnitude.lines[k].get_xdata(), np.geomspace(0.1, 100, 50))
+        value = curve.value(frequency)
+        assert np.array_equal(magnitude.lines[k].get_ydata(), np.abs(value))
+        np.testing.assert_allclose(phase.lines[k].get_ydata(), np.degrees(np.unwrap(np.angle(value))), rtol=1e-12)
+
+
+def comb(frequency):
+    """A response with narrow resonances, one of them where blocks meet."""
+    s = 2j * np.pi * frequency
+    return sum(1 / (s**2 + 1e-5 * w * s + w**2) for w in 2 * np.pi * np.array([3.0, 3.01, np.sqrt(10), 7.77]))
+
+
+def test_a_long_response_is_never_in_memory_as_a_whole():
+    shown = [ssm_tables.Curve("", "", "m/N", comb)]
+    peaks = []
+    for count in (20_000, 1_000_000):
+        tracemalloc.start()
+        blocks = list(map(len, map(np.transpose, ssm_tables.numbers((1.0, 10.0, count), shown))))
+        drawn = ssm_tables.drawn((1.0, 10.0, count), shown)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert sum(blocks) == count
+    # all 24 MB of the longer one are never there; of its peaks none is lost in the picture
+    assert peaks[1] < peaks[0] + 2_000_000
+    every = np.geomspace(1.0, 10.0, 1_000_000)
+    value = comb(every)
+    assert 5_000 <= len(drawn[0]) <= 15_003
+    assert (drawn[0][0], drawn[0][-1]) == (1.0, 10.0)
+    assert (drawn[1].max(), drawn[1].min()) == (np.abs(value).max(), np.abs(value).min())
+    # what is drawn is of the response, in its order
+    places = np.searchsorted(every, drawn[0])
+    assert (np.diff(places) > 0).all()
+    assert np.array_equal(drawn[0], every[places])
+    assert np.array_equal(drawn[1], np.abs(value)[places])
+    np.testing.assert_allclose(drawn[2], np.degrees(np.unwrap(np.angle(value)))[places], rtol=1e-12)
+
+
+def test_both_ends_of_a_long_response_are_those_of_the_whole():
+    table = ssm_tables.response_table((1.0, 10.0, 10_000), [ssm_tables.Curve("", "", "m/N", comb)])
+    every = list(table.rows)
+    assert len(every) == len(table.rows) == 10_000
+    assert table.rows[4090:4100] == every[4090:4100]
+    assert table.rows[-500:] == every[-500:]
+    assert (table.rows[-1], table.rows[7], table.rows[5:20:3]) == (every[-1], every[7], every[5:20:3])
+    phase = [row["phase_deg"] for row in every]
+    np.testing.assert_allclose(phase, np.degrees(np.unwrap(np.angle(comb(np.geomspace(1, 10, 10_000))))), rtol=1e-12)
 
 
 # -------------------------------------------------------------------------------------------------------- mistakes

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 from command import CARLINA, study_file
+from scenes import computed
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study.check import Tolerance, compare
 from cablestudy.study.store import Place
-from cablestudy.study.sweep import run
+from cablestudy.sweep.check import Tolerance, compare
 
 
 @pytest.fixture(autouse=True)
@@ -34,12 +34,12 @@ def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
     place = Place("deep/out", study.name)
     place.check_writable()
     assert not (folder / "deep").exists()
-    table, _ = run(study)
+    table = computed(study)
     place.write(study, table, "a: 1\n")
     names = sorted(path.name for path in (folder / "deep" / "out").iterdir())
     assert names == ["study.csv", "study.md", "study.run.yaml"]
-    assert Path(place.csv).read_text(encoding="utf-8") == table.csv()
-    assert Path(place.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.markdown()}"
+    assert Path(place.csv).read_text(encoding="utf-8") == table.render("csv")
+    assert Path(place.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.render('md')}"
     assert list(compare(table, place.csv, Tolerance(0.0))) == []
     assert Path(place.run).read_text(encoding="utf-8") == "a: 1\n"
     place.check_stored()
@@ -47,7 +47,7 @@ def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
 
 def test_a_study_without_title_is_headed_by_its_name(folder):
     study = read_study(study_file(folder, "columns: [sag]\n"))
-    Place(".", study.name).write(study, run(study)[0], "a: 1\n")
+    Place(".", study.name).write(study, computed(study), "a: 1\n")
     assert Path("study.md").read_text(encoding="utf-8").startswith("# study\n\n| ")
     assert CARLINA in Path("study.yaml").read_text(encoding="utf-8")
 
@@ -61,7 +61,7 @@ def test_a_file_in_the_way(folder):
     (folder / "there" / "study.csv").mkdir()  # a folder where the file should go
     study = read_study(study_file(folder, "columns: [sag]\n"))
     with pytest.raises(SceneError, match="cannot be written"):
-        Place("there", study.name).write(study, run(study)[0], "a: 1\n")
+        Place("there", study.name).write(study, computed(study), "a: 1\n")
     assert [path.name for path in (folder / "there").iterdir()] == ["study.csv"]
 
 
@@ -70,6 +70,14 @@ def test_a_folder_that_is_closed(folder):
     (folder / "closed").mkdir(mode=0o500)
     with pytest.raises(SceneError, match="cannot be written to"):
         Place("closed", "a.yaml").check_writable()
+
+
+@pytest.mark.parametrize("end", [".csv", ".md", ".run.yaml", ".rows.jsonl"])
+def test_a_folder_in_the_way_of_a_file(folder, end):
+    (folder / f"a{end}").mkdir()
+    with pytest.raises(SceneError) as caught:
+        Place(str(folder), "a.yaml").check_writable()
+    assert str(caught.value) == f"{folder}/a{end}: cannot be written (a folder is there)"
 
 
 def test_nothing_stored(folder):

@@ -131,6 +131,14 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         (HEAD + "reference: absent.csv\n", ["3:12: reference: absent.csv: no such file"]),
         (HEAD + "plot: {x: sag}\n", ["3:7: plot: missing key: y"]),
         (HEAD + "plot: {x: sag, y: sag, logx: 1}\n", ["3:30: plot.logx: expected true or false, got 1"]),
+        (HEAD + "check: 1e-6\n", ["3:8: check: expected a mapping, got 1e-06"]),
+        (
+            HEAD + "check: {rtol: -1, sag: 1 m}\n",
+            [
+                "3:15: check.rtol: must not be negative, got -1",
+                '3:24: check.sag: expected a pure number (a number, or text such as "5 %"), got "1 m" (length)',
+            ],
+        ),
         (HEAD + "set: [1]\n", ["3:6: set: expected a mapping, got a list"]),
         (HEAD + "vary: {a: [1]}\n", ["3:7: vary: expected a list, got a mapping"]),
         (HEAD + "vary: [{}]\n", ["3:8: vary.0: an entry without a key"]),

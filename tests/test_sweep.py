@@ -9,7 +9,7 @@ from command import CARLINA, CONFIGS, SLACK, process, rows_of, run, study_file, 
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study import sweep
+from cablestudy.study.prepare import prepare
 
 PRELOAD = str(CONFIGS / "preload.yaml")
 
@@ -218,7 +218,7 @@ def test_explain_names_the_row(folder):
 def test_the_plot_of_a_study_must_name_its_columns(folder):
     study = read_study(study_file(folder, "columns: [sag]\nplot: {x: sag, y: nonsense}\n"))
     with pytest.raises(SceneError, match="unknown column 'nonsense'"):
-        sweep.prepare(study)
+        prepare(study)
 
 
 def test_run_time_columns(folder):

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
-from cablestudy.study.check import Tolerance, compare
 from cablestudy.study.table import Field, Table, exact, number, read_csv, short, signed, write_whole
+from cablestudy.sweep.check import Tolerance, compare
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
 ROWS = [
@@ -27,34 +27,34 @@ TABLE = Table(FIELDS, ROWS)
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_number_reads_back_as_itself(value):
     assert float(exact(value)) == value
-    row = next(iter(csv.DictReader(io.StringIO(Table(FIELDS, [{"sag_m": value}]).csv()))))
+    row = next(iter(csv.DictReader(io.StringIO(Table(FIELDS, [{"sag_m": value}]).render("csv")))))
     assert math.copysign(1, float(row["sag_m"])) == math.copysign(1, value)
-    assert json.loads(Table(FIELDS, [{"sag_m": value}]).jsonl())["sag_m"] == value
+    assert json.loads(Table(FIELDS, [{"sag_m": value}]).render("jsonl"))["sag_m"] == value
 
 
 def test_csv_json_and_jsonl_hold_the_same():
-    rows = list(csv.DictReader(io.StringIO(TABLE.csv(), newline="")))
+    rows = list(csv.DictReader(io.StringIO(TABLE.render("csv"), newline="")))
     assert [row["name"] for row in rows] == ["a, b", 'quo"te', "3"]
     assert [row["sag_m"] for row in rows] == ["0.30000000000000004", "", "1e-300"]
     assert rows[1]["status"] == "broken | ünder\nits weight"
-    table = json.loads(TABLE.json())
+    table = json.loads(TABLE.render("json"))
     assert table["columns"] == {"name": "", "sag_m": "m", "status": ""}
-    assert table["rows"] == [json.loads(line) for line in TABLE.jsonl().splitlines()]
+    assert table["rows"] == [json.loads(line) for line in TABLE.render("jsonl").splitlines()]
     assert table["rows"][2] == {"name": 3, "sag_m": 1e-300, "status": None}
 
 
 def test_a_number_that_is_none_is_not_written_to_json():
     with pytest.raises(ValueError, match="JSON"):
-        Table(FIELDS, [{"sag_m": math.nan}]).json()
+        Table(FIELDS, [{"sag_m": math.nan}]).render("json")
 
 
 def test_markdown_keeps_its_columns_whatever_is_in_the_cells():
-    lines = Table(FIELDS, [ROWS[0], {**ROWS[1], "status": "a | b"}]).markdown().splitlines()
+    lines = Table(FIELDS, [ROWS[0], {**ROWS[1], "status": "a | b"}]).render("md").splitlines()
     assert lines[0].startswith("| name")
     assert "sag [m]" in lines[0]
     assert "a \\| b" in lines[3]
     assert len(lines) == 4
-    assert Table(FIELDS, []).markdown().count("\n") == 2
+    assert Table(FIELDS, []).render("md").count("\n") == 2
 
 
 @pytest.mark.parametrize(

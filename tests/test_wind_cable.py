@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from command import CARLINA, run, table_of
 from scenes import cells, scene
+from scipy.integrate import trapezoid
 
 from cablestudy.cable.element import Mesh, mesh_segments
 from cablestudy.control import statespace
 from cablestudy.errors import NoSolutionError
-from cablestudy.study import cable_wind
+from cablestudy.study import cable_wind, plots
 from cablestudy.study.case import Case
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
@@ -280,7 +281,7 @@ def test_the_rms_is_that_of_the_dense_matrices_over_many_frequencies(sets):
     best = 0.0
     for direction in ("across", "along"):
         spectrum = dense(case, frequency, direction)
-        best = max(best, np.trapezoid(spectrum * frequency, np.log(frequency)))
+        best = max(best, trapezoid(spectrum * frequency, np.log(frequency)))
     assert case.cable_response.displacement == pytest.approx(np.sqrt(best), rel=0.02)
 
 
@@ -386,8 +387,35 @@ def test_what_the_wind_acts_on():
     assert bare["gondola_rms_cable_wind_mm"] == pytest.approx(cable["gondola_rms_cable_wind_mm"], rel=1e-9)
     outcome = run("windrms", CARLINA, "--on", "both", "--set", "gondola={mass: 50}", code=2)
     assert "gondola.area" in outcome.err
-    assert "--on" in run("windrms", CARLINA, "--on", "cable", "--plot", "x.svg", code=2).err
     assert "wind on the cable" in run("windrms", CARLINA, "--on", "cable", "--explain").err
+
+
+@pytest.mark.parametrize("sets", [(), ("winch.controller.gain=0", "wind.admittance=none")], ids=["loop", "at rest"])
+@pytest.mark.parametrize("on", ["gondola", "cable", "both"])
+def test_a_picture_has_the_variance_that_is_printed(on, sets):
+    case = Case(scene(*sets))
+    _, gondola, share = plots.wind_response(case, on).axes
+    curves = {line.get_label(): line.get_xydata().T for line in gondola.lines}
+    part = {"gondola": "", "cable": "_cable_wind", "both": "_all_wind"}[on]
+    shown = {"winch at rest": f"gondola_rms_open_loop{part}"}
+    if not sets:
+        shown["winch loop closed"] = f"gondola_rms{part}"
+    printed = cells(case.scene, *shown.values())
+    assert list(curves) == [*shown, *["by the wind on the cable"] * (on == "both")]
+    for line, (label, name) in zip(share.lines, shown.items(), strict=True):
+        frequency, spectrum = curves[label]  # [mm^2/Hz], from 1e-3 to 1e2 Hz
+        below = 1e-3 * spectrum[0]  # flat at low frequencies
+        assert np.sqrt(trapezoid(spectrum, frequency) + below) == pytest.approx(printed[name], rel=2e-3)
+        assert line.get_label() == f"{label}: {printed[name]:.3g} mm RMS"
+
+
+def test_a_picture_of_wind_that_moves_nothing_is_refused(tmp_path):
+    picture = tmp_path / "x.svg"
+    outcome = run("windrms", CARLINA, "--set", "gravity=0", "--on", "cable", "--plot", picture, code=3)
+    assert "there is nothing to draw" in outcome.err
+    assert not list(tmp_path.iterdir())
+    run("windrms", CARLINA, "--on", "cable", "--plot", picture)
+    assert picture.read_bytes().startswith(b"<?xml")
 
 
 # vortices

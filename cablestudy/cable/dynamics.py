@@ -32,16 +32,19 @@ class Dynamics:
         Unstretched length [m] and mass per unstretched length [kg/m].
     planes : tuple of tuple of int
         The directions that move, those together that do not decouple: PLANAR, one of its two, or (SPATIAL,).
+    few : bool
+        Whether no more modes of a small model are found than are asked for: faster, but the last digit of a mode may
+        depend on how many there are.
     """
 
-    def __init__(self, state: State, length, mass, planes=PLANAR):
+    def __init__(self, state: State, length, mass, planes=PLANAR, few=False):
         self.length, self.mass = np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
-        self._state, self._planes, self._mesh = state, planes, state.mesh
+        self._state, self._planes, self._mesh, self._few = state, planes, state.mesh, few
         self._found, self._table, self._spectra, self._among = None, {}, {}, None
 
     def take(self, index):
         """One cable of many, which finds its modes when another one of them does."""
-        one = Dynamics(self._state, self.length[index], self.mass[index], self._planes)
+        one = Dynamics(self._state, self.length[index], self.mass[index], self._planes, self._few)
         one._among = self, index
         return one
 
@@ -102,7 +105,8 @@ class Dynamics:
                 whole, index = self._among
                 self._found = whole.modes(count).take(index)
             else:
-                self._found = self.lowest(self.dof if self.small and 2 * count > self.dof else count)
+                every = self.small and (not self._few or 2 * count > self.dof)
+                self._found = self.lowest(self.dof if every else count)
         return self._found
 
     def up_to(self, frequency):

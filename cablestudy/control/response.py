@@ -5,11 +5,11 @@ import numpy as np
 from cablestudy.control.ends import GONDOLA, GROUND
 from cablestudy.control.transfer import dynamic_stiffness
 
-BLOCK = 4096  # frequencies at once, for memory
+BLOCK = 4096  # frequencies at once: a long response would not fit in memory
 
 
 def frequencies(low, high, count):
-    """Frequencies with equal ratios, both ends included.
+    """Yield frequencies with equal ratios, both ends included, in blocks.
 
     Parameters
     ----------
@@ -18,31 +18,39 @@ def frequencies(low, high, count):
     count : int
         At least 2. [-]
 
-    Returns
-    -------
-    ndarray, shape (count,)
-        [Hz]
+    Yields
+    ------
+    ndarray, shape (m,)
+        m is BLOCK, and less at the end. [Hz]
     """
-    return np.geomspace(low, high, count)
+    first, last = np.log10(low), np.log10(high)
+    step = (last - first) / (count - 1)
+    for begin in range(0, count, BLOCK):
+        block = 10.0 ** (np.arange(begin, min(begin + BLOCK, count)) * step + first)
+        if not begin:
+            block[0] = low
+        if begin + BLOCK >= count:
+            block[-1] = high
+        yield block
 
 
-def between_ends(model, frequency, force, displacement):
+def between_ends(model, force, displacement, frequency):
     """Force at one end for a unit displacement of one, all others at rest.
 
     Parameters
     ----------
     model : EndModel
-    frequency : ndarray, shape (m,)
-        [Hz]
     force, displacement : int
         Which of the six.
+    frequency : ndarray, shape (m,)
+        [Hz]
 
     Returns
     -------
     ndarray, complex, shape (m,)
         Infinite or not a number at the pole of an undamped mode. [N/m]
     """
-    return _blocks(lambda s: dynamic_stiffness(model, s, [force], [displacement])[:, 0, 0], frequency)
+    return _at(lambda s: dynamic_stiffness(model, s, [force], [displacement])[:, 0, 0], frequency)
 
 
 def winch_to_gondola(model, mass, location, frequency):
@@ -68,7 +76,7 @@ def winch_to_gondola(model, mass, location, frequency):
         both = dynamic_stiffness(model, s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
         return -(both[:, 0] if location == "gondola" else both[:, 1]) / (mass * s**2 + both[:, 0])
 
-    return _blocks(ratio, frequency)
+    return _at(ratio, frequency)
 
 
 def position(loop, model, frequency):
@@ -93,30 +101,39 @@ def position(loop, model, frequency):
         driven = both[:, 0] if loop.location == "gondola" else -both[:, 1]
         return 1 / (loop.mass * s**2 + both[:, 0] + loop.gain * loop.controller(s) * driven)
 
-    return _blocks(compliance, frequency)
+    return _at(compliance, frequency)
 
 
-def bode(value):
-    """Magnitude, and phase without jumps, which begins between -180 and 180.
+class Phase:
+    """Phases without jumps, of one block of a response after the other; the first is between -180 and 180."""
 
-    Parameters
-    ----------
-    value : ndarray, complex, shape (m,)
+    def __init__(self):
+        self._last, self._turns = None, 0
 
-    Returns
-    -------
-    magnitude : ndarray, shape (m,)
-    phase : ndarray, shape (m,)
-        [deg]
-    """
-    phase = np.angle(value)
-    known = np.isfinite(phase)
-    phase[known] = np.unwrap(phase[known])
-    return np.abs(value), np.degrees(phase)
+    def __call__(self, value):
+        """The phases of the next block.
+
+        Parameters
+        ----------
+        value : ndarray, complex, shape (m,)
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            [deg]
+        """
+        phase = np.angle(value)
+        known = np.isfinite(phase)
+        if known.any():
+            found = phase[known]
+            step = np.diff(found, prepend=found[0] if self._last is None else self._last)
+            turns = self._turns - np.cumsum(np.rint(step / (2 * np.pi)))
+            self._last, self._turns = found[-1], turns[-1]
+            phase[known] = found + 2 * np.pi * turns
+        return np.degrees(phase)
 
 
-def _blocks(function, frequency):
-    """A function of i omega, in blocks."""
-    s = 2j * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float))
+def _at(function, frequency):
+    """A function of i omega; where it has no number it says nothing."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return np.concatenate([function(s[i : i + BLOCK]) for i in range(0, len(s), BLOCK)])
+        return function(2j * np.pi * frequency)

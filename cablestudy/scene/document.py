@@ -34,10 +34,6 @@ class Document:
         self._root = root
         self._overrides = ()
 
-    def with_set(self, key, value, where):
-        """Document with one more layer of one key; see `with_sets`."""
-        return self.with_sets([(key, value, where)])
-
     def with_sets(self, items):
         """Document with one more layer on top. Costs little: what the layer does not touch is shared.
 

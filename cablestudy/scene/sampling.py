@@ -13,6 +13,7 @@ from cablestudy.scene.tables import Table
 METHODS = ("sobol", "latin_hypercube", "saltelli")
 MAX_NUMBERS = 50_000_000  # drawn at once: 400 MB
 MAX_SEED = 2**63 - 1
+FEWEST = 8  # points of a sensitivity study, for intervals that mean something
 
 
 class Sample(Table):

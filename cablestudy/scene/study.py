@@ -10,7 +10,7 @@ from pydantic import Field, ValidationError
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.document import apply_sets, lazily, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
-from cablestudy.scene.fields import Switch, Text
+from cablestudy.scene.fields import Quantity, Switch, Text
 from cablestudy.scene.layers import REPLACES, split_key
 from cablestudy.scene.mistakes import MAX_SHOWN, collect, located
 from cablestudy.scene.sampling import Sample
@@ -19,6 +19,8 @@ from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.tables import Table
 
 CHECK_ALL = 1000
+
+ALL_COLUMNS = "rtol"  # in `check`
 
 Name = Annotated[str, Text(empty=False)]
 
@@ -53,6 +55,9 @@ class StudyTable(Table):
     sample: Sample | None = Field(None, description="What is sampled: one more entry beside those of vary")
     columns: tuple[Name, ...] = Field(min_length=1, description="Columns of the table, with or without their unit")
     reference: Name | None = Field(None, description="CSV file of values to compare with, relative to this file")
+    check: dict[str, Annotated[float, Quantity("", low=0)]] = Field(
+        {}, description="Relative tolerances of --check: rtol for all columns, a column's name for one"
+    )
     plot: Plot | None = Field(None, description="What to draw")
 
 
@@ -74,6 +79,8 @@ class Study:
     sample : Sample or None
     notes : tuple of str
         What the user should know about the cases.
+    tolerances : dict
+        Of --check, as written: a column, or ALL_COLUMNS -> relative tolerance.
     plot : Plot or None
     reference_path : str or None
         An existing file.
@@ -89,7 +96,7 @@ class Study:
 
     def __init__(self, source, table, document, entries, options=()):
         self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
-        self.title, self.columns, self.plot = table.title, table.columns, table.plot
+        self.title, self.columns, self.plot, self.tolerances = table.title, table.columns, table.plot, table.check
         self.base, self.set, self.asked = table.base, table.set, ()
         self.reference_path = _beside(source, table.reference) if table.reference and not options else None
         self.count = math.prod(len(entry) for entry in self.entries)

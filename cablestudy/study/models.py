@@ -32,7 +32,8 @@ class Models:
     def dynamics(self, planes):
         """`Dynamics` of all cables, made once."""
         if planes not in self._dynamics:
-            self._dynamics[planes] = Dynamics(self.state, self.span.unstretched_length, self.span.mass, planes)
+            few = self.record is None  # other orders follow
+            self._dynamics[planes] = Dynamics(self.state, self.span.unstretched_length, self.span.mass, planes, few)
         return self._dynamics[planes]
 
     @cached_property

@@ -5,12 +5,13 @@ import numpy as np
 from cablestudy.cable.catenary import split
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import apply_sets, read_file, resolve_base
+from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
 from cablestudy.study.columns import COLUMNS, FAMILIES, lacks
+from cablestudy.study.fields import STATUS, field_of
+from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
-from cablestudy.study.sensitivity import FEWEST
-from cablestudy.study.sweep import STATUS, field_of, prepare
 from cablestudy.study.table import Field, Table
 
 SHAPE_POINTS = 41  # along a cable whose form is known in closed form

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.control import export, reduction, response, statespace
+from cablestudy.control import export, reduction, statespace
 from cablestudy.control.ends import GONDOLA, NAMES
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
@@ -83,8 +83,8 @@ class Wish:
         return NAMES.index(self.output), NAMES.index(self.input)
 
 
-def span_of_frequencies(text):
-    """Frequencies of FROM:TO:COUNT. [Hz]
+def read_span(text):
+    """Ends and number of the frequencies of FROM:TO:COUNT.
 
     Parameters
     ----------
@@ -93,7 +93,9 @@ def span_of_frequencies(text):
 
     Returns
     -------
-    ndarray
+    low, high : float
+        [Hz]
+    count : int
 
     Raises
     ------
@@ -112,7 +114,7 @@ def span_of_frequencies(text):
     count = parts[2].strip()
     if not (count.isascii() and count.isdigit()) or len(count) > 9 or not 2 <= int(count) <= MAX_FREQUENCIES:
         raise SceneError(f"{option}: COUNT must be a whole number from 2 to {MAX_FREQUENCIES}")
-    return response.frequencies(low, high, int(count))
+    return low, high, int(count)
 
 
 def check_file(path):

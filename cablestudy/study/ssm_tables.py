@@ -1,7 +1,8 @@
 """What `ssm` prints: the modes that were kept, and frequency responses."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import isfinite
 
 import numpy as np
@@ -10,6 +11,8 @@ from cablestudy.control import response
 from cablestudy.control.ends import GONDOLA, GROUND
 from cablestudy.study.ssm import PLACES
 from cablestudy.study.table import Field, Table
+
+DRAWN = 5000  # groups of frequencies in a picture
 
 
 def mode_table(choice):
@@ -58,51 +61,106 @@ class Curve:
     name : str
         Empty when it is the only one.
     label, unit : str
-    magnitude, phase : ndarray, shape (m,)
-        [unit], [deg]
+    value : callable
+        Frequencies, shape (m,) [Hz] -> complex, shape (m,). [unit]
     """
 
     name: str
     label: str
     unit: str
-    magnitude: np.ndarray
-    phase: np.ndarray
+    value: Callable
 
 
-def curves(choice, frequency):
+def curves(choice):
     """What the response shows: A and B with a gondola, x/F with a loop, else force over displacement of the ends.
 
     Parameters
     ----------
     choice : Choice
-    frequency : ndarray, shape (m,)
-        [Hz]
 
     Returns
     -------
     list of Curve
+        All of one unit.
     """
     case, wish, model = choice.case, choice.wish, choice.kept
     if wish.attached == "gondola":
         mass = case.scene.gondola.mass
         return [
-            Curve(place, label, "", *response.bode(response.winch_to_gondola(model, mass, place, frequency)))
+            Curve(place, label, "", partial(response.winch_to_gondola, model, mass, place))
             for place, label in PLACES.items()
         ]
     if wish.attached == "loop":
-        value = response.position(case.loop, model, frequency)
-        return [Curve("", "gondola position over the force on it, loop closed", "m/N", *response.bode(value))]
-    value = response.between_ends(model, frequency, *wish.pair)
-    return [Curve("", f"force at {wish.output} over displacement of {wish.input}", "N/m", *response.bode(value))]
+        label = "gondola position over the force on it, loop closed"
+        return [Curve("", label, "m/N", partial(response.position, case.loop, model))]
+    label = f"force at {wish.output} over displacement of {wish.input}"
+    return [Curve("", label, "N/m", partial(response.between_ends, model, *wish.pair))]
 
 
-def response_table(frequency, shown):
+def numbers(span, shown):
+    """Yield the numbers of a response in blocks.
+
+    Parameters
+    ----------
+    span : (float, float, int)
+        From `ssm.read_span`.
+    shown : list of Curve
+
+    Yields
+    ------
+    list of ndarray, shape (m,)
+        Frequency [Hz], then magnitude [unit] and phase [deg] of each curve.
+    """
+    phases = [response.Phase() for _ in shown]
+    for frequency in response.frequencies(*span):
+        block = [frequency]
+        for curve, phase in zip(shown, phases, strict=True):
+            value = curve.value(frequency)
+            block += [np.abs(value), phase(value)]
+        yield block
+
+
+def drawn(span, shown):
+    """As many of the numbers of a response as a picture can show, resonances among them.
+
+    Parameters
+    ----------
+    span : (float, float, int)
+    shown : list of Curve
+
+    Returns
+    -------
+    list of ndarray, shape (n,)
+        As `numbers` yields them; of long responses, of so many neighbours the first, and of each curve the smallest and
+        the largest.
+    """
+    neighbours = -(-span[2] // DRAWN)
+    kept, left = [], None
+    for block in numbers(span, shown):
+        block = np.stack(block)
+        block = block if left is None else np.concatenate([left, block], axis=1)
+        whole = block.shape[1] - block.shape[1] % neighbours
+        kept.append(_extremes(block[:, :whole], neighbours))
+        left = block[:, whole:]
+    return [*np.concatenate([*kept, left], axis=1)]
+
+
+def _extremes(block, neighbours):
+    """Of so many neighbours the first, and of each magnitude the smallest and the largest."""
+    if neighbours == 1 or not block.size:
+        return block
+    groups = np.nan_to_num(block[1::2]).reshape(len(block) // 2, -1, neighbours)
+    first = np.arange(0, block.shape[1], neighbours)
+    chosen = [first, *(first + groups.argmin(axis=2)), *(first + groups.argmax(axis=2))]
+    return block[:, np.unique(chosen)]
+
+
+def response_table(span, shown):
     """Frequency, and magnitude and phase of each curve.
 
     Parameters
     ----------
-    frequency : ndarray, shape (m,)
-        [Hz]
+    span : (float, float, int)
     shown : list of Curve
 
     Returns
@@ -110,34 +168,40 @@ def response_table(frequency, shown):
     Table
         Without a number at the pole of an undamped mode.
     """
-    fields, data = [Field("frequency_Hz", "frequency", "Hz")], [frequency]
+    fields = [Field("frequency_Hz", "frequency", "Hz")]
     for curve in shown:
         before, title = (f"{curve.name}_", f"{curve.name} ") if curve.name else ("", "")
         suffix = {"N/m": "_N_per_m", "m/N": "_m_per_N", "": ""}[curve.unit]
         fields += [Field(f"{before}magnitude{suffix}", f"{title}magnitude", curve.unit)]
         fields += [Field(f"{before}phase_deg", f"{title}phase", "deg")]
-        data += [curve.magnitude, curve.phase]
-    rows = _Rows([field.name for field in fields], data)
-    return Table(tuple(fields), rows)
+    return Table(tuple(fields), _Rows([field.name for field in fields], span, shown))
 
 
 @dataclass(frozen=True)
 class _Rows(Sequence):
-    """Rows made when they are asked for: a long response would not fit in memory as so many dicts."""
+    """Rows that are computed when they are asked for, from the first on: all of them would not fit in memory."""
 
     names: list
-    data: list
+    span: tuple
+    shown: list
 
     def __len__(self):
-        return len(self.data[0])
+        return self.span[2]
 
     def __getitem__(self, place):
         if isinstance(place, slice):
-            return list(_Rows(self.names, [values[place] for values in self.data]))
-        return next(iter(self[place : place + 1 or None]))
+            return list(self._between(*place.indices(len(self))[:2]))[:: place.step]
+        return self[place : place + 1 or None][0]
 
     def __iter__(self):
-        for begin in range(0, len(self), response.BLOCK):
-            block = [values[begin : begin + response.BLOCK].tolist() for values in self.data]
-            for cells in zip(*block, strict=True):
+        return self._between(0, len(self))
+
+    def _between(self, first, end):
+        begin = 0
+        for block in numbers(self.span, self.shown):
+            if begin >= end:
+                return
+            part = slice(max(first - begin, 0), max(end - begin, 0))
+            for cells in zip(*(values[part].tolist() for values in block), strict=True):
                 yield {n: c if isfinite(c) else None for n, c in zip(self.names, cells, strict=True)}
+            begin += len(block[0])

@@ -65,6 +65,9 @@ class Place:
             raise SceneError(f"--out {self.folder}: {os.path.relpath(there)} is a file, not a folder")
         if not os.access(there, os.W_OK | os.X_OK):
             raise SceneError(f"--out {self.folder}: cannot be written to")
+        folders = [path for path in (self.csv, self.md, self.run, self.rows) if os.path.isdir(path)]
+        if folders:
+            raise SceneError(*(f"{path}: cannot be written (a folder is there)" for path in folders))
 
     def check_stored(self):
         """Raise SceneError when there is no stored table to compare with."""
@@ -93,5 +96,5 @@ class Place:
 
     def write(self, study, table, provenance):
         """Write the table and its provenance, each file whole or not at all."""
-        self.write_texts(table.pieces("csv"), f"# {study.title or self.stem}\n\n{table.markdown()}")
+        self.write_texts(table.pieces("csv"), f"# {study.title or self.stem}\n\n{table.render('md')}")
         write_whole(self.run, provenance)

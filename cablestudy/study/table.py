@@ -65,33 +65,20 @@ class Table:
         return "".join(self.pieces(style))
 
     def pieces(self, style):
-        """Yield the table as text, row by row, with a final newline; of a long table Markdown shows both ends.
+        """Yield the table as text, row by row, with a final newline.
 
         Parameters
         ----------
         style : {"md", "csv", "json", "jsonl"}
+            Four significant digits, and of a long table both ends; all digits, separated by commas; one object of
+            columns with their units, rows, and the estimated errors of their cells where they are known; one object a
+            line for each row.
 
         Yields
         ------
         str
         """
         return {"md": self._markdown, "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
-
-    def csv(self):
-        """Comma-separated, full precision."""
-        return self.render("csv")
-
-    def json(self):
-        """One object: columns with their units, rows, and the estimated errors of their cells where they are known."""
-        return self.render("json")
-
-    def jsonl(self):
-        """One object a line for each row."""
-        return self.render("jsonl")
-
-    def markdown(self):
-        """Four significant digits."""
-        return self.render("md")
 
     def _csv(self):
         names = [field.name for field in self.fields]
@@ -220,7 +207,8 @@ def write_whole(path, text):
             if isinstance(text, bytes):
                 file.write(text)
             else:
-                file.writelines(piece.encode() for piece in ([text] if isinstance(text, str) else text))
+                pieces = [text] if isinstance(text, str) else text
+                file.writelines(piece.encode(errors="backslashreplace") for piece in pieces)  # a name may be no text
         give_rights(temporary)
         os.replace(temporary, path)
     except OSError as error:

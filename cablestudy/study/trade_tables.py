@@ -4,7 +4,7 @@ import os
 import platform
 from importlib.metadata import version
 
-from cablestudy.study.sweep import STATUS
+from cablestudy.study.fields import STATUS
 from cablestudy.study.table import Field, Table, short
 
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
@@ -124,9 +124,9 @@ def write(trade, place, title):
     """
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy"))
     text = (
-        f"# Error against time: {title}\n\n{table_of(trade, shown=True).markdown()}\n"
+        f"# Error against time: {title}\n\n{table_of(trade, shown=True).render('md')}\n"
         f"Times: Python {platform.python_version()}, {libraries}, {platform.machine()}, one thread; "
         f"processor time. Read the ratios: another machine has other milliseconds.\n\n"
-        f"## The fastest model below an error\n\n{fastest_table(trade).markdown()}"
+        f"## The fastest model below an error\n\n{fastest_table(trade).render('md')}"
     )
-    place.write_texts(table_of(trade).csv(), text)
+    place.write_texts(table_of(trade).render("csv"), text)

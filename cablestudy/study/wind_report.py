@@ -6,8 +6,8 @@ from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
 from cablestudy.study.cable_wind import modes_between
 from cablestudy.study.columns import find, lacks
+from cablestudy.study.fields import STATUS, field_of
 from cablestudy.study.row import evaluate
-from cablestudy.study.sweep import STATUS, field_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, together
 from cablestudy.wind.drag import shedding_frequencies

@@ -1,9 +1,10 @@
 """Command `windrms`: what the wind does to the gondola, with and without the winch loop."""
 
 from dataclasses import dataclass, replace
-from math import ceil, frexp, hypot, inf, ldexp, log
+from math import ceil, frexp, hypot, inf, ldexp, log, prod
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from cablestudy.control.winch import NEAR
 from cablestudy.errors import CablestudyError, NoSolutionError
@@ -80,6 +81,35 @@ def force_of(case):
     """The spectrum of the wind's force on the gondola of a case: frequencies [Hz] -> [N^2/Hz]."""
     gondola, wind = case.scene.gondola, case.scene.wind
     return lambda frequency: force_spectrum(frequency, wind, gondola.area, gondola.drag_coefficient)
+
+
+def cable_force_of(case):
+    """The spectrum of the wind's force on the gondola by way of the cable, from where it moves the gondola more.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    callable
+        Frequencies of the range that matters, in order [Hz] -> [N^2/Hz]; zero where nothing reaches the gondola.
+    """
+    from cablestudy.study.cable_wind import DIRECTIONS, CableWind
+
+    wind, reach = case.scene.wind, CableWind(case)
+    size = prod((
+        wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, reach.length, wind.speed,
+        wind.turbulence,
+    ))  # fmt: skip
+    spectra = list(filter(None, [reach.spectrum(direction) for direction in DIRECTIONS]))
+
+    def force(frequency):
+        found = [size**2 * spectrum(frequency) for spectrum in spectra]
+        moved = [trapezoid(spectra_of(case.loop, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
+        return found[int(np.argmax(moved))] if found else np.zeros_like(frequency)
+
+    return force
 
 
 def tolerance_of(scene):

@@ -9,8 +9,6 @@ import numpy as np
 
 # 4 B(1/2, 1/3)^2: with it the von Karman spectrum has exactly the variance that it is given
 VON_KARMAN_EXACT = 70.78012763381717
-SPECTRA = ("von_karman", "von_karman_exact", "davenport", "kaimal")
-ADMITTANCES = ("vickery", "vickery_squared", "none")
 LARGEST = 1e150  # of a ratio, whose powers shall still be numbers
 
 

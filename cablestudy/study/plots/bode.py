@@ -7,15 +7,17 @@ from cablestudy.study.plots.style import SERIES, WIDTH, panels, styled
 
 
 @styled
-def bode(frequency, curves):
+def bode(curves, frequency, *numbers):
     """Magnitude and phase of each curve over the frequency.
 
     Parameters
     ----------
-    frequency : ndarray, shape (m,)
-        [Hz]
     curves : list of Curve
         All of one unit.
+    frequency : ndarray, shape (m,)
+        [Hz]
+    numbers : ndarray, shape (m,)
+        Magnitude [unit] and phase [deg] of each curve.
 
     Returns
     -------
@@ -23,10 +25,10 @@ def bode(frequency, curves):
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
-    for colour, dashes, curve in zip(SERIES, ("-", "--"), curves, strict=False):
+    for place, (colour, dashes, curve) in enumerate(zip(SERIES, ("-", "--"), curves, strict=False)):
         look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # one curve may lie upon the other
-        magnitude.loglog(frequency, curve.magnitude, **look)
-        phase.semilogx(frequency, curve.phase, **look)
+        magnitude.loglog(frequency, numbers[2 * place], **look)
+        phase.semilogx(frequency, numbers[2 * place + 1], **look)
     unit = curves[0].unit or "-"
     magnitude.set_ylabel(f"magnitude [{unit}]")
     phase.set_ylabel("phase [deg]")

@@ -5,21 +5,25 @@ from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, styled
-from cablestudy.study.windrms import force_of, spectra_of
+from cablestudy.study.windrms import cable_force_of, force_of, spectra_of, together
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 POINTS = 4000
 RANGE = (1e-3, 1e2)  # of the pictures [Hz]
+WHAT = {"gondola": "a gondola of {mass:.4g} kg", "cable": "the cable of a gondola of {mass:.4g} kg",
+        "both": "a gondola of {mass:.4g} kg and its cable"}  # fmt: skip
 
 
 @styled
-def wind_response(case):
+def wind_response(case, on="gondola"):
     """Three panels over frequency: wind speed with and without admittance, displacement, cumulative variance.
 
     Parameters
     ----------
     case : Case
         With gondola and wind, its loop stable.
+    on : {"gondola", "cable", "both"}
+        What the wind acts on; forces on the two have nothing to do with each other, so that their spectra add.
 
     Returns
     -------
@@ -31,20 +35,31 @@ def wind_response(case):
         Numbers that no picture can show.
     """
     frequency = _grid(case)
+    forces = {"gondola": [force_of], "cable": [cable_force_of], "both": [force_of, cable_force_of]}[on]
     with np.errstate(all="ignore"):
-        held, _, alone, _ = spectra_of(case.loop, force_of(case))(frequency)
+        parts = [spectra_of(case.loop, force(case))(frequency) for force in forces]
+        held, _, alone, _ = sum(parts)
+    if not alone.any():
+        raise NoSolutionError("the wind on the cable does not reach the gondola: there is nothing to draw")
     if not (np.isfinite(1e6 * held) & np.isfinite(1e6 * alone) & (alone > 0)).all():
         raise NoSolutionError("the response spectrum is too large or too small for a picture")
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
-    _speed(axes[0], case, frequency)
+    _speed(axes[0], case, frequency, on)
     _displacement(axes[1], case, frequency, alone, held)
-    _variance(axes[2], case, frequency, alone, held)
+    if on == "both":
+        axes[1].loglog(frequency, 1e6 * parts[1][0], color=BLUE, ls="--", label="by the wind on the cable")
+    axes[1].legend()
+    lines = [(alone, GREY, _response(case, on, "open_").open_displacement, "winch at rest")]
+    if case.loop.gain:
+        lines.append((held, RED, _response(case, on).displacement, "winch loop closed"))
+    _variance(axes[2], frequency, lines)
     axes[2].set_xlabel("frequency [Hz]")
     axes[2].set_xlim(*RANGE)
     figure.align_ylabels(axes)
     wind = case.scene.wind
-    figure.suptitle(f"Wind at {wind.speed:.4g} m/s on a gondola of {case.scene.gondola.mass:.4g} kg", fontsize=10)
+    what = WHAT[on].format(mass=case.scene.gondola.mass)
+    figure.suptitle(f"Wind at {wind.speed:.4g} m/s on {what}", fontsize=10)
     return figure
 
 
@@ -57,11 +72,18 @@ def _grid(case):
     return np.unique(points[(points >= RANGE[0]) & (points <= RANGE[1])])
 
 
-def _speed(axes, case, frequency):
+def _response(case, on, which=""):
+    """RMS of what is drawn."""
+    if on == "both":
+        return together(_response(case, "gondola", which), _response(case, "cable", which))
+    return getattr(case, f"{which}response" if on == "gondola" else f"{which}cable_response")
+
+
+def _speed(axes, case, frequency, on):
     wind = case.scene.wind
     bare = speed_spectrum(frequency, wind.speed, wind.turbulence, wind.length_scale, wind.spectrum)
     axes.loglog(frequency, bare, color=BLUE, label="wind speed")
-    if wind.admittance != "none":
+    if wind.admittance != "none" and on != "cable":
         share = admittance(frequency, wind.speed, case.scene.gondola.area, wind.admittance)
         axes.loglog(frequency, bare * share, color=BLUE, ls="--", label="felt by the whole gondola")
     axes.set_ylabel("wind speed\n[(m/s)²/Hz]")
@@ -73,13 +95,9 @@ def _displacement(axes, case, frequency, alone, held):
     if case.loop.gain:
         axes.loglog(frequency, 1e6 * held, color=RED, label="winch loop closed")
     axes.set_ylabel("gondola\n[mm²/Hz]")
-    axes.legend()
 
 
-def _variance(axes, case, frequency, alone, held):
-    lines = [(alone, GREY, case.open_response.open_displacement, "winch at rest")]
-    if case.loop.gain:
-        lines.append((held, RED, case.response.displacement, "winch loop closed"))
+def _variance(axes, frequency, lines):
     for spectrum, colour, total, label in lines:
         step = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2
         below = np.concatenate([[0.0], np.cumsum(step)]) / step.sum()

@@ -1,11 +1,12 @@
 """The rows of a run as they are done: a file of JSON lines, safe against an end at any moment.
 
-    {"journal": 1, "fingerprint": ..., "program": ..., "scene": ..., "vary": ..., "columns": ...}
-    {"row": 17, "key": "9f0c...", "cells": {"sag_m": 0.12, ..., "status": "ok"}}
+    {"journal": 2, "fingerprint": ..., "program": ..., "scene": ..., "vary": ..., "columns": ...}
+    {"row": 17, "sum": "1c291ca3", "key": "9f0c...", "cells": {"sag_m": 0.12, ..., "status": "ok"}}
 
-The first line says what the rows depend on, every other line is a row, in the order in which they were done. `key` is
-a hash of the row's own resolved scene: a study that grew finds its rows again by it. A line `part` is a row of which
-some columns are still to be computed. The last line of a run whose table is written is `{"finished": true}`.
+The first line says what the rows depend on, every other line is a row, in the order in which they were done. `sum` is
+the CRC-32 of the rest of the line: what was torn or changed is not taken for a row. `key` is a hash of the row's own
+resolved scene: a study that grew finds its rows again by it. A line `part` is a row of which some columns are still to
+be computed. The last line of a run whose table is written is `{"finished": true}`.
 """
 
 import io
@@ -15,14 +16,15 @@ import tempfile
 from array import array
 from collections import Counter
 from contextlib import suppress
+from zlib import crc32
 
 from cablestudy.errors import SceneError
-from cablestudy.study.chunk import OK, line_of
-from cablestudy.study.fingerprint import digest
+from cablestudy.sweep.chunk import OK, line_of
+from cablestudy.sweep.fingerprint import digest
 
-FORMAT = 1
+FORMAT = 2
 FINISHED = b'{"finished": true}\n'
-LINE = re.compile(rb'\{"(row|part)": (\d{1,9}), "key": "([0-9a-f]*)", ')
+LINE = re.compile(rb'(\{"(row|part)": ([1-9]\d{0,8}), )"sum": "([0-9a-f]{8})", ("key": "([0-9a-f]*)", .*)\n')
 STATUS = re.compile(rb'"status": ("(?:[^"\\]|\\.)*")\}\}\n$')
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 FIRST = 10  # failures that are kept to be shown
@@ -56,6 +58,8 @@ class Journal:
         Why, numbers left out, and how often.
     parts : dict
         Case -> where the line begins that holds some of its columns.
+    strange : list of int
+        Lines, from 1, that are no rows as they were written.
     """
 
     def __init__(self, file, identity, count, path=None):
@@ -63,7 +67,7 @@ class Journal:
         self._begins = array("q", [-1]) * count
         self._end = 0
         self.done, self.failed, self.finished = 0, 0, False
-        self.failures, self.kinds, self.parts = [], Counter(), {}
+        self.failures, self.kinds, self.parts, self.strange = [], Counter(), {}, []
 
     @classmethod
     def temporary(cls, identity, count):
@@ -117,7 +121,7 @@ class Journal:
 
     def extend(self, lines):
         """`append` of lines as they are: rows, or parts of rows."""
-        begin = self._end
+        begin, self.finished = self._end, False
         self._write(lines)
         for line in _split(lines):
             self._note(line, begin)
@@ -135,18 +139,18 @@ class Journal:
             self._file.close()
 
     def load(self, cut=True):
-        """Take in what the file holds; what follows a torn or foreign line is left out, and cut off."""
+        """Take in what the file holds; what is no row as it was written is left out, and at the end cut off."""
         self._file.seek(0)
-        self._end = len(self._file.readline())
-        for line in self._file:
-            if line == FINISHED:
-                self.finished = True
-            elif LINE.match(line) and line.endswith(b"}}\n"):
-                self._note(line, self._end)
-                self.finished = False
-            else:
-                break
-            self._end += len(line)
+        begin = self._end = len(self._file.readline())
+        for number, line in enumerate(self._file, 2):
+            known = whole(line)
+            if known:
+                self._note(line, begin)
+            begin += len(line)
+            if known or line == FINISHED:
+                self.finished, self._end = not known, begin
+            elif line.endswith(b"\n"):  # the last one may be torn
+                self.strange.append(number)
         if cut:
             self._file.truncate(self._end)
 
@@ -160,7 +164,7 @@ class Journal:
         """Key -> where its line begins, of every complete row."""
         found = {}
         for _, line in self.lines():
-            found[LINE.match(line)[3]] = self._file.tell() - len(line)
+            found[LINE.match(line)[6]] = self._file.tell() - len(line)
         return found
 
     def line_at(self, begin):
@@ -174,7 +178,8 @@ class Journal:
             self._file.flush()
         except OSError as error:
             place = self.path or "a temporary file"
-            raise SceneError(f"{place}: cannot be written ({error.strerror or error})") from None
+            hint = "; --resume goes on" if self.path and self.done else ""
+            raise SceneError(f"{place}: cannot be written ({error.strerror or error}){hint}") from None
         self._end += len(lines)
 
     def _line(self, begin):
@@ -186,7 +191,7 @@ class Journal:
 
     def _note(self, line, begin):
         """Take one line into the index."""
-        kind, row, _ = LINE.match(line).groups()
+        _, kind, row, *_ = LINE.match(line).groups()
         case = int(row) - 1
         if kind == b"part":
             self.parts[case] = begin
@@ -218,6 +223,12 @@ class Journal:
         known = [part.get("errors", {}) for part in (old, new)]
         errors = None if None in known else {**known[0], **known[1]}
         return line_of(case, new["key"], cells, (*old.get("notes", ()), *new.get("notes", ())), errors=errors)
+
+
+def whole(line):
+    """The match of LINE with a line that is as it was written, else None."""
+    match = LINE.fullmatch(line)
+    return match if match and crc32(match[5], crc32(match[1])) == int(match[4], 16) else None
 
 
 def _split(lines):

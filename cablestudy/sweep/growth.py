@@ -3,9 +3,10 @@
 import json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.chunk import key_of, line_of
 from cablestudy.study.columns import find
-from cablestudy.study.opening import batched
+from cablestudy.sweep.chunk import key_of, line_of, summed
+from cablestudy.sweep.journal import LINE
+from cablestudy.sweep.opening import batched
 
 # a closed form: its digits do not depend on which other columns are computed
 ALONE = ("scene", "statics", "stiffness")
@@ -69,7 +70,7 @@ def _lines(study, cases, old, wanted):
     for case in cases if known else ():
         line = _line_of(study, case, known, old)
         if line is not None and same:
-            yield b'{"row": %d' % (case + 1) + line[line.index(b",") :]
+            yield summed("row", case, LINE.match(line)[5])
         elif line is not None:
             yield from _shortened(case, line, names, complete)
 

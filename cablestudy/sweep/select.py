@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.study.condition import Names, parse
+from cablestudy.sweep.condition import Names, parse
 
 
 @dataclass(frozen=True)

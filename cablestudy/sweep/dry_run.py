@@ -4,8 +4,8 @@ import csv
 import io
 import json
 
-from cablestudy.study.sweep import written
 from cablestudy.study.table import exact, short
+from cablestudy.sweep.rows import written
 
 CASE = "case"
 PADDING = 2  # beside a heading, as tabulate has it

@@ -2,15 +2,17 @@
 
 import json
 import logging
+import re
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.study.chunk import compute
+from cablestudy.sweep.chunk import compute
 
 AHEAD = 2  # chunks in flight for each thread of the workers
 ANSWER = 15  # seconds until a scheduler must have answered
 TRIES = 3  # of a chunk that the scheduler gives up, each after several lost workers
+ADDRESS = re.compile(r"(?:tcp://)?(?:[^\s:/\[\]]+|\[[0-9a-f:.%]+\]):\d{1,5}")
 ELSEWHERE = "the scheduler and its workers need the same cablestudy, Python and dask as this machine"
 
 
@@ -106,6 +108,8 @@ def _client(address):
     except ImportError:
         raise SceneError("--scheduler: dask is not installed (pip install 'cablestudy[cluster]')") from None
     where = _address_in(address) if address.endswith(".json") else address
+    if not ADDRESS.fullmatch(where):  # dask itself says so in a traceback
+        raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
     log = logging.getLogger("distributed")
     before = log.level
     log.setLevel(logging.CRITICAL + 1)  # what matters is said in one line here

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.study import ALL_COLUMNS
+from cablestudy.scene.units import to_si
 from cablestudy.study.columns import find
+from cablestudy.study.prepare import NEVER_COMPARED, compared, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
 
-NEVER_EQUAL = "solve_time_ms"  # not compared: no two runs agree on it
 RTOL = 1e-6
 
 
@@ -48,14 +50,13 @@ class Tolerance:
 
 
 def read_tolerances(texts, study):
-    """The tolerances of `--rtol` options.
+    """The tolerances of a study file and of `--rtol` options, each of which replaces the same one of the file.
 
     Parameters
     ----------
     texts : sequence of str
         `1e-6` for all columns, `sag=1e-4` for one.
     study : Study
-        With the columns that there are.
 
     Returns
     -------
@@ -66,31 +67,32 @@ def read_tolerances(texts, study):
     SceneError
         Every option that is wrong.
     """
-    usual, columns, mistakes = [], {}, []
-    known = set(study.columns)
+    given, mistakes = {}, []
     for text in texts:
         name, sign, written = text.rpartition("=")
-        value = number(written)
-        if value is None or not 0 <= value < math.inf:
-            mistakes.append(f"--rtol {text}: expected a finite number, not negative, or column=number")
-        elif not sign:
-            usual.append(value)
-        else:
-            try:
-                column = find(name.strip())
-            except ValueError as error:
-                mistakes.append(f"--rtol {text}: {error}")
-                continue
-            header = column.header
-            if not known.intersection((column.name, header)):
-                mistakes.append(f"--rtol {text}: {name} is not among the study's columns")
-            elif columns.setdefault(header, value) != value:
-                mistakes.append(f"--rtol {text}: given twice")
-    if len(usual) > 1:
-        mistakes.append("--rtol: given twice for all columns")
+        try:
+            header, value = compared(study, name.strip()) if sign else ALL_COLUMNS, _tolerance(written)
+        except ValueError as error:
+            mistakes.append(f"--rtol {text}: {error}")
+            continue
+        if header in given:
+            mistakes.append(f"--rtol {text}: given twice{'' if sign else ' for all columns'}")
+        given[header] = value
     if mistakes:
         raise SceneError(*mistakes)
-    return Tolerance(*usual, columns=columns)
+    columns = {**tolerances_of(study), **given}
+    return Tolerance(columns.pop(ALL_COLUMNS, RTOL), columns)
+
+
+def _tolerance(text):
+    """A number as a study file may have it."""
+    try:
+        value = to_si(text, "")
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise ValueError("expected a finite number, not negative, or column=number")
+    return value
 
 
 def compare(table, path, tolerance):
@@ -111,22 +113,33 @@ def compare(table, path, tolerance):
     wanted = [field.name for field in table.fields]
     yield from (f"column {name}: stored, not computed" for name in names if name not in wanted)
     yield from (f"column {name}: computed, not stored" for name in wanted if name not in names)
-    common = [name for name in wanted if name in names and name != NEVER_EQUAL]
+    common = [name for name in wanted if name in names and name != find(NEVER_COMPARED).header]
+    owner = _owners(table.fields)
     count = 0
     for place, (old, row) in enumerate(zip_longest(stored, table.rows), 1):
         count += old is not None
         if old is None or row is None:
             continue
         for name in common:
-            new = exact(row.get(name))
-            if not _agree(old[name], new, tolerance.of(name)):
+            new, column = exact(row.get(name)), owner[name]
+            scale = 0.0 if name == column else row.get(column) or 0.0
+            if not _agree(old[name], new, tolerance.of(column), scale):
                 yield Difference(place, name, old[name], new)
     if count != len(table.rows):
         yield f"{count} rows stored, {len(table.rows)} computed"
 
 
-def _agree(old, new, rtol):
+def _owners(fields):
+    """Name of each field -> its column: a difference from a printed value is as certain as what it is taken of."""
+    found, last = {}, None
+    for field in fields:
+        last = last if field.hidden or field.beside else field.name
+        found[field.name] = last
+    return found
+
+
+def _agree(old, new, rtol, scale):
     if old == new:
         return True
     a, b = number(old), number(new)
-    return a is not None and b is not None and abs(a - b) <= rtol * max(abs(a), abs(b))
+    return a is not None and b is not None and abs(a - b) <= rtol * max(abs(a), abs(b), abs(scale))

@@ -7,15 +7,17 @@ from dataclasses import dataclass
 from functools import partial
 
 from cablestudy.errors import SceneError
-from cablestudy.study.fingerprint import identity
-from cablestudy.study.growth import take_over
-from cablestudy.study.journal import Journal
-from cablestudy.study.opening import open_journal
-from cablestudy.study.parallel import local
-from cablestudy.study.progress import Progress
-from cablestudy.study.provenance import record
-from cablestudy.study.sweep import fill, prepare, table_of
+from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
+from cablestudy.sweep.fill import fill
+from cablestudy.sweep.fingerprint import identity
+from cablestudy.sweep.growth import take_over
+from cablestudy.sweep.journal import Journal
+from cablestudy.sweep.opening import open_journal
+from cablestudy.sweep.parallel import local
+from cablestudy.sweep.progress import Progress
+from cablestudy.sweep.provenance import record
+from cablestudy.sweep.rows import table_of
 
 REPLAYED = 3  # failures whose command is given
 KINDS = 5  # of failures that are counted each
@@ -106,7 +108,7 @@ class Run:
         return journal
 
     def compute(self):
-        """Compute what is missing; see `sweep.fill`."""
+        """Compute what is missing; see `fill`."""
         progress = None if self.wish.quiet else Progress(len(self.cases), self._known)
         try:
             fill(
@@ -120,7 +122,7 @@ class Run:
     def _workers(self):
         if self.wish.scheduler is None:
             return partial(local, jobs=self.wish.jobs)
-        from cablestudy.study.cluster import scheduled
+        from cablestudy.sweep.cluster import scheduled
 
         say = None if self.wish.quiet else partial(print, file=sys.stderr, flush=True)
         return partial(scheduled, address=self.wish.scheduler, say=say)
@@ -166,12 +168,17 @@ class Run:
         return record(self.identity, command, self._started, time.monotonic() - self._begin, rows)
 
     def reused(self):
-        """List of the line that says how many rows were there already."""
+        """List of the lines that say how many rows were there already, and what of the file is none."""
+        strange, lines = self.journal.strange, []
+        if strange:
+            listed = ", ".join(map(str, strange[:KINDS])) + (", ..." if len(strange) > KINDS else "")
+            listed = f"line{'s' * (len(strange) > 1)} {listed}"
+            lines.append(f"{self.path}: left out what is no row as it was written: {listed}")
         parts = sum(1 for _ in self.journal.incomplete(self.cases))
         if not (self._known or parts):
-            return []
+            return lines
         known = f"{self._known} of {len(self.cases)} rows are there already"
-        return [known + (f", and some columns of {parts} more" if parts else "")]
+        return [*lines, known + (f", and some columns of {parts} more" if parts else "")]
 
     def failures(self, words):
         """Lines about the rows without an answer: the first of them, how many of each kind, how to see one alone.

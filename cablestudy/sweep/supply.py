@@ -3,8 +3,8 @@
 import pickle
 from itertools import chain, islice
 
-from cablestudy.study.chunk import Chunk
-from cablestudy.study.fingerprint import program
+from cablestudy.sweep.chunk import Chunk
+from cablestudy.sweep.fingerprint import program
 
 SECONDS = 1.0  # that a chunk should take
 MOST = 5000  # cases in a chunk

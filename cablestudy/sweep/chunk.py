@@ -6,11 +6,12 @@ import time
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import blake2b
+from zlib import crc32
 
 from cablestudy.errors import SceneError
 from cablestudy.study.columns import ROUNDING, find
-from cablestudy.study.fingerprint import program
 from cablestudy.study.row import evaluate_cases
+from cablestudy.sweep.fingerprint import program
 
 OK = b'"status": "ok"}}\n'  # how the line of a row with an answer ends
 
@@ -134,11 +135,17 @@ def line_of(case, key, cells, notes=(), kind="row", errors=None):
     errors : dict or None
         From `larger`.
     """
-    content = {kind: case + 1, "key": key}
+    content = {"key": key}
     if notes:
         content["notes"] = notes
     if errors != {}:
         content["errors"] = errors
     status = {"status": cells["status"]} if "status" in cells else {}
     content["cells"] = {**{name: cell for name, cell in cells.items() if name != "status"}, **status}
-    return json.dumps(content, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+    return summed(kind, case, json.dumps(content, ensure_ascii=False, allow_nan=False).encode()[1:])
+
+
+def summed(kind, case, content):
+    """A line of the journal from what it holds behind its check sum, without the line feed."""
+    head = f'{{"{kind}": {case + 1}, '.encode()
+    return b'%b"sum": "%08x", %b\n' % (head, crc32(content, crc32(head)), content)

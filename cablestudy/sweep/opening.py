@@ -7,9 +7,9 @@ from contextlib import suppress
 from itertools import islice
 
 from cablestudy.errors import SceneError
-from cablestudy.study.fingerprint import differences, digest
-from cablestudy.study.journal import FORMAT, LINE, Journal
 from cablestudy.study.table import give_rights, leftovers
+from cablestudy.sweep.fingerprint import differences, digest
+from cablestudy.sweep.journal import FORMAT, Journal, whole
 
 
 def open_journal(path, identity, count, take, resume=False, restart=False):
@@ -169,23 +169,25 @@ def _identity(file, path, any_format=False):
     file.seek(0)
     line = file.readline()
     if not line.endswith(b"\n"):
-        if line and not b'{"journal": 1'.startswith(line[:13]):
+        if line and not b'{"journal": '.startswith(line[:12]):
             raise SceneError(f"{path}: is no journal of a sweep; move it away")
         return None
     try:
         header = json.loads(line)
-        if header.pop("journal") != FORMAT and not any_format:
-            raise SceneError(f"{path}: is a journal of another version of cablestudy; --restart begins anew")
-        header.pop("fingerprint")
-        return header
-    except (ValueError, KeyError, AttributeError):
+        version, fingerprint = header.pop("journal"), header.pop("fingerprint")
+    except (ValueError, KeyError, AttributeError, TypeError, RecursionError):
         raise SceneError(f"{path}: is no journal of a sweep; move it away") from None
+    if not any_format and version != FORMAT:
+        raise SceneError(f"{path}: is a journal of another version of cablestudy; --restart begins anew")
+    if not any_format and digest(header) != fingerprint:
+        raise SceneError(f"{path}: its first line was changed, which says what its rows are of; --restart begins anew")
+    return header
 
 
 def _rows(file):
     """The highest row in a file."""
     file.seek(0)
-    return max((int(match[2]) for line in file if (match := LINE.match(line))), default=0)
+    return max((int(match[3]) for line in file if (match := whole(line))), default=0)
 
 
 def _lock(file, path):

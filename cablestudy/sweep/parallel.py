@@ -8,12 +8,13 @@ from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.chunk import compute
-from cablestudy.study.interrupt import unbroken
+from cablestudy.sweep.chunk import compute
+from cablestudy.sweep.interrupt import unbroken
 
 PROBE = 0.3  # seconds in this process before others are thought of
 WORTH = 3.0  # seconds of work that are worth the start of other processes
 AHEAD = 2  # chunks in flight for each worker
+MOST = 4  # processes for each core: more of them only take memory
 DEATHS = 3  # of worker processes, one after the other without a result, until nothing more is tried
 
 
@@ -49,7 +50,7 @@ def local(supply, jobs=None):
     ----------
     supply : Supply
     jobs : int, optional
-        Without it: all cores when the estimated work is worth their start.
+        At most MOST for each core are started. Without it: all cores when the estimated work is worth their start.
 
     Yields
     ------
@@ -65,6 +66,7 @@ def local(supply, jobs=None):
     if jobs is None:
         work = supply.left * supply.seconds_per_case
         jobs = cores() if work > WORTH else 1
+    jobs = min(jobs, MOST * cores())
     yield from processes(supply, jobs) if jobs > 1 else here(supply)
 
 

@@ -14,15 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.study.sweep import columns_of, written
+from cablestudy.scene.sampling import FEWEST
+from cablestudy.study.prepare import columns_of
 from cablestudy.study.table import Field, Table
+from cablestudy.sweep.rows import written
 
 RESAMPLES = 1000
 BLOCKS = 1024
 CONFIDENCE = 0.95
 CONSTANT = 1e-12  # relative: below it a column does not vary
 DUST = 1e-12  # an index below it is none
-FEWEST = 8  # points, for intervals that mean something
 
 
 @dataclass(frozen=True)

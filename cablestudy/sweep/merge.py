@@ -3,9 +3,9 @@
 from contextlib import ExitStack, closing
 
 from cablestudy.errors import SceneError
-from cablestudy.study.fingerprint import differences, digest
-from cablestudy.study.opening import merged, read_journal
-from cablestudy.study.run import Run, Wish, command
+from cablestudy.sweep.fingerprint import differences, digest
+from cablestudy.sweep.opening import merged, read_journal
+from cablestudy.sweep.run import Run, Wish, command
 
 SHOWN = 10  # missing rows that are named
 

@@ -3,7 +3,7 @@
 import platform
 from datetime import UTC, datetime
 
-from cablestudy.study.fingerprint import digest
+from cablestudy.sweep.fingerprint import digest
 
 
 def record(identity, command, started, seconds, rows):

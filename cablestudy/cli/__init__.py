@@ -1,0 +1,56 @@
+"""The command line: parse, call, print, exit code. Everything heavy is imported by the command that needs it."""
+
+import os
+import sys
+
+import click
+
+from cablestudy import __version__
+from cablestudy.cli import files, scene, ssm, sweep, trade
+from cablestudy.cli.edge import INTERRUPTED, WRONG_USE
+
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class OneLine(click.Group):
+    """A group whose usage errors are one line each, as all other mistakes are."""
+
+    def main(self, *arguments, standalone_mode=True, **options):
+        words = arguments[0] if arguments else options.get("args")
+        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # as typed, to be said again
+        if not standalone_mode:
+            return super().main(*arguments, standalone_mode=False, **options)
+        try:
+            code = super().main(*arguments, standalone_mode=False, **options)
+        except click.exceptions.NoArgsIsHelpError as error:
+            error.show()
+            code = WRONG_USE
+        except click.UsageError as error:
+            command = error.ctx.command_path if error.ctx else "cablestudy"
+            message = error.format_message().rstrip(".")
+            click.echo(f"{command}: {message} ('{command} --help' shows how)", err=True)
+            code = WRONG_USE
+        except click.Abort:
+            click.echo("interrupted", err=True)
+            code = INTERRUPTED
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+@click.group(cls=OneLine, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="cablestudy")
+def main():
+    """Parameter studies of actively controlled suspended cables.
+
+    SCENE and STUDY are YAML files, or - for standard input. Tables go to standard output, everything else to standard
+    error. Exit codes: 0 done, 1 a check failed, 2 wrong usage, file or value, 3 some case has no answer.
+    """
+    # many small matrices: threads inside of one only cost time, and digits may depend on them
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
+
+
+for _command in (
+    scene.static, scene.modes, scene.windrms, sweep.sweep, sweep.merge, trade.trade,
+    files.validate, files.schema, files.columns, ssm.ssm,
+):  # fmt: skip
+    main.add_command(_command)

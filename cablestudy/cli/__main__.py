@@ -1,0 +1,6 @@
+"""`python -m cablestudy.cli`"""
+
+from cablestudy.cli import main
+
+if __name__ == "__main__":
+    main()

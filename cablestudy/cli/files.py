@@ -1,0 +1,50 @@
+"""What computes nothing: validate, schema, columns."""
+
+import sys
+
+import click
+
+from cablestudy.cli.edge import WRONG_USE, edge, say, show
+from cablestudy.cli.options import FORMAT, QUIET, SET, complete_file
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=complete_file)
+@SET
+@FORMAT
+@QUIET
+@edge
+def validate(files, sets, style, quiet):
+    """Read and check scenes and studies; compute nothing."""
+    from cablestudy.study import report
+
+    table, mistakes, notes = report.validate_table(files, sets)
+    say(notes, quiet)
+    for mistake in mistakes:
+        click.echo(str(mistake), err=True)
+    show(table, style)
+    if mistakes:
+        sys.stdout.flush()
+        sys.exit(WRONG_USE)
+
+
+@click.command()
+@click.argument("kind", type=click.Choice(["scene", "study"]))
+@edge
+def schema(kind):
+    """JSON Schema of a file, for editors."""
+    import json
+
+    from cablestudy.scene.schema import scene_schema, study_schema
+
+    click.echo(json.dumps(scene_schema() if kind == "scene" else study_schema(), indent=2, ensure_ascii=False))
+
+
+@click.command()
+@FORMAT
+@edge
+def columns(style):
+    """Every column: name, unit, meaning, what it needs."""
+    from cablestudy.study import report
+
+    show(report.columns_table(), style)

@@ -1,0 +1,67 @@
+"""Arguments and options that commands share, and what is checked of options before anything is computed."""
+
+import itertools
+import os
+
+import click
+
+from cablestudy.errors import SceneError
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def complete_file(context, parameter, incomplete):
+    """Shell completion: files."""
+    from click.shell_completion import CompletionItem
+
+    return [CompletionItem(incomplete, type="file")]
+
+
+def complete_column(context, parameter, incomplete):
+    """Shell completion: names of columns."""
+    from cablestudy.study.columns import COLUMNS
+
+    return [column.header for column in COLUMNS if column.header.startswith(incomplete)]
+
+
+SCENE = click.argument("scene", metavar="SCENE", shell_complete=complete_file)
+SET = click.option(
+    "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change one key, e.g. cable.diameter=3.7mm. Repeatable."
+)
+FORMAT = click.option(
+    "--format", "style", type=click.Choice(["md", "csv", "json", "jsonl"]), default="md", help="Default: md."
+)
+QUIET = click.option("--quiet", is_flag=True, help="No notes and warnings on standard error.")
+EXPLAIN = click.option("--explain", is_flag=True, help="Say on standard error what was modelled, and how well.")
+PLOT = click.option("--plot", metavar="FILE", help="Draw a picture too: .png, .svg or .pdf.")
+STUDY = click.argument("study", metavar="STUDY", shell_complete=complete_file)
+OUT = click.option("--out", default="results", metavar="DIR", help="Where the files of NAME go. Default: results.")
+
+
+def check_picture(path):
+    """Refuse a picture of unknown kind, or in a folder that does not exist, before anything is computed."""
+    if path is None:
+        return
+    if not path.lower().endswith(PICTURES):
+        raise SceneError(f"--plot {path}: unknown kind of picture (allowed: {', '.join(PICTURES)})")
+    folder = os.path.dirname(path) or "."
+    if not os.access(folder, os.W_OK) or os.path.isdir(path):
+        raise SceneError(f"--plot {path}: cannot be written")
+
+
+def exclude(*pairs):
+    """Refuse options of the two groups of a pair that are given together."""
+    wrong = {}
+    for some, others in pairs:
+        given = ([name for name in group if group[name]] for group in (some, others))
+        for one, other in itertools.product(*given):
+            wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
+    if wrong:
+        raise SceneError(*wrong.values())
+
+
+def refuse(options, reason):
+    """Refuse options that would have no effect."""
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise SceneError(f"{', '.join(given)}: no effect: {reason}")

@@ -1,0 +1,108 @@
+"""What is asked of one scene: static, modes, windrms."""
+
+import sys
+
+import click
+
+from cablestudy.cli.edge import NO_ANSWER, edge, say, show
+from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture
+from cablestudy.errors import SceneError
+
+
+@click.command()
+@SCENE
+@SET
+@click.option("--shape", is_flag=True, help="The coordinates along the cable instead.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def static(scene, sets, shape, style, plot, explain, quiet):
+    """Tension, sag, end stiffness and more of one scene."""
+    check_picture(plot)
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.study import report
+
+    _, model = load_scene(scene, sets)
+    row, columns = report.static_row(model)
+    say(row.notes if explain else (), quiet)
+    if row.failed:
+        click.echo(f"{scene}: {row.cells['status']}", err=True)
+        if not shape:
+            show(report.static_table(row, columns), style)
+        sys.exit(NO_ANSWER)
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.static_form(row.case), plot)
+    show(report.shape_table(row.case) if shape else report.static_table(row, columns), style)
+
+
+@click.command()
+@SCENE
+@SET
+@click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
+@click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def modes(scene, sets, count, upto, style, plot, explain, quiet):
+    """Frequencies, kinds and participation factors of the cable with fixed ends."""
+    if count is not None and upto is not None:
+        raise SceneError("-n and --upto exclude each other")
+    check_picture(plot)
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.scene.units import read_frequency
+    from cablestudy.study import report, row
+    from cablestudy.study.case import Case
+
+    limit = None if upto is None else read_frequency("--upto", upto)
+    _, model = load_scene(scene, sets)
+    case, found, notes = row.modes(Case(model), count or 12, limit)
+    say(notes if explain else (), quiet)
+    if limit is None and len(found) < (count or 12):
+        say([f"the model has {len(found)} modes, not {count or 12}"], quiet)
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.mode_shapes(case, found), plot)
+    show(report.mode_table(case, found), style)
+
+
+@click.command()
+@SCENE
+@SET
+@FORMAT
+@PLOT
+@click.option(
+    "--on",
+    type=click.Choice(["gondola", "cable", "both"]),
+    default="gondola",
+    show_default=True,
+    help="What the wind acts on.",
+)
+@EXPLAIN
+@QUIET
+@edge
+def windrms(scene, sets, style, plot, on, explain, quiet):
+    """RMS of the gondola in the wind, with and without the winch loop; loop margins."""
+    check_picture(plot)
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.study.wind_report import wind_table
+
+    document, model = load_scene(scene, sets)
+    table, row, remarks = wind_table(document, model, on)
+    say((*(row.notes if explain else ()), *remarks), quiet)
+    if row.failed:
+        click.echo(f"{scene}: {row.cells['status']}", err=True)
+    elif plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.wind_response(row.case, on), plot)
+    show(table, style)
+    if row.failed:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)

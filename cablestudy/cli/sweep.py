@@ -1,0 +1,242 @@
+"""The commands sweep and merge."""
+
+import itertools
+import sys
+
+import click
+
+from cablestudy.cli.edge import FAILED_CHECK, INTERRUPTED, NO_ANSWER, edge, say, show
+from cablestudy.cli.options import (
+    EXPLAIN,
+    FORMAT,
+    OUT,
+    PLOT,
+    QUIET,
+    SET,
+    STUDY,
+    check_picture,
+    complete_column,
+    exclude,
+    refuse,
+)
+from cablestudy.errors import NoSolutionError
+
+MOST_DIFFERENCES = 1000  # that a check shows one by one
+
+
+@click.command()
+@STUDY
+@SET
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="KEY=VALUES",
+    help="One more dimension, e.g. cable.preload=100N:2kN:20log or gondola.mass=10kg,50kg. Repeatable.",
+)
+@click.option("--dry-run", is_flag=True, help="Print the cases; compute and write nothing.")
+@click.option("--where", metavar="CONDITION", help="Show only such rows, e.g. 'gondola_rms < 1 mm and sag < 0.5'.")
+@click.option(
+    "--sort",
+    metavar="COLUMN",
+    shell_complete=complete_column,
+    help="Show the rows in this order; -COLUMN: largest first.",
+)
+@click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'.")
+@click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows.")
+@OUT
+@click.option("--no-write", is_flag=True, help="Print only.")
+@click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
+@click.option(
+    "--rtol",
+    "rtols",
+    multiple=True,
+    metavar="[COLUMN=]TOL",
+    help="With --check. Default: the study's, else 1e-6. Repeatable.",
+)
+@click.option("--resume", is_flag=True, help="Go on with the rows of an earlier run.")
+@click.option("--restart", is_flag=True, help="Begin anew, whatever an unfinished run has left.")
+@click.option("--jobs", type=click.IntRange(1, 1024), help="Processes. Default: as many as the work is worth.")
+@click.option("--scheduler", metavar="ADDRESS", help="Compute on a dask cluster: tcp://host:port, or FILE.json.")
+@click.option("--shard", metavar="K/N", help="Only every Nth case from the Kth, kept for 'cablestudy merge'.")
+@click.option("--row", type=click.IntRange(min=1), help="Only this row of the table; write nothing.")
+@click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@click.pass_context
+@edge
+def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, resume,
+          restart, jobs, scheduler, shard, row, fail_fast, style, plot, explain, quiet):  # fmt: skip
+    """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
+
+    Rows are kept as they are done: whatever ends a run, --resume goes on with it.
+    """
+    check_picture(plot)
+    silent = {"--check": check, "--no-write": no_write, "--row": row}
+    shown = {"--where": where is not None, "--sort": sort is not None, "--best": best is not None}
+    alone = {"--dry-run": dry_run, "--check": check, "--shard": shard, "--sensitivity": sensitivity}
+    exclude(
+        ({"--resume": resume}, {"--restart": restart}),
+        ({"--resume": resume, "--restart": restart}, silent),
+        ({"--shard": shard}, {**silent, "--plot": plot}),
+        ({"--jobs": jobs}, {"--scheduler": scheduler}),
+        ({"--check": check}, {"--row": row}),
+        ({"--dry-run": dry_run}, {"--plot": plot, "--row": row}),
+        (alone, shown),
+        *(({one: alone[one]}, {other: alone[other]}) for one, other in itertools.combinations(alone, 2)),
+    )
+    refuse({"--rtol": rtols and not check}, "for --check only")
+    from cablestudy.sweep.interrupt import Interrupts
+
+    keep, typed, work, failed = not any(silent.values()), context.obj["words"], None, 0
+    try:
+        with Interrupts():
+            from cablestudy.scene.study import read_study
+            from cablestudy.study import store
+            from cablestudy.sweep import run
+            from cablestudy.sweep.check import read_tolerances
+
+            parts = run.read_shard(shard)
+            wanted = read_study(study, sets, vary)
+            say(wanted.notes, quiet)
+            if dry_run:
+                print_cases(wanted, style)
+                return
+            select = selection_of(wanted, where, sort, best, sensitivity)
+            if wanted.asked and keep:
+                keep = False
+                say([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
+            place = store.Place(out, wanted.name)
+            if keep:
+                place.check_writable()
+            if check:
+                place.check_stored()
+            tolerance = read_tolerances(rtols, wanted)
+            wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
+            with run.Run(wanted, place, wish) as work:
+                compute(work, [] if study == "-" else words_of(study, sets, vary))
+                if parts:
+                    say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+                else:
+                    finish(work, style, plot, tolerance if check else None, run.command(typed), select)
+                failed = work.journal.failed
+    except KeyboardInterrupt:
+        say(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
+        exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
+        sys.exit(INTERRUPTED)
+    if failed:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)
+
+
+def print_cases(study, style):
+    """The cases of a study, and nothing computed."""
+    from cablestudy.study.prepare import prepare
+    from cablestudy.sweep.dry_run import lines
+
+    prepare(study)
+    sys.stdout.writelines(lines(study, style))
+
+
+def selection_of(study, where, sort, best, sensitivity):
+    """What is shown of a study's table: Table -> Table and notes; None for all of it."""
+    if sensitivity:
+        from cablestudy.sweep.sensitivity import Sensitivity
+
+        indices = Sensitivity(study)
+        return lambda table: indices.table(table.rows)
+    if (where, sort, best) == (None, None, None):
+        return None
+    from cablestudy.sweep.select import read_selection
+
+    selection = read_selection(study, where, sort, best)
+
+    def chosen(table):
+        found = selection.table(table)
+        return found, [f"shown: {len(found.rows)} of {len(table.rows)} rows"]
+
+    return chosen
+
+
+def words_of(study, sets, vary=()):
+    """What of a command says which cases there are."""
+    options = [word for text in sets for word in ("--set", text)] + [word for text in vary for word in ("--vary", text)]
+    return ["sweep", study, *options]
+
+
+def compute(work, words):
+    """All rows of a run, and what is to be said about them."""
+    wish = work.wish
+    say(work.reused(), wish.quiet)
+    work.compute()
+    if wish.explain and work.complete:
+        say(work.notes(), wish.quiet)
+    say(work.failures(words), wish.quiet)
+    if not work.complete:
+        more = f"; --resume goes on: {work.done} rows are done" if wish.keep else ""
+        raise NoSolutionError("stopped at the first case without an answer (--fail-fast)" + more)
+
+
+def finish(work, style, plot, tolerance, command, select=None):
+    """The table of a complete run: compared, or written and printed."""
+    table, place, quiet = work.table(), work.place, work.wish.quiet
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.study_plot(work.study, table), plot)
+    if tolerance is not None:
+        from cablestudy.sweep.check import compare
+
+        differences = 0
+        for differences, difference in enumerate(compare(table, place.csv, tolerance), 1):
+            if differences <= MOST_DIFFERENCES:
+                click.echo(f"{place.csv}: {difference}", err=True)
+        if differences > MOST_DIFFERENCES:
+            click.echo(f"{place.csv}: {differences} differences in all", err=True)
+        say([] if differences else [f"{place.csv}: agrees"], quiet)
+        sys.exit(FAILED_CHECK if differences else 0)
+    if work.wish.keep:
+        work.write(table, command)
+        say([f"written: {place.csv}, {place.md}"], quiet)
+    if select:
+        table, notes = select(table)
+        say(notes, quiet)
+    show(table, style)
+
+
+@click.command()
+@STUDY
+@SET
+@OUT
+@FORMAT
+@PLOT
+@QUIET
+@click.pass_context
+@edge
+def merge(context, study, sets, out, style, plot, quiet):
+    """Join the shards of a study into its table, as one run would have written it."""
+    check_picture(plot)
+    from cablestudy.sweep.interrupt import Interrupts
+
+    try:
+        with Interrupts():
+            from cablestudy.scene.study import read_study
+            from cablestudy.study import store
+            from cablestudy.sweep import run
+            from cablestudy.sweep.merge import MergedRun
+
+            wanted = read_study(study, sets)
+            place = store.Place(out, wanted.name)
+            place.check_writable()
+            words = words_of(study, sets)
+            with MergedRun(wanted, place, words, quiet) as work:
+                say(work.failures([] if study == "-" else words), quiet)
+                finish(work, style, plot, None, run.command(context.obj["words"]))
+                failed = work.journal.failed
+    except KeyboardInterrupt:
+        say(["interrupted: the shards are as they were"])
+        sys.exit(INTERRUPTED)
+    if failed:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)

@@ -1,0 +1,58 @@
+"""The command trade."""
+
+import sys
+
+import click
+
+from cablestudy.cli.edge import NO_ANSWER, edge, say, show
+from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture
+
+
+@click.command()
+@SCENE
+@SET
+@click.option("--columns", "names", metavar="A,B,...", help="What to compare. Default: stiffness, frequencies, wind.")
+@click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Of each timing. Default: 5.")
+@click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
+@FORMAT
+@PLOT
+@EXPLAIN
+@QUIET
+@edge
+def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
+    """Error against time for every model that a user can choose, from closed form to high order."""
+    check_picture(plot)
+    import shlex
+
+    from cablestudy.scene.scene import load_scene
+    from cablestudy.study import store
+    from cablestudy.study import trade as study
+    from cablestudy.study import trade_tables as tables
+    from cablestudy.study.trade_models import choices
+
+    document, model = load_scene(scene, sets)
+    columns, notes = study.wanted(document, model, names)
+    place = None if out is None else store.Place(out, tables.file_name(scene))
+    if place:
+        place.check_writable()
+    say(notes, quiet)
+    if sys.stderr.isatty() and not quiet:
+        with click.progressbar(length=(repeats + 1) * len(choices(columns)), label="models", file=sys.stderr) as bar:
+            found = study.compare(model, columns, repeats, progress=bar.update)
+    else:
+        found = study.compare(model, columns, repeats)
+    say(tables.notes_of(found) if explain else (), quiet)
+    title = shlex.join([scene, *(word for change in sets for word in ("--set", change))])
+    for name, reason in found.reference.failures.items():
+        click.echo(f"{scene}: {name}: {reason}", err=True)
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.trade_plot(found, f"Error against time: {title}"), plot)
+    if place:
+        tables.write(found, place, title)
+        say([f"written: {place.csv}, {place.md}"], quiet)
+    show(tables.table_of(found, shown=style == "md"), style)
+    if found.reference.failures:
+        sys.stdout.flush()
+        sys.exit(NO_ANSWER)

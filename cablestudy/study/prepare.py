@@ -1,0 +1,184 @@
+"""What can be wrong with a study beyond its file: columns, tolerances, printed values, plot; found before computing."""
+
+from math import inf
+
+from cablestudy.errors import Mistake, SceneError
+from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
+from cablestudy.study.columns import find, lacks
+from cablestudy.study.table import number, read_csv
+
+NEVER_COMPARED = "solve_time"  # no two runs agree on it
+
+
+def columns_of(study):
+    """The columns that a study names.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    list of Column
+
+    Raises
+    ------
+    SceneError
+        Unknown or repeated columns, or one that needs a key which the scene lacks.
+    """
+    columns, mistakes = [], []
+    _, scene = study.case(0)
+    for place, name in enumerate(study.columns):
+        asked = place >= len(study.columns) - len(study.asked)
+        about = study.where(("columns", place)), "" if asked else f"columns.{place}"
+        try:
+            column = find(name)
+        except ValueError as error:
+            mistakes.append(Mistake(*about, str(error)))
+            continue
+        if any(column.header == other.header for other in columns):
+            mistakes.append(Mistake(*about, f"{column.name} is listed twice"))
+        elif lacks(scene, column) and _every_case_lacks(study, column):
+            message = f"{column.name} needs the key {lacks(scene, column)}, which the scene does not have"
+            mistakes.append(Mistake(*about, message))
+        columns.append(column)
+    if mistakes:
+        raise SceneError(*mistakes)
+    return columns
+
+
+def _every_case_lacks(study, column):
+    return all(lacks(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
+
+
+def compared(study, name):
+    """The column of a tolerance.
+
+    Parameters
+    ----------
+    study : Study
+    name : str
+        With its unit or without.
+
+    Returns
+    -------
+    str
+        Its header.
+
+    Raises
+    ------
+    ValueError
+        The study has no such column, or one that has no use for a tolerance.
+    """
+    column = find(name)
+    if not {column.name, column.header}.intersection(study.columns):
+        raise ValueError(f"{name} is not among the study's columns")
+    if column.name in ("status", NEVER_COMPARED):
+        raise ValueError(f"{name} {'is text' if column.name == 'status' else 'is never compared'}")
+    return column.header
+
+
+def tolerances_of(study):
+    """The tolerances that a study file states.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    dict
+        Header, or ALL_COLUMNS -> relative tolerance.
+
+    Raises
+    ------
+    SceneError
+        Columns that there are not, or that are given twice.
+    """
+    found, mistakes = {}, []
+    for name, value in study.tolerances.items():
+        try:
+            header = name if name == ALL_COLUMNS else compared(study, name)
+            if header in found:
+                raise ValueError("given twice")
+            found[header] = value
+        except ValueError as error:
+            mistakes.append(Mistake(study.source.where_key(("check", name)), f"check.{name}", str(error)))
+    if mistakes:
+        raise SceneError(*mistakes)
+    return found
+
+
+def reference_of(study, columns):
+    """The printed values of a study, row by row.
+
+    Parameters
+    ----------
+    study : Study
+    columns : list of Column
+
+    Returns
+    -------
+    names : list of str
+        Headers of the columns that have printed values.
+    rows : list of dict
+        Header -> number or None.
+
+    Raises
+    ------
+    SceneError
+        The table does not fit the study.
+    """
+    if study.reference_path is None:
+        return [], []
+    names, rows = read_csv(study.reference_path)
+    where = study.where(("reference",))
+    headers = {column.header for column in columns}
+    mistakes = [
+        Mistake(where, "reference", f"{study.reference_path}: column {name!r} is not among the study's columns")
+        for name in names
+        if name not in headers
+    ]
+    if len(rows) != study.count:
+        message = f"{study.reference_path}: {len(rows)} rows, and the study has {study.count} cases"
+        mistakes.append(Mistake(where, "reference", message))
+    for place, row in enumerate(rows, 1):
+        for name in names:
+            parsed = number(row[name]) if row[name].strip() else 0.0
+            if parsed is None or not abs(parsed) < inf:
+                message = f"{study.reference_path}: row {place}, {name}: not a number: {row[name]!r}"
+                mistakes.append(Mistake(where, "reference", message))
+    if mistakes:
+        raise SceneError(*mistakes)
+    return names, [{name: number(row[name]) for name in names} for row in rows]
+
+
+def prepare(study):
+    """Everything that can be wrong with a study, found before anything is computed.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    columns : list of Column
+    reference : tuple
+        As from `reference_of`.
+
+    Raises
+    ------
+    SceneError
+    """
+    study.check()
+    columns = columns_of(study)
+    tolerances_of(study)
+    for name in (study.plot.x, *study.plot.y) if study.plot else ():
+        try:
+            header = find(name).header
+        except ValueError as error:
+            raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
+        if header not in {column.header for column in columns}:
+            message = f"{name} is not among the study's columns"
+            raise SceneError(Mistake(study.where(("plot",)), "plot", message))
+    return columns, reference_of(study, columns)
