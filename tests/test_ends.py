@@ -386,3 +386,37 @@ def test_the_damping_trap():
     assert voigt[1] == pytest.approx(voigt[2], rel=1e-3)
     static = np.sqrt(of_bars("taut", "modal", 0.01).stiffness[3, 3] / GONDOLA)
     assert voigt[2] == pytest.approx(static * 1e-3 / 2, rel=2e-2)  # omega time/2
+
+
+# mass that couples the ends to the inside
+
+
+@pytest.mark.parametrize("twin", [PAPER, SAGGING, INCLINED], ids=["taut", "sagging", "inclined"])
+@pytest.mark.parametrize(("mass", "order"), [("lumped", 3), ("consistent", 1), ("consistent", 3), ("blended", 1)])
+def test_every_mass_is_the_dense_matrix_condensed(twin, mass, order):
+    """K11 + s^2 M11 less the inside eliminated, by dense matrices of all nodes; the coupled frequency."""
+    case = Case(twin.scene("model.elements=7", f"model.order={order}", f"model.mass={mass}", "cable.damping.ratio=0"))
+    model, span, state = case.end_model, case.span, case.state
+    total, length = float(span.mass * span.unstretched_length), float(span.unstretched_length)
+    found = np.zeros((3, 6, 6), dtype=complex)
+    s = np.array([2.0 + 5j, -1 + 33j, 0.3 + 90j])
+    for system in case.dynamics.systems:
+        d = len(system.axes)
+        K = system.full_stiffness().toarray() * float(state.force) / length
+        M = system.full_mass().toarray() * total
+        ends = np.r_[0:d, len(K) - d : len(K)]
+        inner = np.arange(d, len(K) - d)
+        places = [*system.axes, *(axis + 3 for axis in system.axes)]
+        for k, value in enumerate(s):
+            whole = K + value**2 * M
+            outside = np.linalg.solve(whole[np.ix_(inner, inner)], whole[np.ix_(inner, ends)])
+            found[k][np.ix_(places, places)] = whole[np.ix_(ends, ends)] - whole[np.ix_(ends, inner)] @ outside
+    turn = np.kron(np.eye(2), span.frame)
+    expected = turn.T @ found @ turn
+    scale = np.sqrt(np.abs(np.diagonal(expected, axis1=1, axis2=2)))
+    error = np.abs(dynamic_stiffness(model, s) - expected) / (scale[:, :, None] * scale[:, None, :])
+    assert error.max() < 1e-7
+    # at an undamped coupled frequency the gondola and its end balance
+    omega = 2 * np.pi * case.gondola_frequency
+    balance = dynamic_stiffness(model, np.array([1j * omega]), [3], [3])[0, 0, 0].real
+    assert balance == pytest.approx(case.scene.gondola.mass * omega**2, rel=1e-7)

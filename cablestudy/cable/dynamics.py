@@ -6,6 +6,7 @@ decouple. Small models of many cables are solved in one call.
 """
 
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class Dynamics:
     def __init__(self, state: State, length, mass, planes=PLANAR, few=False):
         self.length, self.mass = np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
         self._state, self._planes, self._mesh, self._few = state, planes, state.mesh, few
-        self._found, self._table, self._spectra, self._among = None, {}, {}, None
+        self._found, self._table, self._spectra, self._among = {}, {}, {}, None
 
     def take(self, index):
         """One cable of many, which finds its modes when another one of them does."""
@@ -100,14 +101,22 @@ class Dynamics:
         ------
         ConvergenceError
         """
-        if self._found is None or (len(self._found) < count and not self._found.complete):
-            if self._among is not None:
-                whole, index = self._among
-                self._found = whole.modes(count).take(index)
-            else:
-                every = self.small and (not self._few or 2 * count > self.dof)
-                self._found = self.lowest(self.dof if every else count)
-        return self._found
+        if self.small:
+            # so many in each model of a batch, however many another one wants
+            count = min(1 << max(count - 1, 7).bit_length(), self.dof) if self._few else self.dof
+            count = self.dof if 2 * count > self.dof else count
+        else:
+            count = min(count, self.dof)
+            count = max(count, self.searched)
+        if count not in self._found:
+            whole, index = self._among or (None, None)
+            self._found[count] = whole.modes(count).take(index) if whole else self.lowest(count)
+        return self._found[count]
+
+    @property
+    def searched(self):
+        """How many modes were found at most. [-]"""
+        return max(self._found, default=0)
 
     def up_to(self, frequency):
         """All modes of one cable up to a frequency [Hz], and at least one beyond it where there is one."""
@@ -128,7 +137,7 @@ class Dynamics:
         """
         return self.frequencies(((number, kind, symmetry),))[0][0]
 
-    def frequencies(self, which, errors=False):
+    def frequencies(self, which, errors=False, about=0):
         """Frequencies of some modes of one cable, and their estimated relative errors.
 
         Parameters
@@ -137,6 +146,8 @@ class Dynamics:
             Number (from 1), kind and symmetry or None of each.
         errors : bool
             Whether the errors are wanted too; see `Modes.errors`.
+        about : float
+            How many modes there may be below the highest of them; as many are found at first.
 
         Returns
         -------
@@ -148,7 +159,8 @@ class Dynamics:
         NoSolutionError
             The model has no such mode.
         """
-        count = max(2 * number for number, _, _ in which)
+        most = self.dof if self.dof <= ALL_LIMIT else self.dof // 4
+        count = max(*(2 * number for number, _, _ in which), min(ceil(about), most))
         while True:
             found, wrong, complete = self._among_lowest(count, which, errors)
             missing = [mode for mode, frequency in zip(which, found, strict=True) if frequency != frequency]

@@ -4,6 +4,7 @@ Positions are interpolated at Gauss-Lobatto points; strain lives at `order` Gaus
 of the paper and for any order leaves no locking. Lumped mass is Lobatto quadrature.
 """
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -270,14 +271,14 @@ def pieces(fractions, bends):
 
 
 @lru_cache(maxsize=256)
-def mesh_pieces(edges, elements, order, mass="lumped"):
+def mesh_pieces(edges, counts, order, mass="lumped"):
     """So many elements for each piece.
 
     Parameters
     ----------
     edges : tuple of float
         Of the pieces.
-    elements : int
+    counts : tuple of int
     order, mass
         As in `Mesh`.
 
@@ -286,6 +287,8 @@ def mesh_pieces(edges, elements, order, mass="lumped"):
     Mesh
         The same for the same pieces, with what is computed of it.
     """
-    low, high = np.array(edges[:-1]), np.array(edges[1:])
-    inner = low[:, None] + (high - low)[:, None] * np.arange(elements) / elements
-    return Mesh(_apart(np.append(inner.ravel(), 1.0)), order, mass)
+    parts = [
+        low + (high - low) * np.arange(count) / count
+        for (low, high), count in zip(itertools.pairwise(edges), counts, strict=True)
+    ]
+    return Mesh(_apart(np.concatenate([*parts, [1.0]])), order, mass)

@@ -74,11 +74,19 @@ class Together:
     @cached_property
     def participation(self):
         """Shape (..., k, 3). [N/(m sqrt(kg))]"""
+        return self._at_end("participation")
+
+    @cached_property
+    def driven(self):
+        """Shape (..., k, 3). [N/(m sqrt(kg))]"""
+        return self._at_end("driven")
+
+    def _at_end(self, name):
         dynamics, begin = self._dynamics, 0
         found = np.zeros((*self.square.shape, 3))
         for motion in self._motions:
             end = begin + motion.square.shape[-1]
-            found[..., begin:end, list(motion.system.axes)] = motion.participation
+            found[..., begin:end, list(motion.system.axes)] = getattr(motion, name)
             begin = end
         scale = np.asarray(dynamics.state.force / dynamics.length / np.sqrt(dynamics.mass * dynamics.length))
         if self._order is not None:
@@ -132,6 +140,11 @@ class Modes:
     def participation(self):
         """psi^T K21 e_j for end 2 moving along axis j of the chord frame, shape (..., k, 3). [N/(m sqrt(kg))]"""
         return self.together.participation[self.cable][..., : len(self), :]
+
+    @property
+    def driven(self):
+        """The same with what a mass that is not lumped at the nodes adds: -omega^2 psi^T (M22 u_j + M21 e_j)."""
+        return self.together.driven[self.cable][..., : len(self), :]
 
     @cached_property
     def kind(self):

@@ -81,10 +81,21 @@ class Motion:
 
     @cached_property
     def participation(self):
-        """psi^T K21 e_j = -omega^2 psi^T M u_j, with u_j the static shape for a unit movement of end 2 along j."""
+        """psi^T K21 e_j = -omega^2 psi^T M22 u_j, with u_j the static shape for a unit movement of end 2 along j."""
         weighted = _apply_mass(self.system, self.signed)
         moved = joined(self.system.end_shapes)
         return -self.square[..., None] * (joined(weighted).swapaxes(-1, -2) @ moved)
+
+    @cached_property
+    def driven(self):
+        """-omega^2 psi^T (M22 u_j + M21 e_j): the same, but for a mass that couples the ends to the inside."""
+        system = self.system
+        if system.mass.nnz == system.dof:
+            return self.participation
+        axes = len(system.axes)
+        weighted = _times(system.full_mass(), joined(system.end_shapes))[..., axes:-axes, :]
+        inner = joined(self.signed)[..., axes:-axes, :]
+        return -self.square[..., None] * (inner.swapaxes(-1, -2) @ weighted)
 
 
 def ascends(values):

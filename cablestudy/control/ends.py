@@ -62,7 +62,8 @@ class EndModel:
     omega : ndarray, shape (n,)
         Of the modes with fixed ends. [rad/s]
     participation : ndarray, shape (n, 6)
-        p = psi^T K21: modal force per end displacement. [N/(m sqrt(kg))]
+        p = psi^T K21: modal force per end displacement; less W^2 psi^T M21 where the mass is not lumped.
+        [N/(m sqrt(kg))]
     damping_ratio : ndarray, shape (n,)
         Modal; where the strain is damped, the equivalent one. [-]
     stiffness : ndarray, shape (6, 6)
@@ -243,12 +244,12 @@ def of_cable(dynamics, modes, frame, damping):
         flat = both.reshape(-1, 2 * len(axes))
         inertia[np.ix_(places, places)] = mass * flat.T @ (system.full_mass() @ flat)
         shapes = modes.shapes[:, axes]
-        ones = system.mass @ np.tile(np.eye(len(axes)), (system.dof // len(axes), 1))
-        carried[:, axes] = mass * shapes[1:-1].reshape(len(ones), n).T @ ones
+        ones = system.full_mass() @ np.tile(np.eye(len(axes)), (len(shapes), 1))
+        carried[:, axes] = mass * shapes.reshape(len(ones), n).T @ ones  # the ends of a mode are at rest
         if damping.model != "modal":
             index = [*range(n), *(n + place for place in places)]
             elastic[np.ix_(index, index)] += unit * system.elastic_energy(np.concatenate([shapes, both], axis=2))
-    participation = np.concatenate([-modes.participation - omega[:, None] ** 2 * carried, modes.participation], axis=1)
+    participation = np.concatenate([-modes.driven - omega[:, None] ** 2 * carried, modes.driven], axis=1)
     turn = np.kron(np.eye(2), frame)
     strain, ratio = None, np.full(n, damping.ratio if damping.model == "modal" else 0.0)
     if damping.model != "modal":

@@ -8,9 +8,11 @@ from cablestudy.cable.catenary import solve
 from cablestudy.cable.element import pieces
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import SHAPELESS
+from cablestudy.study.columns import ROUNDING, SHAPELESS
 from cablestudy.study.spans import spans_of
 
+EPSILON, TINY = 4e-16, 1e-300  # rounding of one number, and what is none
+POINTS = 8  # of each piece
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 
 
@@ -128,6 +130,16 @@ class Batch:
         return self._aside[self._solved(index)]
 
     @cached_property
+    def _rounding(self):
+        # the least tension has the rounding of the largest; it is felt over the short piece that hangs from it
+        steep = self.statics.max_tension / np.maximum(self.catenary.min_tension, TINY)
+        return np.maximum(ROUNDING, EPSILON * steep**0.75).tolist()
+
+    def rounding_of(self, index):
+        """Relative error of the motion of one cable by the rounding of its least tension. [-]"""
+        return self._rounding[self._solved(index)]
+
+    @cached_property
     def _longest(self):
         return self.catenary.segments.fraction.max(axis=-1).tolist()
 
@@ -168,6 +180,19 @@ class Batch:
         if fraction.shape[-1] == 1 and not bent[place]:
             return 0.0, 1.0
         return pieces(fraction[place], bends[place])
+
+    def times_of(self, index, edges):
+        """How long a transverse wave takes along pieces of one cable, over the longest of these times. [-]
+
+        By the speed sqrt(T/m), and Gauss's rule with a few points on each piece.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+        low, high = np.array(edges[:-1]), np.array(edges[1:])
+        places = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
+        force = self.catenary.take(self._solved(index)).at(places.ravel())[1]
+        tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY).reshape(places.shape)
+        time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
+        return (time / time.max()).tolist()
 
     def fractions_of(self, index):
         """Share of the unstretched length of each segment between the loads of one cable, shape (j,). [-]"""

@@ -18,6 +18,7 @@ CLOSED = ("cable_key", "span", "catenary")  # parts of a case that its model doe
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
 FELT = ("coupled", "end_inertia", "end_model_along_x", "loop")  # made of what a moved end stirs
+SPARE = 1.2  # times as many modes as an axial one is expected to have below are found at first
 MAX_MODES = 600  # of a large model, for its dynamics
 UNDAMPED = 1e-12  # damping ratio that cannot be told from none
 # what the cable's statics and undamped motion depend on, beside gravity and model
@@ -45,6 +46,7 @@ class Case:
     def __init__(self, scene, batch=None, place=0, rung=None, shelf=None):
         self.scene, self.rung, self.shelf = scene, rung, shelf or Shelf()
         self._batch, self.place = batch, place
+        self._searched = [0]  # modes among which an axial one was found, in models of one case
 
     @cached_property
     def cable_key(self):
@@ -119,8 +121,9 @@ class Case:
         return self.model.state
 
     def refined(self, elements, order):
-        """The same case with spectral elements on the closed-form statics: so many for each smooth piece."""
+        """The same case with spectral elements on the closed-form statics: so many for the piece with most waves."""
         finer = Case(self.scene, self.batch, self.place, (elements, order), self.shelf)
+        finer._searched = self._searched
         finer.__dict__.update({name: self.__dict__[name] for name in CLOSED if name in self.__dict__})
         return finer
 
@@ -197,7 +200,12 @@ class Case:
 
     def frequency(self, number, kind, symmetry=None):
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequency`. [Hz]"""
-        return (self.out_of_plane if kind == "out-of-plane" else self.in_plane).frequency(number, kind, symmetry)
+        part = self.out_of_plane if kind == "out-of-plane" else self.in_plane
+        return part.frequencies(((number, kind, symmetry),), about=self._below(number if kind == "axial" else 0))[0][0]
+
+    def _below(self, axial):
+        """About how many modes of the same system lie below an axial one; at least none. [-]"""
+        return SPARE * axial * self.axial_waves * (1 if self.planar else 2) if axial else 0
 
     def frequencies(self, modes):
         """Frequencies of some modes [Hz], and their estimated relative errors; see `Dynamics.frequencies`.
@@ -208,15 +216,19 @@ class Case:
             Those of one plane together: the others, and those out of plane.
         """
         inside, outside = modes
-        found, errors = self.in_plane.frequencies(inside, True) if inside else ([], [])
+        axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
+        about = max(self._below(axial), *self._searched)
+        found, errors = self.in_plane.frequencies(inside, True, about) if inside else ([], [])
+        if axial and not self.in_plane.small:
+            self._searched.append(self.in_plane.searched)
         if outside:
             more, wrong = self.out_of_plane.frequencies(outside, True)
             return found + more, errors + wrong
         return found, errors
 
     def participation(self, modes):
-        """psi^T K21 e_x of end 2 for each mode, shape (k,). [N/(m sqrt(kg))]"""
-        return modes.participation @ self.span.frame[:, 0]
+        """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.driven`. [N/(m sqrt(kg))]"""
+        return modes.driven @ self.span.frame[:, 0]
 
     @shared()
     def end_inertia(self):

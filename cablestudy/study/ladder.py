@@ -21,6 +21,7 @@ UNSEEN = 10  # error over the angle by which the cable turns, where its transver
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
 # of the difference of two neighbours, both resolved, at least the error of the finer one is:
 FLAT, NOISY = 1.0, 3.0  # above NOISE and below it
+JUMP = 1.0  # of the orders that waves seem to need, from which a model is tried
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
@@ -148,10 +149,13 @@ def climb(case, sample, feeling):
         waves, turn = finer.waves(frequency)
         return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
 
+    needed, rounding = 0.0, case.batch.rounding_of(case.place)
     reached, best, in_vain = "the finest model is too coarse", inf, 0
     longest = case.batch.longest_of(case.place)
     per_digit = ALONE if feeling.alone else PER_DIGIT
     for rung in rungs(PER_WAVE * feeling.waves * longest + per_digit * -log10(accuracy) + 1):
+        if rung[0] * rung[1] < needed:
+            continue
         finer = case.refined(*rung)
         yield finer
         tried += 1
@@ -173,6 +177,8 @@ def climb(case, sample, feeling):
             continue
         failures.clear()
         known, last = abs(waves - last) < 0.1 * last, waves
+        if unseen > accuracy:  # no model that is much too coarse for these waves is looked at
+            needed = min(JUMP * (PER_WAVE * waves + MARGIN), FINEST)
         if unseen > accuracy and known and PER_WAVE * waves + MARGIN > FINEST:
             raise ConvergenceError(
                 f"accuracy {accuracy:g} cannot be had: about {waves:.3g} waves along a piece of the cable, "
@@ -190,7 +196,7 @@ def climb(case, sample, feeling):
         if left:
             rest.update({name: left(history[-3:], name) for name, share in rest.items() if share is None})
         if None not in rest.values():
-            errors = {name: max(ROUNDING, unseen, share) for name, share in rest.items()}
+            errors = {name: max(rounding, unseen, share) for name, share in rest.items()}
             error = max(errors.values(), default=ROUNDING)
             if error <= accuracy:
                 return finer, values, errors, tried

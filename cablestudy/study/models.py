@@ -1,6 +1,7 @@
 """Elements for cases: those of many cables on one mesh are made, and later solved, in one call."""
 
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 
@@ -22,7 +23,7 @@ class Models:
     span : Span
         Fields of shape (cables,).
     elements : int
-        To how many a smooth piece is divided.
+        To how many the smooth piece with the most waves is divided.
     """
 
     def __init__(self, state, record, span, elements):
@@ -109,7 +110,12 @@ def mesh_of(case):
     """
     pieces = case.batch.pieces_of(case.place)
     if case.rung is not None:
-        return mesh_pieces(pieces, *case.rung)
+        elements, order = case.rung
+        if len(pieces) == 2:
+            return mesh_pieces(pieces, (elements,), order)
+        # as many as the waves along each piece ask for
+        times = case.batch.times_of(case.place, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
+        return mesh_pieces(pieces, tuple(ceil(elements * time - 1e-9) or 1 for time in times), order)
     model = case.scene.model
     try:
         return mesh_segments(case.batch.fractions_of(case.place), model.elements, model.order, model.mass)

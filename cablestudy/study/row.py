@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study import loops, models
-from cablestudy.study.batch import Batch, ScenesOnly
+from cablestudy.study.batch import EPSILON, Batch, ScenesOnly
 from cablestudy.study.case import Case
 from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
 from cablestudy.study.ladder import ROUNDING, Feeling, climb, felt_by, relative
@@ -16,7 +16,6 @@ from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
 TOGETHER = 64  # rows whose models are solved at once
-EPSILON = 4e-16  # rounding of one number
 LOOPS = 16  # of them, whose loops are found at once
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
