@@ -171,6 +171,13 @@ class System:
     state: State
     axes: tuple
 
+    def take(self, index):
+        """That of one cable of many, with what its ends feel, which is computed for all of them at once."""
+        one = System(self.state.take(index), self.axes)
+        for name in ("tangent", "compliance", "end_stiffness", "end_shapes"):
+            one.__dict__[name] = getattr(self, name)[index]
+        return one
+
     @property
     def dof(self):
         """Number of free displacements. [-]"""

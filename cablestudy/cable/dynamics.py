@@ -57,6 +57,9 @@ class Dynamics:
     @cached_property
     def systems(self):
         """The tangent in each of the planes: `System`."""
+        if self._among is not None:
+            whole, index = self._among
+            return tuple(system.take(index) for system in whole.systems)
         return tuple(System(self.state, axes) for axes in self._planes)
 
     @property

@@ -16,7 +16,6 @@ from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
 TOGETHER = 64  # rows whose models are solved at once
-LOOPS = 16  # of them, whose loops are found at once
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 # notes on what takes no elements: without a cable, and with one
@@ -179,8 +178,8 @@ def together(rows, wanted=None):
         if len(chosen) > 1:
             cases = [waiting[index] for index in chosen]
             models.prepare(cases)
-            for first in range(0, len(cases) if wanted and wanted.body else 0, LOOPS):
-                loops.prepare(cases[first : first + LOOPS], wanted.damped)
+            if wanted and wanted.body:
+                loops.prepare(cases, wanted.damped)
         for index in chosen:
             advance(index)
     return answers
@@ -256,6 +255,7 @@ def _row(case, wanted, known, failure, exact, spent):
         if failure is not None:
             raise failure
         if not case.exact_statics and not wanted.scene_only:
+            yield case
             reason = broken(case)
             if reason:
                 raise NoSolutionError(reason)
@@ -287,7 +287,6 @@ def _values(case, wanted, known, exact):
     if wanted.scene_only:
         return {column.header: value(column, case) for column in rest}, case, 0, wanted.exact, CHEAPEST[True]
     if not case.exact_statics:
-        yield case
         numbers = {column.header: value(column, case) for column in wanted.physical}
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
