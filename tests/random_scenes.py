@@ -142,7 +142,10 @@ def expected(truth, data, name):
     if name.startswith(("inplane", "outofplane")):
         kind, number = name.split("_frequency_")
         return truth.frequency({"inplane": "in-plane", "outofplane": "out-of-plane"}[kind], int(number))
-    return getattr(truth, name)()
+    try:
+        return getattr(truth, name)()
+    except np.linalg.LinAlgError as failure:
+        raise Unknown(f"the reference: {failure}") from None
 
 
 @dataclass

@@ -28,6 +28,9 @@ CLOSER = 0.3  # of the one before
 FARTHEST = 0.3  # of its distance from zero that a pole goes in one step
 NEAR = 1e-7  # of that distance: taken for the same pole
 SETTLED = 1e-8  # relative step of Newton after which nothing is left but rounding
+HALF = 0.5  # share of the mass in a motion above which no other has more
+GUESSES = 6  # of where else the mass may move
+SHARES = (0.05, 0.2, 0.5, 1.0)  # of the damping
 CREEPING = 0.03  # imaginary part of a pole, over its size, below which it may meet its conjugate
 TRUSTED = 1e-10  # difference between a damping ratio by the place of the pole and by its energies
 LOST = "the gondola's mode is damped so much that it is no oscillation"
@@ -251,7 +254,7 @@ def damping_ratio(stiffness, mass, omega, law, amount):
     path = _Path(stiffness, mass, law, amount)
     try:
         with np.errstate(all="ignore"):  # what is not finite is not settled
-            here = path.follow(1j * omega)
+            here = path.most_felt(path.follow(1j * omega), omega)
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
         raise NoSolutionError(LOST) from None
@@ -296,6 +299,27 @@ class _Path:
                 return s
             last = CLOSER * size
         return None
+
+    def felt(self, s):
+        """Share of the mass in the motion at a pole with all of the damping, by the slope of the balance there. [-]"""
+        return abs(2 * s * self._mass / self.at(s, 1.0)[2])
+
+    def most_felt(self, s, omega):
+        """The followed pole, or where the mass has passed its motion on to another one on the way, that one."""
+        if not s.imag or self.felt(s) >= HALF:
+            return s
+        found = [s]
+        for first in (s, 1j * omega):
+            here = first
+            for _ in range(GUESSES):  # the mass on the cable as it answers here
+                here = np.sqrt(-self.at(here, 1.0)[0].stiffness / self._mass + 0j)
+                here *= 1 if here.imag >= 0 else -1
+            found.append(self.settled(here, 1.0, CLOSER * abs(here)))
+        here = 1j * omega
+        for share in SHARES:  # in steps that are long against what the motions share
+            here = here and self.settled(here, share, abs(here))
+        found.append(here)
+        return max((one for one in found if one is not None and one.imag > 0), key=self.felt, default=s)
 
     def follow(self, s):
         """The pole at all of the damping, from a place near the one without any.

@@ -72,6 +72,8 @@ def coupled_modes_of(problems):
     list of tuple
         What `coupled_modes` returns.
     """
+    if not problems:
+        return []
     balances = [_Balance(*problem) for problem in problems]
     which, root = _between_poles(_Balances(balances), [balance.edges for balance in balances])
     ends = np.searchsorted(which, np.arange(len(balances) + 1))
@@ -176,7 +178,8 @@ def _between_poles(function, edges):
     for _ in range(200):
         low = np.where(value > 0, np.nextafter(place, np.inf), low)
         high = np.where(value > 0, high, np.nextafter(place, -np.inf))
-        slope = slope + np.where(smooth, 0.0, value / (place - pole))
+        gap = np.where(smooth, 1.0, place - pole)
+        slope = slope + np.where(smooth, 0.0, value / np.where(gap, gap, np.spacing(pole)))
         step = place - value / np.where(slope < 0, slope, -1e-300)
         settled = np.abs(step - place) <= 1e-15 * place  # if only by rounding out of the bracket
         inside = settled | ((step > low) & (step < high))

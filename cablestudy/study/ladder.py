@@ -20,6 +20,7 @@ PER_DIGIT, ALONE = 0.9, 1.15  # orders for each digit more, where models are com
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
 # of the difference of two neighbours, both resolved, at least the error of the finer one is:
+GRAIN = 1e-10  # rounding of what many modes make together, which neighbours may share
 FLAT, NOISY = 1.0, 3.0  # above NOISE and below it
 JUMP = 1.0  # of the orders that waves seem to need, from which a model is tried
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
@@ -194,7 +195,7 @@ def climb(case, sample, feeling):
         if len(history) == 2 and not feeling.damped and not unseen:
             left = left_of_two
         if left:
-            rest.update({name: left(history[-3:], name) for name, share in rest.items() if share is None})
+            rest.update({name: max(GRAIN, left(history[-3:], name)) for name, share in rest.items() if share is None})
         if None not in rest.values():
             errors = {name: max(rounding, unseen, share) for name, share in rest.items()}
             error = max(errors.values(), default=ROUNDING)
