@@ -3,12 +3,15 @@
 import itertools
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from mpmath import mp
 from references import catenary_mp
 
+from cablestudy.cable import datum
 from cablestudy.cable.span import CORES, Span
+from cablestudy.study.batch import Batch
 
 G = 9.81
 AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
@@ -52,6 +55,34 @@ def paper_span(length=PAPER_LENGTH, degrees=0.0, **other):
 def batch(spans):
     """Many cables with equally many loads as one `Span` of arrays."""
     return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in CORES})
+
+
+def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravity=G, loads=()):
+    """The `Span` that the package makes of a cable between two places; loads are (arc length, global force)."""
+    cable = SimpleNamespace(
+        end_1=end_1,
+        end_2=end_2,
+        chord_length=math.dist(end_1, end_2),
+        axial_stiffness=axial_stiffness,
+        mass_per_length=mass,
+        loads=[SimpleNamespace(at=float(place), force=force) for place, force in loads],
+        unstretched_length=unstretched_length,
+        preload=None,
+        sag=None,
+    )
+    return Batch([SimpleNamespace(cable=cable, gravity=gravity)]).span_of(0)
+
+
+def chord_strain_for_tension(span, tension):
+    """Chord strain of one cable with a mean tension: of a batch of one, or by the closer look that a row has."""
+    strain = float(datum.strains_for_tension(batch([span]), np.array([tension]))[0])
+    return strain if np.isfinite(strain) else datum.closer_strain_for_tension(span, tension)
+
+
+def chord_strain_for_sag(span, sag):
+    """Chord strain of one cable with a sag."""
+    strain = float(datum.strains_for_sag(batch([span]), np.array([sag]))[0])
+    return strain if np.isfinite(strain) else datum.no_strain_for_sag(span, sag)
 
 
 class Exact:

@@ -7,7 +7,7 @@ import dataclasses
 import math
 
 import numpy as np
-from cables import chord_span, graded_error
+from cables import chord_span, graded_error, span_between
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from slack_chain import span_margin
@@ -16,7 +16,6 @@ from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import SPATIAL, System
 from cablestudy.cable.dynamics import PLANAR, Dynamics
 from cablestudy.cable.element import mesh_segments
-from cablestudy.cable.span import span_between
 
 PROFILE = settings(
     derandomize=True, max_examples=40, deadline=None, database=None, suppress_health_check=[HealthCheck.filter_too_much]
@@ -72,7 +71,7 @@ def test_scaling(degrees, strain, weight, loads, chord, stiffness):
 @PROFILE
 @given(inclinations, strains, weights, load_lists, st.floats(-math.pi, math.pi))
 def test_rotation_about_the_vertical(degrees, strain, weight, loads, angle):
-    """`span_between` with turned ends and loads: same frequencies, turned stiffness."""
+    """Turned ends and loads: same frequencies, turned stiffness."""
     R = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
     radians = math.radians(degrees)
     end = 10 * np.array([math.cos(radians), 0, math.sin(radians)])
