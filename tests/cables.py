@@ -10,6 +10,7 @@ from mpmath import mp
 from references import catenary_mp
 
 from cablestudy.cable import datum
+from cablestudy.cable.element import basis
 from cablestudy.cable.span import CORES, Span
 from cablestudy.study.batch import Batch
 
@@ -162,3 +163,32 @@ def graded_error(K, reference):
     """Largest entry of a difference of stiffnesses, each relative to sqrt(K_ii K_jj)."""
     d = np.sqrt(np.abs(np.diag(reference)))
     return float(np.max(np.abs(K - reference) / np.outer(d, d)))
+
+
+def internal_forces(system):
+    """Nodal forces of the tensions of one cable, shape (nodes, d). [-]"""
+    state, axes = system.state, len(system.axes)
+    mesh, element = state.mesh, basis(state.mesh.order)
+    pull = element.weights[:, None] * state.tension[..., None] * state.direction[..., system.axes]
+    nodal = np.zeros((mesh.nodes, axes))
+    np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
+    return nodal
+
+
+def full_stiffness(system):
+    """K_E + K_G of all nodes of one cable by displacements, dense, shape (nodes d, nodes d). [-]
+
+    As in the paper: of an almost inextensible cable it has few digits, wherefore the package has none.
+    """
+    state, axes = system.state, len(system.axes)
+    mesh, element = state.mesh, basis(state.mesh.order)
+    t = state.direction[..., system.axes]
+    along = t[..., :, None] * t[..., None, :]
+    across = (np.eye(axes) - along) * (state.tension / state.stretch)[..., None, None]
+    K = np.zeros((mesh.nodes, axes, mesh.nodes, axes))
+    for nodes, size, own in zip(mesh.element_nodes, mesh.sizes, along / state.compliance + across, strict=True):
+        share, derivative = element.weights / size, element.derivative
+        K[np.ix_(nodes, range(axes), nodes, range(axes))] += np.einsum(
+            "q,qi,qj,qab->iajb", share, derivative, derivative, own
+        )
+    return K.reshape(mesh.nodes * axes, mesh.nodes * axes)
