@@ -31,10 +31,10 @@ def measure(bars):
     from cablestudy.cable import catenary, equilibrium
     from cablestudy.cable.dynamics import Dynamics
     from cablestudy.cable.element import mesh_segments
-    from cablestudy.cable.span import span_between
+    from cablestudy.cable.span import Span
 
     area = 2.69e-6
-    span = span_between((0, 0, 0), (185.8, 0, 0), 186.0, 70.3e9 * area, 1440 * area)
+    span = Span(185.8, 1.0, 0.0, 185.8 / 186.0 - 1, 70.3e9 * area, 1440 * area)
 
     def static():
         start = catenary.solve(span)

@@ -3,12 +3,16 @@
 import itertools
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from mpmath import mp
 from references import catenary_mp
 
+from cablestudy.cable import datum
+from cablestudy.cable.element import basis
 from cablestudy.cable.span import CORES, Span
+from cablestudy.study.batch import Batch
 
 G = 9.81
 AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
@@ -52,6 +56,34 @@ def paper_span(length=PAPER_LENGTH, degrees=0.0, **other):
 def batch(spans):
     """Many cables with equally many loads as one `Span` of arrays."""
     return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in CORES})
+
+
+def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravity=G, loads=()):
+    """The `Span` that the package makes of a cable between two places; loads are (arc length, global force)."""
+    cable = SimpleNamespace(
+        end_1=end_1,
+        end_2=end_2,
+        chord_length=math.dist(end_1, end_2),
+        axial_stiffness=axial_stiffness,
+        mass_per_length=mass,
+        loads=[SimpleNamespace(at=float(place), force=force) for place, force in loads],
+        unstretched_length=unstretched_length,
+        preload=None,
+        sag=None,
+    )
+    return Batch([SimpleNamespace(cable=cable, gravity=gravity)]).span_of(0)
+
+
+def chord_strain_for_tension(span, tension):
+    """Chord strain of one cable with a mean tension: of a batch of one, or by the closer look that a row has."""
+    strain = float(datum.strains_for_tension(batch([span]), np.array([tension]))[0])
+    return strain if np.isfinite(strain) else datum.closer_strain_for_tension(span, tension)
+
+
+def chord_strain_for_sag(span, sag):
+    """Chord strain of one cable with a sag."""
+    strain = float(datum.strains_for_sag(batch([span]), np.array([sag]))[0])
+    return strain if np.isfinite(strain) else datum.no_strain_for_sag(span, sag)
 
 
 class Exact:
@@ -131,3 +163,32 @@ def graded_error(K, reference):
     """Largest entry of a difference of stiffnesses, each relative to sqrt(K_ii K_jj)."""
     d = np.sqrt(np.abs(np.diag(reference)))
     return float(np.max(np.abs(K - reference) / np.outer(d, d)))
+
+
+def internal_forces(system):
+    """Nodal forces of the tensions of one cable, shape (nodes, d). [-]"""
+    state, axes = system.state, len(system.axes)
+    mesh, element = state.mesh, basis(state.mesh.order)
+    pull = element.weights[:, None] * state.tension[..., None] * state.direction[..., system.axes]
+    nodal = np.zeros((mesh.nodes, axes))
+    np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
+    return nodal
+
+
+def full_stiffness(system):
+    """K_E + K_G of all nodes of one cable by displacements, dense, shape (nodes d, nodes d). [-]
+
+    As in the paper: of an almost inextensible cable it has few digits, wherefore the package has none.
+    """
+    state, axes = system.state, len(system.axes)
+    mesh, element = state.mesh, basis(state.mesh.order)
+    t = state.direction[..., system.axes]
+    along = t[..., :, None] * t[..., None, :]
+    across = (np.eye(axes) - along) * (state.tension / state.stretch)[..., None, None]
+    K = np.zeros((mesh.nodes, axes, mesh.nodes, axes))
+    for nodes, size, own in zip(mesh.element_nodes, mesh.sizes, along / state.compliance + across, strict=True):
+        share, derivative = element.weights / size, element.derivative
+        K[np.ix_(nodes, range(axes), nodes, range(axes))] += np.einsum(
+            "q,qi,qj,qab->iajb", share, derivative, derivative, own
+        )
+    return K.reshape(mesh.nodes * axes, mesh.nodes * axes)

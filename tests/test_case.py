@@ -10,16 +10,15 @@ from scenes import CHORD, LENGTH, SAGGING, scene
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import batch, models
 from cablestudy.study.case import Case
-from cablestudy.study.spans import span_of
 
 
 def test_the_span_of_a_scene():
-    span = span_of(scene())
+    span = Case(scene()).span
     assert (span.chord, float(span.cosine), float(span.sine)) == (CHORD, 1.0, 0.0)
     assert span.unstretched_length == pytest.approx(LENGTH, rel=1e-15)
-    upright = span_of(scene("cable.chord=10", "cable.inclination=-90 deg", "cable.preload=1 kN"))
+    upright = Case(scene("cable.chord=10", "cable.inclination=-90 deg", "cable.preload=1 kN")).span
     assert (float(upright.cosine), float(upright.sine)) == (0.0, -1.0)
-    turned = span_of(scene("cable.ends=[[1, 2, 3], [1, 102, 3]]", "cable.preload=1 kN"))
+    turned = Case(scene("cable.ends=[[1, 2, 3], [1, 102, 3]]", "cable.preload=1 kN")).span
     assert turned.azimuth == pytest.approx([0, 1])
     assert turned.chord == 100
 
@@ -35,7 +34,7 @@ def test_a_wanted_tension_or_sag_is_had(wanted, column, model):
 
 def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
     with pytest.raises(NoSolutionError, match="ends before its last load, at 185 m"):
-        span_of(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]"))
+        Case(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]")).batch.span_of(0)
 
 
 def test_results_are_computed_once(monkeypatch):

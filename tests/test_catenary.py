@@ -4,11 +4,23 @@ import math
 
 import numpy as np
 import pytest
-from cables import EA, MASS, Exact, batch, chord_span, graded_error, paper_span
+from cables import (
+    EA,
+    MASS,
+    PAPER_CHORD,
+    PAPER_LENGTH,
+    Exact,
+    batch,
+    chord_span,
+    chord_strain_for_tension,
+    graded_error,
+    paper_span,
+    span_between,
+)
 from mpmath import mp
 
 from cablestudy.cable.catenary import solve
-from cablestudy.cable.span import span_between, with_loads
+from cablestudy.errors import NoSolutionError
 
 EPS = np.finfo(float).eps
 QUANTITIES = ("mean_tension", "max_tension", "min_tension", "stretched_length")
@@ -234,13 +246,12 @@ def test_place_of_a_load():
     """At a load, at an end, two at one place, and a load of nothing: equal to the sum, or to none at all."""
     plain = solve(paper_span())
     force = np.array([1.0, 2.0, -30.0])
-    end_1, end_2 = (0, 0, 0), (185.8, 0, 0)
 
     def loaded(*loads):
-        return solve(span_between(end_1, end_2, 184.4883, EA, MASS, loads=loads))
+        return solve(span_between((0, 0, 0), (PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS, loads=loads))
 
     assert loaded((50.0, (0, 0, 0))).mean_tension == pytest.approx(plain.mean_tension, rel=1e-14)
-    at_ends = loaded((0.0, force), (184.4883, -force))
+    at_ends = solve(paper_span(loads=[(0.0, force), (1.0, -force)]))
     assert at_ends.record.converged
     assert at_ends.mean_tension == pytest.approx(plain.mean_tension, rel=1e-13)
     assert graded_error(at_ends.end_stiffness, plain.end_stiffness) < 1e-12
@@ -249,7 +260,9 @@ def test_place_of_a_load():
     assert twice.mean_tension == pytest.approx(loaded((50.0, 2 * force)).mean_tension, rel=1e-15)
     apart = loaded((50.0, force), (50.0 + 1e-11, force))
     assert apart.mean_tension == pytest.approx(twice.mean_tension, rel=1e-11)
-    assert with_loads(twice.span, ()).load_forces.shape == (0, 3)
+    assert twice.span.without_loads().load_forces.shape == (0, 3)
+    with pytest.raises(NoSolutionError, match="beyond the cable's end"):
+        loaded((PAPER_LENGTH + 1, force))
 
 
 def test_the_tension_jumps_by_the_load():
@@ -295,8 +308,6 @@ def test_paper_statics():
     for preload, length, sag, stiffness in rows:
         area = 24.2e-6  # DESIGN section 9: the 5.55 mm cable
         # the printed length carries six digits, the others follow from the preload
-        from cablestudy.cable.datum import chord_strain_for_tension
-
         span = chord_span(185.8, 0, 0.0, 70.3e9 * area, 1440 * area)
         cable = solve(span.with_chord_strain(chord_strain_for_tension(span, preload)))
         assert cable.span.unstretched_length == pytest.approx(length, abs=2e-3)
@@ -325,7 +336,7 @@ def test_the_end_stiffness_is_the_derivative_of_the_end_force():
                 assert abs(float(change[i]) - K[i, j]) < 1e-10 * math.sqrt(K[i, i] * K[j, j])
 
 
-def test_span_between():
+def test_the_span_between_two_places():
     """Azimuth, inclination and the vertical case; a rotation of the world turns nothing inside the chord frame."""
     span = span_between((1, 2, 3), (1 + 30, 2 + 40, 3 + 120), 120.0, 1e6, 1.0, loads=[(10, (1, 2, 3))])
     assert (span.chord, span.cosine, span.sine) == pytest.approx((130, 5 / 13, 12 / 13))

@@ -4,12 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from cables import Exact, chord_span, paper_span
+from cables import Exact, chord_span, chord_strain_for_sag, chord_strain_for_tension, paper_span
 from references import catenary_mp
 
 from cablestudy.cable import datum
 from cablestudy.cable.catenary import solve
-from cablestudy.cable.datum import chord_strain_for_sag, chord_strain_for_tension
 from cablestudy.errors import NoSolutionError
 
 

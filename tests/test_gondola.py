@@ -7,7 +7,7 @@ import pytest
 from scenes import CHORD, PAPER, SAGGING, Twin, cells, scene
 from scipy.optimize import brentq
 
-from cablestudy.control.gondola import coupled_modes, static_frequency
+from cablestudy.control.gondola import coupled_modes_of, static_frequency
 from cablestudy.scene.scene import Gondola
 from cablestudy.study.case import Case
 
@@ -15,6 +15,10 @@ from cablestudy.study.case import Case
 def test_the_static_frequency_is_that_of_a_mass_on_a_spring():
     assert static_frequency(2.0, 8.0) == pytest.approx(2 / (2 * math.pi), rel=1e-15)
     assert static_frequency(50.0, 1025.0) == pytest.approx(0.72, abs=0.005)  # Table 5
+
+
+def coupled_modes(*problem):
+    return coupled_modes_of([problem])[0]
 
 
 def chain(masses, springs):

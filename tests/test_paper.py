@@ -9,12 +9,12 @@ import math
 
 import numpy as np
 import pytest
+from cables import span_between
 from command import CARLINA, CONFIGS, rows_of, run, table_of
 from printed import TABLE_2
 from references import taut_string
 
 from cablestudy.cable import taut
-from cablestudy.cable.span import span_between
 
 EA, MASS, CHORD, LENGTH, TENSION = 70.3e9 * 2.69e-6, 1440 * 2.69e-6, 185.8, 184.4883, 1344.75  # Table 1
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, G, chord_span, paper_span
 from references import continuous_cable, taut_string
-from scipy.integrate import quad
 
 from cablestudy.cable import catenary, taut
 
@@ -44,15 +43,6 @@ def test_lambda_squared(degrees, tension):
     span = paper_span(degrees=degrees)
     expected = taut_string.irvine_parameter(MASS * G, PAPER_CHORD, EA, tension, math.radians(degrees))
     assert taut.lambda_squared(span, tension) == pytest.approx(expected, rel=1e-13)
-
-
-@pytest.mark.parametrize("degrees", [0, 30, -60])
-def test_parabola(degrees):
-    """A load w per chord length, constant horizontal force: bending moment w a l/8 over H; integrated here."""
-    span, tension = paper_span(degrees=degrees), 1345.0
-    half = PAPER_CHORD / 2
-    moment = quad(lambda x: span.weight_per_length * (half - x), 0, half)[0]
-    assert taut.parabola_sag(span, tension) == pytest.approx(moment / tension, rel=1e-12)
 
 
 @pytest.mark.parametrize("tension", [200.0, 1345.0, 20_000.0])

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from cables import full_stiffness
 from command import CARLINA, run, table_of
 from scenes import cells, scene
 from scipy.integrate import trapezoid
@@ -181,7 +182,7 @@ def dense(case, frequency, direction):
     K, E, M = (np.zeros((3 * nodes, 3 * nodes)) for _ in range(3))
     for system in case.dynamics.systems:
         index = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
-        whole = system.full_stiffness().toarray()
+        whole = full_stiffness(system)
         shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
         K[np.ix_(index, index)] = whole * force / length
         E[np.ix_(index, index)] = system.elastic_energy(shapes) * force / length

@@ -345,21 +345,6 @@ class System:
         """Sparse mass matrix of all nodes for a cable of unit mass, shape (nodes d, nodes d). [-]"""
         return masses(self.state.mesh, len(self.axes))[0]
 
-    def full_stiffness(self):
-        """Sparse K_E + K_G of all nodes of one cable, shape (nodes d, nodes d). [-]
-
-        In displacements, as in the paper: of an almost inextensible cable it has few digits.
-        """
-        state, element = self.state, basis(self.state.mesh.order)
-        t = state.direction[..., self.axes]
-        own = np.eye(len(self.axes)) - t[..., :, None] * t[..., None, :]
-        own *= (state.tension / state.stretch)[..., None, None]
-        own += t[..., :, None] * t[..., None, :] / state.compliance
-        share = element.weights / state.mesh.sizes[:, None]
-        blocks = np.einsum("eq,qi,qj,eqab->eiajb", share, element.derivative, element.derivative, own, optimize=True)
-        width = (state.mesh.order + 1) * len(self.axes)
-        return _sparse(state.mesh, len(self.axes), blocks.reshape(-1, width, width))
-
 
 def _times(matrices, vectors):
     """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than one after the other."""

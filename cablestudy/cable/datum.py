@@ -13,8 +13,8 @@ LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
 TAUTEST = 1e3  # and of one that is stretched to a thousand times its length
 
 
-def chord_strain_for_tension(span, tension):
-    """Chord strain of the taut cable with a given mean tension.
+def closer_strain_for_tension(span, tension):
+    """Chord strain of the taut cable with a given mean tension, where a plain search found nothing.
 
     Parameters
     ----------
@@ -33,12 +33,6 @@ def chord_strain_for_tension(span, tension):
     NoSolutionError
         The tension is below the least that any length gives, or asks for a cable that ends before its last load.
     """
-    strain = float(strains_for_tension(span.as_batch(), np.array([tension], dtype=float))[0])
-    return strain if np.isfinite(strain) else closer_strain_for_tension(span, tension)
-
-
-def closer_strain_for_tension(span, tension):
-    """As `chord_strain_for_tension`, where a plain search found nothing."""
     highest = float(_tightest(span, tension))
 
     def excess(strain, _=None):
@@ -94,32 +88,14 @@ def strains_for_tension(span, tension):
     return np.where(only_longer | rises, strain, np.nan)
 
 
-def chord_strain_for_sag(span, sag):
-    """Chord strain of the cable with a given sag.
-
-    Parameters
-    ----------
-    span : Span
-        One cable; its own chord strain is not used.
-    sag : float
-        Vertical distance from the chord at mid-span, > 0. [m]
-
-    Returns
-    -------
-    float
-        [-]
+def no_strain_for_sag(_, sag):
+    """Refuse a sag that a plain search found no length for: that of a weightless cable, for example.
 
     Raises
     ------
     NoSolutionError
-        No length gives this sag: a weightless cable, for example.
+        Always.
     """
-    strain = float(strains_for_sag(span.as_batch(), np.array([sag], dtype=float))[0])
-    return strain if np.isfinite(strain) else no_strain_for_sag(span, sag)
-
-
-def no_strain_for_sag(_, sag):
-    """Refuse a sag that a plain search found no length for."""
     raise NoSolutionError(f"no unstretched length gives a sag of {sag:.6g} m")
 
 

@@ -272,16 +272,6 @@ def _change(step, force, size):
     return np.maximum(whole, np.sqrt((step[..., 1:] ** 2).sum(axis=-1)) / np.maximum(aside, 1e-16 * size.max(axis=-1)))
 
 
-def internal_forces(system):
-    """Nodal forces of the tensions, shape (nodes, d). [-]"""
-    state, axes = system.state, len(system.axes)
-    mesh, element = state.mesh, basis(state.mesh.order)
-    pull = element.weights[:, None] * state.tension[..., None] * state.direction[..., system.axes]
-    nodal = np.zeros((mesh.nodes, axes))
-    np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
-    return nodal
-
-
 def interpolate(state, positions):
     """Displacement and tension between the nodes.
 

@@ -95,10 +95,6 @@ class Span:
             axis=-2,
         )
 
-    def as_batch(self):
-        """One cable as a batch of one."""
-        return replace(self, **{name: np.asarray(getattr(self, name))[None] for name in CORES}).broadcast()
-
     def take(self, index):
         """Some cables of a batch of shape (n,), or one of them.
 
@@ -131,67 +127,13 @@ class Span:
         return replace(self, load_positions=np.zeros(0), load_forces=np.zeros((0, 3)))
 
 
-def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravity=9.81, loads=()):
-    """One cable from its end points.
-
-    Parameters
-    ----------
-    end_1, end_2 : sequence of 3 floats
-        Global coordinates. [m]
-    unstretched_length, axial_stiffness, mass, gravity : float
-        [m], [N], [kg/m], [m/s^2].
-    loads : iterable of (position, force)
-        Arc length along the unstretched cable [m] and global force vector [N].
-
-    Returns
-    -------
-    Span
-    """
-    delta = np.subtract(end_2, end_1, dtype=float)
-    horizontal = np.hypot(delta[0], delta[1])
-    chord = np.hypot(horizontal, delta[2])
-    azimuth = delta[:2] / horizontal if horizontal > 0 else np.array([1.0, 0.0])
-    span = Span(
-        chord=chord,
-        cosine=horizontal / chord,
-        sine=delta[2] / chord,
-        chord_strain=(chord - unstretched_length) / unstretched_length,
-        axial_stiffness=axial_stiffness,
-        mass=mass,
-        gravity=gravity,
-        azimuth=azimuth,
-    )
-    return with_loads(span, loads)
-
-
-def with_loads(span, loads):
-    """The same cable carrying point loads.
-
-    Parameters
-    ----------
-    span : Span
-        One cable.
-    loads : iterable of (position, force)
-        Arc length along the unstretched cable [m] and global force vector [N]; loads at one place are added up.
-
-    Returns
-    -------
-    Span
-    """
-    merged = merged_loads(loads)
-    if not merged:
-        return span.without_loads()
-    positions, forces = (np.array(part) for part in zip(*merged, strict=True))
-    return replace(span, load_positions=positions, load_forces=forces @ span.frame.T)
-
-
 def merged_loads(loads):
     """Point loads from end 1 on, those at one place added up.
 
     Parameters
     ----------
     loads : iterable of (position, force)
-        As for `with_loads`.
+        Arc length along the unstretched cable [m] and global force vector [N].
 
     Returns
     -------

@@ -1,32 +1,10 @@
-"""Closed forms for taut cables: the parabola, Irvine's frequencies, axial modes. For comparison, never for results.
+"""Closed forms for taut cables: Irvine's frequencies, axial modes. For comparison, never for results.
 
 Sources: Irvine (1981), chapters 2 and 3, for a flat taut cable; inclined cables by the component of gravity across
 the chord.
 """
 
 import numpy as np
-
-
-def parabola_sag(span, tension):
-    """Sag of a parabola with a uniform tension.
-
-    Parameters
-    ----------
-    span : Span
-        Fields of shape () or (...).
-    tension : float or ndarray
-        Along the chord. [N]
-
-    Returns
-    -------
-    ndarray
-        Vertical distance from the chord at mid-span. [m]
-
-    Notes
-    -----
-    rho A g l^2 / (8 F): the paper's equation (1), weight per unstretched length.
-    """
-    return span.weight_per_length * span.chord**2 / (8 * tension)
 
 
 def lambda_squared(span, tension):

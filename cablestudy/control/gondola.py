@@ -25,29 +25,23 @@ def static_frequency(mass, stiffness):
     return np.sqrt(stiffness / mass) / (2 * np.pi)
 
 
-def coupled_modes(mass, stiffness, frequency, participation, inertia):
-    """Modes of the gondola and its cable together.
+def coupled_modes_of(problems):
+    """Modes of gondolas and their cables together, each as if it were alone.
 
     Parameters
     ----------
-    mass : float
-        Of the gondola. [kg]
-    stiffness : float
-        Static end stiffness along x. [N/m]
-    frequency : ndarray, shape (n,)
-        Of the cable with fixed ends. [Hz]
-    participation : ndarray, shape (n,)
-        psi^T K21 e_x of those modes. [N/(m sqrt(kg))]
-    inertia : sequence of 3 float
+    problems : sequence of tuple
+        Each (mass, stiffness, frequency, participation, inertia):
+        of the gondola [kg]; static end stiffness along x [N/m]; of the cable with fixed ends, shape (n,) [Hz];
+        psi^T K21 e_x of those modes, shape (n,) [N/(m sqrt(kg))];
         s_0 [kg], s_1 [kg s^2], s_2 [kg s^4] of the whole cable moving with its end, of which every mode k is the share
         p^2/W^(4 + 2 j): what the modes that are not given add. See `Case.end_inertia`.
 
     Returns
     -------
-    frequency : ndarray, shape (m,)
-        Ascending, m <= n + 1: modes that do not feel the gondola are left out. [Hz]
-    share : ndarray, shape (m,)
-        Share of the modal mass that is the gondola's. [-]
+    list of (frequency, share)
+        Frequencies ascending, shape (m,), m <= n + 1: modes that do not feel the gondola are left out [Hz]; the
+        gondola's share of their modal masses, shape (m,) [-].
 
     Notes
     -----
@@ -55,22 +49,6 @@ def coupled_modes(mass, stiffness, frequency, participation, inertia):
     the given modes leaves of s_j: the end's own mass, and the omitted modes up to a share (w/W)^6 of their mass.
     Between two neighbours W there is exactly one root, so each is bracketed and none is lost or repeated; a matrix
     would lose a very heavy gondola's frequency in rounding.
-    """
-    return coupled_modes_of([(mass, stiffness, frequency, participation, inertia)])[0]
-
-
-def coupled_modes_of(problems):
-    """`coupled_modes` of many cables, each as if it were alone.
-
-    Parameters
-    ----------
-    problems : sequence of tuple
-        What `coupled_modes` takes.
-
-    Returns
-    -------
-    list of tuple
-        What `coupled_modes` returns.
     """
     if not problems:
         return []

@@ -209,12 +209,6 @@ class Cable(Table):
         return self.chord if self.chord is not None else math.dist(*self.ends)
 
     @property
-    def horizontal_span(self):
-        """Horizontal distance of the ends. [m]"""
-        (x1, y1, _), (x2, y2, _) = self.end_1, self.end_2
-        return math.hypot(x2 - x1, y2 - y1)
-
-    @property
     def rise(self):
         """Height of end 2 above end 1. [m]"""
         return self.end_2[2] - self.end_1[2]

@@ -11,8 +11,8 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, SHAPELESS
 from cablestudy.study.spans import spans_of
 
-EPSILON, TINY = 4e-16, 1e-300  # rounding of one number, and what is none
-POINTS = 8  # of each piece
+EPSILON, TINY = 4e-16, 1e-300  # rounding of one number, and what is divided by instead of nothing
+POINTS = 8  # Gauss points on each piece, for the time that a wave takes
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 
 
@@ -60,6 +60,9 @@ class ScenesOnly:
 class Batch:
     """Scenes whose cables carry loads at equally many places, with what a closed-form column asks of a `Case`.
 
+    Arrays hold the k cables that exist. Methods that end in `_of` take the index of a scene and answer for it alone, or
+    raise what keeps it from an equilibrium.
+
     Parameters
     ----------
     scenes : list of Scene
@@ -84,7 +87,7 @@ class Batch:
 
     @cached_property
     def scene(self):
-        """Of the cables that exist."""
+        """The scenes of the cables that exist."""
         return Gathered([self._scenes[index] for index in self.there])
 
     @cached_property
@@ -102,7 +105,7 @@ class Batch:
         return ClosedStatics(self.catenary)
 
     def _solved(self, index):
-        """Where a scene's equilibrium is.
+        """Place of a scene's equilibrium in the arrays.
 
         Raises
         ------

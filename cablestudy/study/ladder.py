@@ -9,10 +9,10 @@ from cablestudy.study.columns import ROUNDING
 
 LOWEST, HIGHEST = 3, 48  # orders of an element
 FINEST = 380  # orders of the elements of a smooth piece, all together
-MOST = 12000  # unknowns beyond which the search ends,
-DENSE = 2000  # where a large share of the modes is needed,
-MANY = 100  # or even does not begin, so many waves being told apart
-IN_VAIN, LOST = 2, 1e-5  # models after which rounding, in errors below the latter, is no longer fought
+MOST = 12000  # unknowns beyond which the search ends
+DENSE = 2000  # the same where a large share of the modes is needed: with damping, or with more than MANY waves
+MANY = 100  # half-waves beyond which the search may end before its first model
+IN_VAIN, LOST = 2, 1e-5  # models without gain after which the search ends, where errors are below the latter: rounding
 GROWTH = 1.3
 TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
@@ -58,7 +58,7 @@ class Feeling:
     surely : callable
         Case -> a frequency that is felt in any case, known before the numbers; 0 for none. [Hz]
     damped : bool
-        Whether the damping matters: it has more of rounding than a frequency, which two models might share, not three.
+        Whether the damping matters: two models may share its rounding, so that three are compared.
     alone : bool
         Whether one model tells the errors of all numbers by itself.
     """
@@ -145,8 +145,8 @@ def climb(case, sample, feeling):
     accuracy = case.scene.model.accuracy
     history, failures, last, tried = [], [], 0.0, 0
 
-    def seen(finer, frequency):
-        """Error by waves that are not resolved, and how many there are."""
+    def waves_at(finer, frequency):
+        """Error by transverse waves that are not resolved, 0 where they are; and how many half-waves there are."""
         waves, turn = finer.waves(frequency)
         return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
 
@@ -166,10 +166,10 @@ def climb(case, sample, feeling):
             break
         try:
             # where the waves are surely not resolved, nothing needs a further look
-            unseen, waves = seen(finer, feeling.surely(finer))
+            unseen, waves = waves_at(finer, feeling.surely(finer))
             values, known_errors = sample(finer) if unseen <= accuracy else (None, None)
             if values is not None:
-                unseen, waves = seen(finer, feeling.highest(finer, values))
+                unseen, waves = waves_at(finer, feeling.highest(finer, values))
         except (ConvergenceError, NoSolutionError) as problem:  # a finer one may have the mode that a coarse one lacks
             again = failures and str(failures[-1]) == str(problem)
             failures.append(problem)
@@ -218,7 +218,7 @@ def left_of_two(history, name):
 
 
 def left_of_three(history, name):
-    """Relative error that is left in the last of three values."""
+    """Relative error that is left in the last of three values: by how their differences fall, where they do."""
     orders, values = zip(*((order, values[name]) for order, values in history), strict=True)
     last, before = relative(values[2], values[1]), relative(values[1], values[0])
     if last < ROUNDING or None in values or not last < before < 0.1:

@@ -12,18 +12,18 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 
 
 class Models:
-    """Cables on one mesh.
+    """The elements of many cables on one mesh, in equilibrium.
 
     Parameters
     ----------
     state : State
         With a leading axis of cables.
     record : Record or None
-        Of the iteration; None for the closed form on a mesh.
+        Of the iteration to equilibrium; None where the elements lie on the closed form.
     span : Span
         Fields of shape (cables,).
     elements : int
-        To how many the smooth piece with the most waves is divided.
+        Into how many the smooth piece with the most waves is divided.
     """
 
     def __init__(self, state, record, span, elements):
@@ -59,12 +59,13 @@ class Models:
 
 
 class Model:
-    """One of `Models`.
+    """The elements of one cable of `Models`.
 
     Parameters
     ----------
     models : Models
     place : int
+        Of the cable among them.
     """
 
     def __init__(self, models, place):

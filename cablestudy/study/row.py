@@ -104,6 +104,25 @@ class Wanted:
     Parameters
     ----------
     columns : sequence of Column
+
+    Attributes
+    ----------
+    physical : list of Column
+        All but those that tell of the computation.
+    closed : list of Column
+        Those in closed form that are computed for many scenes at once.
+    motion, still : list of Column
+        The physical ones that need the cable's motion, and those that do not.
+    body, damped : bool
+        Whether the motion is that of the gondola too; whether damping matters.
+    scene_only : bool
+        Whether not even the cable's equilibrium is needed.
+    exact : dict
+        Header -> relative error of a closed form.
+    empty : dict
+        Header of every column -> None.
+    estimate, timed, clock : bool
+        Whether errors are asked for; degrees of freedom, time or errors; the time.
     """
 
     def __init__(self, columns):
@@ -134,7 +153,7 @@ class Wanted:
 
 
 def _group(scenes, wanted, exact, shelf):
-    """Rows of scenes whose cables are of one kind."""
+    """Yield the rows of scenes whose cables carry loads at equally many places, with or without fixed elements."""
     begin = time.perf_counter()
     batch = Batch(scenes)
     known, errors, coarse = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {}, {})
@@ -147,30 +166,35 @@ def _group(scenes, wanted, exact, shelf):
             _row(case, wanted, known[i], errors.get(i), coarse.get(i, wanted.exact), spent)
             for i, case in zip(block, cases, strict=True)
         )
-        yield from together(rows, wanted)
+        yield from run_together(rows, wanted)
 
 
-def together(rows, wanted=None):
-    """What some generators return, in their order; the models that they yield are prepared those of one rung at once.
+def run_together(generators, wanted):
+    """Run generators side by side, so that models of equal fineness are solved in one call.
 
     Parameters
     ----------
-    rows : iterable of generator
-        Each yields a `Case` before it uses its model.
-    wanted : Wanted, optional
-        What of the gondola and its loop is to be prepared too.
+    generators : iterable of generator
+        Each yields a `Case` before it uses its model, and goes on once that is there.
+    wanted : Wanted
+        Whether gondola and loop are to be prepared too.
+
+    Returns
+    -------
+    list
+        What each generator returned.
     """
-    rows = list(rows)
-    answers, waiting = [None] * len(rows), {}
+    generators = list(generators)
+    answers, waiting = [None] * len(generators), {}  # waiting: index -> the case yielded last
 
     def advance(index):
         try:
-            waiting[index] = next(rows[index])
+            waiting[index] = next(generators[index])
         except StopIteration as end:
             answers[index] = end.value
             waiting.pop(index, None)
 
-    for index in range(len(rows)):
+    for index in range(len(generators)):
         advance(index)
     while waiting:
         rung = next(iter(waiting.values())).rung
@@ -178,7 +202,7 @@ def together(rows, wanted=None):
         if len(chosen) > 1:
             cases = [waiting[index] for index in chosen]
             models.prepare(cases)
-            if wanted and wanted.body:
+            if wanted.body:
                 loops.prepare(cases, wanted.damped)
         for index in chosen:
             advance(index)
@@ -246,7 +270,19 @@ def _rounding(batch, wanted):
 
 
 def _row(case, wanted, known, failure, exact, spent):
-    """One row, from what is known of it in closed form; yields what `together` takes."""
+    """One row; a generator as `run_together` takes it.
+
+    Parameters
+    ----------
+    case : Case
+    wanted : Wanted
+    known, exact : dict
+        Header -> what is known in closed form, and its relative error.
+    failure : CablestudyError or None
+        Why there is no answer, where that is known already.
+    spent : float
+        On the row's part of the closed forms. [s]
+    """
     if failure is None and not wanted.timed and len(known) == len(wanted.physical):
         return Row({**wanted.empty, **known, "status": "ok"}, case, CHEAPEST[wanted.scene_only], exact)
     begin, cells = time.perf_counter() - spent, dict(wanted.empty)
@@ -277,7 +313,10 @@ def _row(case, wanted, known, failure, exact, spent):
 
 
 def _values(case, wanted, known, exact):
-    """Values of the columns, the case with the model used, degrees of freedom, estimated errors, notes."""
+    """Values of the columns, the case with the model used, degrees of freedom, estimated errors, notes.
+
+    A generator, as `_row`.
+    """
     if len(known) == len(wanted.physical):
         return known, case, 0, exact, CHEAPEST[wanted.scene_only]
     for column in wanted.physical:
@@ -376,7 +415,7 @@ def modes(case, count=None, upto=None):
         found = wanted(other)
         return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist()))
 
-    (found,) = together([climb(case, sample, feeling)])
+    (found,) = run_together([climb(case, sample, feeling)], Wanted(()))
     finer, _, errors, tried = found
     return finer, wanted(finer), tuple(_about(finer, max(errors.values(), default=0.0), tried))
 

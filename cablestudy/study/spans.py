@@ -9,28 +9,6 @@ from cablestudy.cable.span import Span, merged_loads
 from cablestudy.errors import NoSolutionError
 
 
-def span_of(scene):
-    """The cable of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    Span
-
-    Raises
-    ------
-    NoSolutionError
-        No unstretched length gives the wanted tension or sag, or a load lies beyond the cable's end.
-    """
-    span, _, reasons = spans_of([scene])
-    if reasons:
-        raise NoSolutionError(reasons[0])
-    return span.take(0)
-
-
 def load_count(scene):
     """At how many places the cable of a scene carries loads. [-]"""
     return len({load.at for load in scene.cable.loads})

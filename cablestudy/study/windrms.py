@@ -7,8 +7,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from cablestudy.control.winch import NEAR
-from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.loops import prepare
+from cablestudy.errors import NoSolutionError
 from cablestudy.wind import rms
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
@@ -204,28 +203,6 @@ def response_of(case, loop, tolerance=None):
     # the response is linear in the force, whose square might not be a number
     found = respond(loop, unit, wind.speed / wind.length_scale, tolerance or tolerance_of(case.scene))
     return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
-
-
-def responses_of(cases):
-    """RMS of the gondola of some cases by the wind on the gondola.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-
-    Returns
-    -------
-    list
-        For each case a `Response`, or the error that says why there is none.
-    """
-    prepare(cases)
-    found = []
-    for case in cases:
-        try:
-            found.append(case.response)
-        except CablestudyError as error:
-            found.append(error)
-    return found
 
 
 def cable_response_of(case, loop):
