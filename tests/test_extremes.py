@@ -127,7 +127,7 @@ def test_every_end_is_right_or_refused(ends):
             assert cells[find(name).header] == pytest.approx(value, rel=tolerance, abs=1e-25), (scene, name)
 
 
-@pytest.mark.parametrize("seed", [1000042, 1000153, 1002026])
+@pytest.mark.parametrize("seed", [1000042, 1000153, 1002026, 1002939, 1004558])
 def test_scenes_that_once_were_wrong_or_warned(seed):
     """A heavily damped gondola that passes its motion on; a gondola far below its cable's modes; no modes at all."""
     cells = examine(seed, every=True)

@@ -135,7 +135,8 @@ class Batch:
     @cached_property
     def _rounding(self):
         # the least tension has the rounding of the largest; it is felt over the short piece that hangs from it
-        steep = self.statics.max_tension / np.maximum(self.catenary.min_tension, TINY)
+        largest = self.statics.max_tension
+        steep = largest / np.maximum(self.catenary.min_tension, FOLDED * largest)
         return np.maximum(ROUNDING, EPSILON * steep**0.75).tolist()
 
     def rounding_of(self, index):
