@@ -2,11 +2,12 @@
 
 import pytest
 from command import CARLINA, SLACK
+from random_scenes import scene_data
 from scenes import scene
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.control import plant
-from cablestudy.scene.scene import load_scene
+from cablestudy.scene.scene import Scene, load_scene
 from cablestudy.study import batch
 from cablestudy.study.columns import COLUMNS, find, lacks
 from cablestudy.study.row import evaluate, evaluate_cases
@@ -114,6 +115,36 @@ def test_rows_are_those_of_each_scene_alone_to_the_last_digit(key, values, close
     together = evaluate_cases(several, columns)
     assert [row.cells for row in together] == [evaluate(one, columns).cells for one in several]
     assert any(not row.failed for row in together)
+
+
+def test_modes_of_a_large_model_do_not_depend_on_how_many_another_row_wants():
+    """Bodies from light to heavy want few modes or many of the same cable."""
+    sets = ("model={elements: 150}", "cable.unstretched_length=400", "cable.loads=[{at: 90, force: [0, 0, -3]}]")
+    scenes = vary(CARLINA, "gondola.mass", [0.05, 0.5, 50, 5000], *sets)
+    columns = [find(name) for name in ("gondola_frequency", "inplane_frequency_3")]
+    together = evaluate_cases(scenes, columns)
+    assert [row.cells for row in together] == [evaluate(one, columns).cells for one in scenes]
+    assert not any(row.failed for row in together)
+    assert all(row.case.in_plane.dof > dynamics.ALL_AT_ONCE for row in together)
+
+
+def test_a_mixture_of_random_scenes_gives_each_row_as_it_is_alone():
+    """Accuracies, fixed models, loads out of plane, cables that fold or break, and equal cables with other bodies."""
+    models = [{"accuracy": 1e-2}, {"elements": 40}, {"elements": 12}, {"elements": 2, "order": 8},
+              {"elements": 5, "mass": "blended"}, {"elements": 1}]  # fmt: skip
+    scenes = []
+    for seed in range(12):
+        data = {"gondola": {"mass": 1.0}, **scene_data(seed), "model": models[seed % len(models)]}
+        data["cable"]["strength"] = data["cable"]["elastic_modulus"] * (0.2, 1e-3)[seed % 5 == 0]
+        heavier = {**data, "gondola": {"mass": 3 * data["gondola"]["mass"]}}
+        scenes += [Scene.model_validate(one) for one in (data, heavier)]
+    scenes = scenes[::2] + scenes[1::2]
+    for names in (("preload", "sag", "end_stiffness"), ("cable_frequency", "outofplane_frequency_2", "error_estimate"),
+                  ("gondola_frequency", "inplane_frequency_3", "dof")):  # fmt: skip
+        columns = [find(name) for name in names]
+        together, alone = evaluate_cases(scenes, columns), [evaluate(one, columns) for one in scenes]
+        assert [(row.cells, row.errors) for row in together] == [(row.cells, row.errors) for row in alone]
+        assert {row.failed for row in together} == {True, False}
 
 
 def test_a_case_without_an_answer_fails_alone():

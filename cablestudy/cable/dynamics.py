@@ -90,7 +90,7 @@ class Dynamics:
         return stiffness * np.asarray(self.state.force / self.length)[..., None, None]
 
     def modes(self, count):
-        """At least the `count` lowest modes, or all there are; what was found before is kept.
+        """At least the `count` lowest modes, or all there are; what was found for as many is kept.
 
         Parameters
         ----------
@@ -109,17 +109,12 @@ class Dynamics:
             count = min(1 << max(count - 1, 7).bit_length(), self.dof) if self._few else self.dof
             count = self.dof if 2 * count > self.dof else count
         else:
+            # just so many, whatever was found before: the last digits of a mode depend on how many are asked for
             count = min(count, self.dof)
-            count = max(count, self.searched)
         if count not in self._found:
             whole, index = self._among or (None, None)
             self._found[count] = whole.modes(count).take(index) if whole else self.lowest(count)
         return self._found[count]
-
-    @property
-    def searched(self):
-        """How many modes were found at most. [-]"""
-        return max(self._found, default=0)
 
     def up_to(self, frequency):
         """All modes of one cable up to a frequency [Hz], and at least one beyond it where there is one."""
@@ -156,6 +151,8 @@ class Dynamics:
         -------
         frequency, error : list of float
             [Hz], [-]; the errors are empty where they are not wanted.
+        count : int
+            Among how many modes they were found.
 
         Raises
         ------
@@ -168,7 +165,7 @@ class Dynamics:
             found, wrong, complete = self._among_lowest(count, which, errors)
             missing = [mode for mode, frequency in zip(which, found, strict=True) if frequency != frequency]
             if not missing:
-                return found, wrong
+                return found, wrong, count
             if complete:
                 number, kind, symmetry = missing[0]
                 words = " ".join(word for word in (symmetry, kind) if word)

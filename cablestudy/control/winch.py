@@ -142,6 +142,8 @@ class Loop:
         """Poles to the right, each followed from where it passes the imaginary axis. [rad/s]"""
         passed = self.passages.for_gain(self.gain)
         out = (passed.turn > 0) & (passed.depth * self.gain > 1)
+        if not out.any():  # one of the passages was missed
+            return self.closed_poles[self.closed_poles.real > 0]
         s, begin = 1j * passed.omega[out], 1 / passed.depth[out]
         steps = int(min(FOLLOWED, 2 + np.log(self.gain / begin.min()) / np.log(1.25)))
         for part in np.linspace(0, 1, steps + 1)[1:]:

@@ -218,11 +218,11 @@ class Case:
         inside, outside = modes
         axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
         about = max(self._below(axial), *self._searched)
-        found, errors = self.in_plane.frequencies(inside, True, about) if inside else ([], [])
+        found, errors, count = self.in_plane.frequencies(inside, True, about) if inside else ([], [], 0)
         if axial and not self.in_plane.small:
-            self._searched.append(self.in_plane.searched)
+            self._searched.append(count)
         if outside:
-            more, wrong = self.out_of_plane.frequencies(outside, True)
+            more, wrong, _ = self.out_of_plane.frequencies(outside, True)
             return found + more, errors + wrong
         return found, errors
 

@@ -43,6 +43,8 @@ def coupled_of(cases):
             stiffness, participation = case.end_stiffness_along(0), case.participation(modes)
             problems[index] = case.scene.gondola.mass, stiffness, modes.frequency, participation, inertia
             complete[index] = modes.complete
+        if not problems:  # none of them has its modes
+            break
         for index, solved in zip(problems, gondola.coupled_modes_of(list(problems.values())), strict=True):
             limit, inertia = waiting[index]
             needed = GONDOLA_MODES * float(solved[0][np.argmax(solved[1])])
@@ -154,7 +156,7 @@ def _without_gain(case):
         case.end_model_along_x,
         scene.gondola.mass,
         scene.winch.location if scene.winch else "ground",
-        undamped=case.coupled if case.felt.modes(1).complete else None,
+        undamped=case.coupled if case.felt.small and case.felt.modes(1).complete else None,  # of all modes
     )
     if controller is None:
         return loop
