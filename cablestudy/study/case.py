@@ -70,10 +70,11 @@ class Case:
         return frozen(self.scene.winch)
 
     @property
-    def nodes(self):
-        """About how many nodes the model has. [-]"""
+    def size(self):
+        """About how many numbers all modes of the model are. [-]"""
         model = self.scene.model
-        return (model.elements or 1) * model.order
+        nodes = self.rung[0] * self.rung[1] if self.rung else (model.elements or 1) * model.order
+        return nodes * min(3 * nodes, MAX_MODES)
 
     @property
     def exact_statics(self):
@@ -113,7 +114,7 @@ class Case:
 
     def keep(self, model):
         """Take elements that were made together with those of others."""
-        self.shelf.put(*part_key(self, "model"), self.nodes, model)
+        self.shelf.put(*part_key(self, "model"), self.size, model)
 
     @property
     def state(self):

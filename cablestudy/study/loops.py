@@ -134,7 +134,7 @@ def _share(cases, name, compute):
             continue
         there[where] = part
         for case in alike:
-            case.shelf.put(*where, case.nodes, part)
+            case.shelf.put(*where, case.size, part)
             case.__dict__[name] = part
     return list(there.values())
 

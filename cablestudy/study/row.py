@@ -1,7 +1,7 @@
 """One row of a table: the columns of one case, its accuracy and its status."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
+NUMBERS = 2_000_000  # of their modes, about
 TOGETHER = 64  # rows whose models are solved at once
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
@@ -159,6 +160,8 @@ def _group(scenes, wanted, exact, shelf):
     known, errors, coarse = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {}, {})
     spent = (time.perf_counter() - begin) / len(scenes)
     width = 1 if wanted.clock else TOGETHER  # a time is that of a row alone
+    if not exact:
+        width = min(width, max(1, NUMBERS // max(Case(scene).size for scene in scenes)))
     for first in range(0, len(scenes), width):
         block = range(first, min(first + width, len(scenes)))
         cases = [Case(scenes[i], batch, i, shelf=shelf) for i in block]
@@ -166,7 +169,10 @@ def _group(scenes, wanted, exact, shelf):
             _row(case, wanted, known[i], errors.get(i), coarse.get(i, wanted.exact), spent)
             for i, case in zip(block, cases, strict=True)
         )
-        yield from run_together(rows, wanted)
+        for case, row in zip(cases, run_together(rows, wanted), strict=True):
+            # of many rows none keeps its modes
+            light = Case(case.scene, batch, case.place) if wanted.motion and len(scenes) > 1 else row.case
+            yield row if light is row.case else replace(row, case=light)
 
 
 def run_together(generators, wanted):
@@ -202,7 +208,7 @@ def run_together(generators, wanted):
         if len(chosen) > 1:
             cases = [waiting[index] for index in chosen]
             models.prepare(cases)
-            if wanted.body:
+            if wanted.body and cases[0].size * len(cases) <= NUMBERS:
                 loops.prepare(cases, wanted.damped)
         for index in chosen:
             advance(index)

@@ -3,7 +3,7 @@
 from functools import cached_property
 
 ROOM = 256  # cables whose parts are kept
-NODES = 100_000  # in all of them together, about
+NUMBERS = 4_000_000  # in all of them together, about
 
 
 class Shelf:
@@ -12,36 +12,36 @@ class Shelf:
     def __init__(self):
         self._cables = {}
 
-    def get(self, cable, key, nodes, compute):
+    def get(self, cable, key, size, compute):
         """A part, computed when it is not there.
 
         Parameters
         ----------
         cable, key : hashable
             What the cable, and what the part of it depends on.
-        nodes : int
-            Of the cable's model: large ones are not kept long.
+        size : int
+            Of its model, in numbers: large ones are not kept long.
         compute : callable
             Without arguments.
         """
-        parts = self._newest(cable, nodes)
+        parts = self._newest(cable, size)
         if key not in parts:
             parts[key] = compute()
         return parts[key]
 
-    def put(self, cable, key, nodes, part):
+    def put(self, cable, key, size, part):
         """Keep a part that was computed elsewhere."""
-        self._newest(cable, nodes)[key] = part
+        self._newest(cable, size)[key] = part
 
     def __contains__(self, where):
         cable, key = where
         return key in self._cables.get(cable, ())
 
-    def _newest(self, cable, nodes):
+    def _newest(self, cable, size):
         """The parts of a cable that is now the one used last."""
         parts = self._cables.pop(cable, {})
         self._cables[cable] = parts
-        while len(self._cables) > max(2, min(ROOM, NODES // max(nodes, 1))):
+        while len(self._cables) > max(2, min(ROOM, NUMBERS // max(size, 1))):
             del self._cables[next(iter(self._cables))]
         return parts
 
@@ -68,7 +68,7 @@ def shared(*keys):
     def wrap(function):
         def get(case):
             cable, key = part_key(case, function.__name__, *(getattr(case, name) for name in keys))
-            return case.shelf.get(cable, key, case.nodes, lambda: function(case))
+            return case.shelf.get(cable, key, case.size, lambda: function(case))
 
         get.keys, get.__doc__ = keys, function.__doc__
         return cached_property(get)
