@@ -133,11 +133,23 @@ class Batch:
         return self._aside[self._solved(index)]
 
     @cached_property
+    def strained(self):
+        """Relative error of the tensions by the rounding of the unstretched length, shape (k,). [-]
+
+        Felt where loads hold a slack cable in straight pieces, which only stretching lets give way.
+        """
+        span = self.span
+        if not span.load_positions.shape[-1]:
+            return np.zeros(len(span.chord))
+        stiffness = self.catenary.end_stiffness[..., 0, 0] * span.unstretched_length
+        return EPSILON * np.abs(span.chord_strain) * stiffness / np.maximum(self.statics.mean_tension, TINY)
+
+    @cached_property
     def _rounding(self):
         # the least tension has the rounding of the largest; it is felt over the short piece that hangs from it
         largest = self.statics.max_tension
         steep = largest / np.maximum(self.catenary.min_tension, FOLDED * largest)
-        return np.maximum(ROUNDING, EPSILON * steep**0.75).tolist()
+        return np.maximum(np.maximum(ROUNDING, self.strained), EPSILON * steep**0.75).tolist()
 
     def rounding_of(self, index):
         """Relative error of the motion of one cable by the rounding of its least tension. [-]"""

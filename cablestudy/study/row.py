@@ -257,11 +257,12 @@ def closed_form(batch, scenes, wanted):
 def _rounding(batch, wanted):
     """Index -> estimated errors of closed forms, where they exceed ROUNDING.
 
-    What is left of large tensions where they balance has their rounding: a cable that all but folds. The sag of an
-    exactly vertical cable has that of the chord.
+    What is left of large tensions where they balance has their rounding: a cable that all but folds. Stiff straight
+    pieces feel that of the length, and the sag of an exactly vertical cable that of the chord.
     """
     statics, span = batch.statics, batch.span
     balanced = EPSILON * statics.max_tension / np.where(statics.min_tension > 0, statics.min_tension, np.inf)
+    balanced = np.maximum(balanced, batch.strained)
     sags = [column.header for column in wanted.physical if column.name in ("sag", "sag_ratio")]
     upright = np.zeros(len(balanced))
     if sags and not span.cosine.all():
