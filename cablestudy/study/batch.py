@@ -13,6 +13,7 @@ from cablestudy.study.spans import spans_of
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number, and what is divided by instead of nothing
 POINTS = 8  # Gauss points on each piece, for the time that a wave takes
+UPRIGHT = 1e-50  # share of the largest tension that an upright cable is held aside by at most
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 
 
@@ -302,11 +303,12 @@ class ClosedStatics:
 
     def __init__(self, catenary):
         self.mean_tension, self.max_tension = catenary.mean_tension, catenary.max_tension
-        # a folded cable is computed with next to no tension at its fold, and shown with none
-        folded = FOLDED * self.max_tension
-        self.min_tension, self.horizontal_tension = (
-            np.where(tension > folded, tension, 0.0) for tension in (catenary.min_tension, catenary.horizontal_tension)
-        )
+        # a folded cable is computed with next to no tension at its fold, an upright one aside, and shown with none
+        least, aside = catenary.min_tension, catenary.horizontal_tension
+        folded = least <= FOLDED * self.max_tension
+        self.min_tension = np.where(folded, 0.0, least)
+        nothing = np.where(folded, FOLDED, UPRIGHT) * self.max_tension
+        self.horizontal_tension = np.where(aside > nothing, aside, 0.0)
         self.stretched_length, self.iterations = catenary.stretched_length, catenary.record.steps
         self._catenary = catenary
 
