@@ -18,6 +18,7 @@ CLOSED = ("cable_key", "span", "catenary")  # parts of a case that its model doe
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
 FELT = ("coupled", "end_inertia", "end_model_along_x", "loop")  # made of what a moved end stirs
+GONDOLA_MODES, OMITTED = 20, 1.5  # least of `gondola_modes`; what is omitted counts as (OMITTED over it)^6
 SPARE = 1.2  # times as many modes as an axial one is expected to have below are found at first
 MAX_MODES = 600  # of a large model, for its dynamics
 UNDAMPED = 1e-12  # damping ratio that cannot be told from none
@@ -342,6 +343,17 @@ class Case:
     def gondola_frequency_static(self):
         """sqrt(k/M)/(2 pi). [Hz]"""
         return gondola.static_frequency(self.scene.gondola.mass, self.end_stiffness_along(0))
+
+    @cached_property
+    def gondola_modes(self):
+        """Cable modes up to so many times the gondola's frequency are summed one by one in a large model. [-]"""
+        accuracy = self.scene.model.accuracy if self.exact_statics else 1.0
+        return max(GONDOLA_MODES, 2 * accuracy ** (-1 / 6))
+
+    @property
+    def omitted(self):
+        """Relative error of the gondola's motion by the modes that are not summed one by one. [-]"""
+        return 0.0 if self.felt.small else (OMITTED / self.gondola_modes) ** 6
 
     @shared("mass_key")
     def coupled(self):

@@ -195,7 +195,8 @@ def climb(case, sample, feeling):
         if len(history) == 2 and not feeling.damped and not unseen:
             left = left_of_two
         if left:
-            rest.update({name: max(GRAIN, left(history[-3:], name)) for name, share in rest.items() if share is None})
+            least = max(GRAIN, finer.omitted)
+            rest.update({name: max(least, left(history[-3:], name)) for name, share in rest.items() if share is None})
         if None not in rest.values():
             errors = {name: max(rounding, unseen, share) for name, share in rest.items()}
             error = max(errors.values(), default=ROUNDING)

@@ -9,8 +9,6 @@ from cablestudy.control.winch import Loop, Notch
 from cablestudy.errors import CablestudyError
 from cablestudy.study.shelf import key_of
 
-GONDOLA_MODES = 20  # cable modes up to so many times the gondola's frequency are summed one by one
-
 
 def coupled_of(cases):
     """Undamped frequencies of gondola and cable together of some cases.
@@ -27,7 +25,7 @@ def coupled_of(cases):
     found, waiting = [None] * len(cases), {}
     for index, case in enumerate(cases):
         try:
-            waiting[index] = GONDOLA_MODES * case.gondola_frequency_static, case.end_inertia
+            waiting[index] = case.gondola_modes * case.gondola_frequency_static, case.end_inertia
         except CablestudyError as error:
             found[index] = error
     while waiting:
@@ -47,7 +45,7 @@ def coupled_of(cases):
             break
         for index, solved in zip(problems, gondola.coupled_modes_of(list(problems.values())), strict=True):
             limit, inertia = waiting[index]
-            needed = GONDOLA_MODES * float(solved[0][np.argmax(solved[1])])
+            needed = cases[index].gondola_modes * float(solved[0][np.argmax(solved[1])])
             if complete[index] or needed <= 1.5 * limit:
                 found[index] = solved
                 del waiting[index]
