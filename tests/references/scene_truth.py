@@ -329,7 +329,7 @@ class Truth:
         def eta(w, share=1.0):
             return share * (cable.loss_factor + cable.time * w)
 
-        if eta(omega) > WEAK and self.spare["share"] < 0.3:
+        if eta(omega) > WEAK and self.spare["share"] < 0.1:
             raise Unknown("heavily damped, and no mode is the gondola's: steps so long may lead to a neighbour")
         for share in (0.05, 0.2, 0.5) if eta(omega) > WEAK else ():
             here = self._secant(here, points[0], lambda w, share=share: eta(w, share), 1e-6)
