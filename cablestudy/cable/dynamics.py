@@ -125,16 +125,6 @@ class Dynamics:
                 return modes
             count *= 2
 
-    def frequency(self, number, kind, symmetry=None):
-        """Frequency of mode `number` (from 1) of a kind and symmetry of one cable. [Hz]
-
-        Raises
-        ------
-        NoSolutionError
-            The model has no such mode.
-        """
-        return self.frequencies(((number, kind, symmetry),))[0][0]
-
     def frequencies(self, which, errors=False, about=0):
         """Frequencies of some modes of one cable, and their estimated relative errors.
 
@@ -224,7 +214,7 @@ class Dynamics:
         if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
             if system.axes not in self._spectra:
                 self._spectra[system.axes] = _spectrum(system)
-            inner = _shapes(system, *self._spectra[system.axes], count)
+            inner = _shapes(*self._spectra[system.axes], count)
         elif count <= system.dof // 4:
             every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
             inner = np.stack([_lanczos(one, count) for one in every]).reshape(*lead, system.dof, count)
@@ -238,29 +228,25 @@ class Dynamics:
 
 
 def _spectrum(system):
-    """B R and the eigenvectors of its square for small systems, lowest frequency first; M = R R^T, K^-1 = B^T B.
+    """R, B R and the eigenvectors of its square for small systems, lowest frequency first; M = R R^T, K^-1 = B^T B.
 
     Returns
     -------
+    root : ndarray, shape (dof, dof), or (dof,) where it is diagonal
     flexible, vector : ndarray, shapes (..., n q d, dof) and (..., dof, dof)
     """
-    root = _root(system.mass)
+    mass = system.mass
+    root = np.sqrt(mass.diagonal()) if mass.nnz == system.dof else np.linalg.cholesky(mass.toarray())
     flexible = system.root * root if root.ndim == 1 else system.root @ root
-    return flexible, np.linalg.eigh(flexible.swapaxes(-1, -2) @ flexible)[1][..., ::-1]
+    return root, flexible, np.linalg.eigh(flexible.swapaxes(-1, -2) @ flexible)[1][..., ::-1]
 
 
-def _root(mass):
-    """R with M = R R^T: its diagonal, shape (dof,), or the whole."""
-    return np.sqrt(mass.diagonal()) if mass.nnz == mass.shape[0] else np.linalg.cholesky(mass.toarray())
-
-
-def _shapes(system, flexible, vector, count):
+def _shapes(root, flexible, vector, count):
     """The lowest shapes of what `_spectrum` found, orthonormal by the mass, shape (..., dof, count)."""
     shapes = flexible.swapaxes(-1, -2) @ (flexible @ vector[..., :count])
     # what a high mode has of the low ones by rounding is taken off again, lowest first
     pure, size = np.linalg.qr(shapes / np.sqrt((shapes**2).sum(axis=-2, keepdims=True)))
     pure = pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
-    root = _root(system.mass)
     return pure / root[:, None] if root.ndim == 1 else np.linalg.solve(root.T, pure)
 
 

@@ -179,6 +179,13 @@ class Mesh:
         return np.append(inner.ravel(), 1.0)
 
     @cached_property
+    def node_weights(self):
+        """Share of the unstretched length that is lumped at each node, shape (nodes,). [-]"""
+        gathered = np.zeros(self.nodes)
+        np.add.at(gathered, self.element_nodes, self.sizes[:, None] * basis(self.order).shares)
+        return gathered
+
+    @cached_property
     def point_weights(self):
         """Share of the unstretched length of each Gauss point, shape (n, q). [-]"""
         return self.sizes[:, None] * basis(self.order).weights

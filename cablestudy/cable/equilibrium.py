@@ -17,6 +17,7 @@ MAX_STEPS = 60
 HALVINGS = 40
 TOLERANCE = 1e-9  # of the last correction: the error left is about its square
 TINY = 1e-300
+CONVERGED = "converged"
 
 
 @dataclass(frozen=True)
@@ -97,11 +98,9 @@ def _state(catenary, mesh, force, displacement):
 
 def external_forces(span, mesh, force):
     """Weight and point loads on the nodes, shape (..., nodes, 3), in units of `force`. [-]"""
-    nodal = np.zeros(mesh.nodes)
-    np.add.at(nodal, mesh.element_nodes, mesh.sizes[:, None] * basis(mesh.order).shares)
     force = np.asarray(force)[..., None, None]
     weight = np.asarray(span.weight)[..., None, None] / force
-    total = -weight * nodal[:, None] * np.asarray(span.up)[..., None, :]
+    total = -weight * mesh.node_weights[:, None] * np.asarray(span.up)[..., None, :]
     positions = span.load_positions / np.asarray(span.unstretched_length)[..., None]
     loads = span.load_forces / force
     for place in range(positions.shape[-1]):
@@ -135,9 +134,6 @@ def solve(catenary, mesh):
     if convergence.reason != CONVERGED:
         raise record.error(())
     return state, convergence
-
-
-CONVERGED = "converged"
 
 
 @dataclass(frozen=True)

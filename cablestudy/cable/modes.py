@@ -36,7 +36,7 @@ class Together:
         return np.concatenate([getattr(motion, name) for motion in self._motions], axis=-1)
 
     def _sorted(self, values):
-        return values if self._order is None else reordered(values, self._order)
+        return reordered(values, self._order)
 
     @property
     def frequency(self):

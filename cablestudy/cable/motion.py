@@ -125,7 +125,7 @@ def _definite_basis(system, shapes, mirrored):
     weighted = _apply_mass(system, shapes)
     out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
     mirror = np.einsum("nak,nal->kl", weighted, mirrored)
-    nodal = _nodal_mass(system.state.mesh)
+    nodal = system.state.mesh.node_weights
     slide = np.einsum("n,nk,nl->kl", nodal, along, along)
     leave = np.einsum("n,nk,nl->kl", nodal, out, out)
     _, turn = np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)
@@ -157,13 +157,6 @@ def _mass_product(system, left, right):
     return joined(product).sum(axis=-2)
 
 
-def _nodal_mass(mesh):
-    """Mass gathered at each node, shape (nodes,)."""
-    nodal = np.zeros(mesh.nodes)
-    np.add.at(nodal, mesh.element_nodes, mesh.sizes[:, None] * basis(mesh.order).shares)
-    return nodal
-
-
 def _nodal_tangent(state):
     """Unit tangent at each node, shape (..., nodes, 3): of its element, the mean of both where two meet."""
     mesh, element = state.mesh, basis(state.mesh.order)
@@ -183,7 +176,7 @@ def _along(system, shapes):
 
 def _kinetic_shares(system, shapes):
     """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
-    nodal = _nodal_mass(system.state.mesh)
+    nodal = system.state.mesh.node_weights
     total = nodal @ (shapes**2).sum(axis=-2)
     out = shapes[..., -1, :] if 2 in system.axes else 0 * shapes[..., 0, :]
     return (nodal @ _along(system, shapes) ** 2) / total, (nodal @ out**2) / total

@@ -201,7 +201,7 @@ class Case:
         return float(along(self.span, part.end_stiffness, axis))
 
     def frequency(self, number, kind, symmetry=None):
-        """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequency`. [Hz]"""
+        """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequencies`. [Hz]"""
         part = self.out_of_plane if kind == "out-of-plane" else self.in_plane
         return part.frequencies(((number, kind, symmetry),), about=self._below(number if kind == "axial" else 0))[0][0]
 
@@ -270,10 +270,6 @@ class Case:
         """The winch loop: `control.winch.Loop`."""
         return loops.loop_of(self)
 
-    @property
-    def _stable(self):
-        return self.loop.stable
-
     @cached_property
     def response(self):
         """What the wind does to the gondola: `windrms.Response`."""
@@ -282,7 +278,7 @@ class Case:
     @cached_property
     def open_response(self):
         """The same with the winch at rest: all there is without a controller, and where the loop is unstable."""
-        return self.response if self._stable else windrms.response_of(self, self.loop.at_rest)
+        return self.response if self.loop.stable else windrms.response_of(self, self.loop.at_rest)
 
     @cached_property
     def cable_response(self):
@@ -292,7 +288,7 @@ class Case:
     @cached_property
     def open_cable_response(self):
         """The same with the winch at rest."""
-        return self.cable_response if self._stable else windrms.cable_response_of(self, self.loop.at_rest)
+        return self.cable_response if self.loop.stable else windrms.cable_response_of(self, self.loop.at_rest)
 
     @property
     def integration_error(self):

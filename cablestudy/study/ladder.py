@@ -22,7 +22,6 @@ NOISE = 1e-8  # difference below which rounding may hide how the error falls
 # of the difference of two neighbours, both resolved, at least the error of the finer one is:
 GRAIN = 1e-10  # rounding of what many modes make together, which neighbours may share
 FLAT, NOISY = 1.0, 3.0  # above NOISE and below it
-JUMP = 1.0  # of the orders that waves seem to need, from which a model is tried
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
@@ -43,6 +42,11 @@ def rungs(first):
         if total >= FINEST:
             return
         total = min(ceil(GROWTH * elements * (order + 4)), FINEST)
+
+
+def resolving(waves):
+    """Orders from which so many half-waves along a piece are resolved."""
+    return PER_WAVE * waves + MARGIN
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,7 @@ def climb(case, sample, feeling):
     def waves_at(finer, frequency):
         """Error by transverse waves that are not resolved, 0 where they are; and how many half-waves there are."""
         waves, turn = finer.waves(frequency)
-        return UNSEEN * turn if PER_WAVE * waves + MARGIN > finer.rung[0] * finer.rung[1] else 0.0, waves
+        return UNSEEN * turn if resolving(waves) > finer.rung[0] * finer.rung[1] else 0.0, waves
 
     needed, rounding = 0.0, case.batch.rounding_of(case.place)
     reached, best, in_vain = "the finest model is too coarse", inf, 0
@@ -179,8 +183,8 @@ def climb(case, sample, feeling):
         failures.clear()
         known, last = abs(waves - last) < 0.1 * last, waves
         if unseen > accuracy:  # no model that is much too coarse for these waves is looked at
-            needed = min(JUMP * (PER_WAVE * waves + MARGIN), FINEST)
-        if unseen > accuracy and known and PER_WAVE * waves + MARGIN > FINEST:
+            needed = min(resolving(waves), FINEST)
+        if unseen > accuracy and known and resolving(waves) > FINEST:
             raise ConvergenceError(
                 f"accuracy {accuracy:g} cannot be had: about {waves:.3g} waves along a piece of the cable, "
                 f"and the finest model resolves {(FINEST - MARGIN) / PER_WAVE:.0f}"

@@ -41,8 +41,6 @@ def coupled_of(cases):
             stiffness, participation = case.end_stiffness_along(0), case.participation(modes)
             problems[index] = case.scene.gondola.mass, stiffness, modes.frequency, participation, inertia
             complete[index] = modes.complete
-        if not problems:  # none of them has its modes
-            break
         for index, solved in zip(problems, gondola.coupled_modes_of(list(problems.values())), strict=True):
             limit, inertia = waiting[index]
             needed = cases[index].gondola_modes * float(solved[0][np.argmax(solved[1])])
