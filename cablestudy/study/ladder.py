@@ -186,8 +186,8 @@ def climb(case, sample, feeling):
             needed = min(resolving(waves), FINEST)
         if unseen > accuracy and known and resolving(waves) > FINEST:
             raise ConvergenceError(
-                f"accuracy {accuracy:g} cannot be had: about {waves:.3g} waves along a piece of the cable, "
-                f"and the finest model resolves {(FINEST - MARGIN) / PER_WAVE:.0f}"
+                f"accuracy {accuracy:g} cannot be had: more waves along a piece of the cable "
+                f"than the {(FINEST - MARGIN) / PER_WAVE:.0f} that the finest model resolves"
             )
         if unseen > accuracy or (history and history[-1][1].keys() != values.keys()):
             history = []  # it says nothing of how the error falls
