@@ -132,6 +132,18 @@ def test_shards_make_the_table_of_one_run(folder):
     assert run("sweep", name, "--resume").lines[0] == "10 of 12 rows are there already"
 
 
+def test_shards_of_a_study_with_one_more_dimension(folder):
+    """What the command line adds to a study, merge takes too."""
+    study = (study_file(folder, SHARDED, SLACK), "--vary", "cable.density=1 g/cm^3,7.8 g/cm^3")
+    run("sweep", *study, "--out", "whole")
+    run("sweep", *study, "--shard", "2/2")
+    (line,) = run("merge", *study, code=2).lines
+    assert "no such shard, 10 rows missing (1, 3, 5" in line
+    run(*shlex.split(line.partition(": cablestudy ")[2]))
+    run("merge", *study)
+    assert Path("results/study.csv").read_bytes() == Path("whole/study.csv").read_bytes()
+
+
 def test_more_shards_than_rows(folder):
     name = study_file(folder, "columns: [sag]\n", SLACK)
     for shard in ("1/2", "2/2"):

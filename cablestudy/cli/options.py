@@ -28,6 +28,12 @@ SCENE = click.argument("scene", metavar="SCENE", shell_complete=complete_file)
 SET = click.option(
     "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change one key, e.g. cable.diameter=3.7mm. Repeatable."
 )
+VARY = click.option(
+    "--vary",
+    multiple=True,
+    metavar="KEY=VALUES",
+    help="One more dimension, e.g. cable.preload=100N:2kN:20log or gondola.mass=10kg,50kg. Repeatable.",
+)
 FORMAT = click.option(
     "--format", "style", type=click.Choice(["md", "csv", "json", "jsonl"]), default="md", help="Default: md."
 )

@@ -14,6 +14,7 @@ from cablestudy.cli.options import (
     QUIET,
     SET,
     STUDY,
+    VARY,
     check_picture,
     complete_column,
     exclude,
@@ -27,12 +28,7 @@ MOST_DIFFERENCES = 1000  # that a check shows one by one
 @click.command()
 @STUDY
 @SET
-@click.option(
-    "--vary",
-    multiple=True,
-    metavar="KEY=VALUES",
-    help="One more dimension, e.g. cable.preload=100N:2kN:20log or gondola.mass=10kg,50kg. Repeatable.",
-)
+@VARY
 @click.option("--dry-run", is_flag=True, help="Print the cases; compute and write nothing.")
 @click.option("--where", metavar="CONDITION", help="Show only such rows, e.g. 'gondola_rms < 1 mm and sag < 0.5'.")
 @click.option(
@@ -159,7 +155,7 @@ def selection_of(study, where, sort, best, sensitivity):
     return chosen
 
 
-def words_of(study, sets, vary=()):
+def words_of(study, sets, vary):
     """What of a command says which cases there are."""
     options = [word for text in sets for word in ("--set", text)] + [word for text in vary for word in ("--vary", text)]
     return ["sweep", study, *options]
@@ -208,13 +204,14 @@ def finish(work, style, plot, tolerance, command, select=None):
 @click.command()
 @STUDY
 @SET
+@VARY
 @OUT
 @FORMAT
 @PLOT
 @QUIET
 @click.pass_context
 @edge
-def merge(context, study, sets, out, style, plot, quiet):
+def merge(context, study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
     check_picture(plot)
     from cablestudy.sweep.interrupt import Interrupts
@@ -226,10 +223,11 @@ def merge(context, study, sets, out, style, plot, quiet):
             from cablestudy.sweep import run
             from cablestudy.sweep.merge import MergedRun
 
-            wanted = read_study(study, sets)
+            wanted = read_study(study, sets, vary)
+            say(wanted.notes, quiet)
             place = store.Place(out, wanted.name)
             place.check_writable()
-            words = words_of(study, sets)
+            words = words_of(study, sets, vary)
             with MergedRun(wanted, place, words, quiet) as work:
                 say(work.failures([] if study == "-" else words), quiet)
                 finish(work, style, plot, None, run.command(context.obj["words"]))
