@@ -11,6 +11,7 @@ import time
 import others
 import rows
 import scaling
+import sweeps
 
 
 def wrapped(line):
@@ -20,7 +21,8 @@ def wrapped(line):
 
 def main():
     """Every section, one after the other."""
-    size = list(scaling.section())  # first: what it starts would inherit the peak memory of all that came before
+    # first: what they start would inherit the peak memory of all that came before, and be counted with it
+    whole, size = list(sweeps.section()), list(scaling.section())
     import numpy
     import scipy
 
@@ -28,6 +30,7 @@ def main():
     sections = {
         "Beside other programs": others.section(),
         "Rows of a sweep": rows.section(),
+        "Sweeps": whole,
         "Effort against size": size,
         "Start-up": scaling.start_up(),
     }
