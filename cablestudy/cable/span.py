@@ -71,6 +71,11 @@ class Span:
         return self.weight_per_length * self.unstretched_length
 
     @property
+    def sideways(self):
+        """Weight and loads across the chord, shape (...). [N]"""
+        return np.abs(self.weight * self.cosine) + np.abs(self.load_forces[..., 1:]).sum(axis=(-1, -2))
+
+    @property
     def planar(self):
         """True when no load leaves the vertical plane: in-plane and out-of-plane motion decouple."""
         return not np.any(self.load_forces[..., 2])
