@@ -163,6 +163,11 @@ class Mesh:
         return self.elements * self.order + 1
 
     @cached_property
+    def mirrored(self):
+        """Whether the elements are their own mirror image at mid-length."""
+        return bool(np.abs(self.edges + self.edges[::-1] - 1).max() < 1e-15)
+
+    @cached_property
     def element_nodes(self):
         """Index of the nodes of each element, shape (n, order + 1)."""
         return np.arange(self.elements)[:, None] * self.order + np.arange(self.order + 1)
