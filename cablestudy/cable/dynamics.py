@@ -63,7 +63,7 @@ class Dynamics:
             return tuple(system.take(index) for system in whole.systems)
         return tuple(System(self.state, axes) for axes in self._planes)
 
-    @property
+    @cached_property
     def dof(self):
         """Free displacements in all. [-]"""
         return (self._mesh.nodes - 2) * sum(len(axes) for axes in self._planes)

@@ -152,12 +152,12 @@ class Mesh:
     order: int
     mass: str = "lumped"
 
-    @property
+    @cached_property
     def elements(self):
         """How many elements. [-]"""
         return len(self.edges) - 1
 
-    @property
+    @cached_property
     def nodes(self):
         """How many nodes. [-]"""
         return self.elements * self.order + 1
