@@ -296,7 +296,8 @@ class System:
         -------
         elastic, geometric : ndarray, shape (..., r)
         """
-        squares = (self.frame @ self._gradient(shapes)) ** 2
+        squares = self.frame @ self._gradient(shapes)
+        squares *= squares
         stiff = self.weights[:, None] ** 2 / self.soft
         if len(self.axes) == 1:
             geometric = _weighed(stiff, squares)
