@@ -96,6 +96,7 @@ def test_a_sweep_over_the_gondola_solves_the_cable_once(counts):
 
 
 @pytest.mark.parametrize(("key", "values"), [
+    ("cable.ends", ["[[0, 0, 0], [185.8, 0, 0]]", "[[0, 0, 0], [185.7, 0, 3]]", "[[0, 0, 0], [0, 185.8, 0]]"]),
     ("cable.unstretched_length", [184.0, 184.4883, 185.8, 186.5]),
     ("cable.preload", [60, 1000, 1344.75, 3000]),
     ("cable.sag", [0.1, 0.12, 4.0, 9.0]),

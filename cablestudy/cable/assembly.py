@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from cablestudy.cable.element import Mesh, basis, highest, mass_matrix
 
@@ -47,6 +48,8 @@ class State:
         force / EA. [-]
     force : float or ndarray, shape (...)
         Reference force. [N]
+    mirrored : bool
+        Whether each cable, with its elements, is its own mirror image at mid-length.
     """
 
     mesh: Mesh
@@ -56,11 +59,12 @@ class State:
     displacement: np.ndarray
     compliance: np.ndarray
     force: np.ndarray
+    mirrored: bool
 
     def take(self, index):
         """One cable of many, or some of them."""
         fields = (self.direction, self.tension, self.stretch, self.displacement, self.compliance, self.force)
-        return State(self.mesh, *(field[index] for field in fields))
+        return State(self.mesh, *(field[index] for field in fields), self.mirrored)
 
 
 @lru_cache(maxsize=128)
@@ -96,6 +100,13 @@ def carried(mesh, forces):
     return points.reshape(*shape[:-2], n * p, shape[-1])
 
 
+def carried_together(mesh, axes, forces):
+    """The same for forces of all directions in one column, shape (..., dof, r); it is of shape (..., n q, d, r)."""
+    *lead, _, count = forces.shape
+    points = carried(mesh, forces.reshape(*lead, mesh.nodes - 2, axes * count))
+    return points.reshape(*points.shape[:-1], axes, count)
+
+
 def gathered(mesh, weighted):
     """S^T w e: how far the inner nodes stay behind end 2 for gradients e times weights w.
 
@@ -116,12 +127,6 @@ def gathered(mesh, weighted):
     inner = behind[..., None, :] + within(p).T @ parts
     nodes = np.concatenate([ahead[..., None, :], inner], axis=-2)
     return nodes.reshape(*shape[:-2], n * p, shape[-1])[..., 1:, :]
-
-
-@lru_cache(maxsize=64)
-def influence(mesh):
-    """S of a small model as a matrix, shape (n q, nodes - 2). [-]"""
-    return carried(mesh, np.eye(mesh.nodes - 2))
 
 
 def local_compliance(t, along, across):
@@ -202,6 +207,20 @@ class System:
         return np.asarray(state.compliance)[..., None], across.reshape(*across.shape[:-2], -1)
 
     @cached_property
+    def frame(self):
+        """Orthonormal directions at the Gauss points, the tangent first where d > 1, shape (..., n q, d, d). [-]"""
+        return _frame(self.tangent)
+
+    @cached_property
+    def soft(self):
+        """w times the gradient per force along each of them, shape (..., n q, d). [-]"""
+        along, across = self.yielding
+        soft = np.repeat((self.weights * across)[..., None], len(self.axes), axis=-1)
+        if len(self.axes) > 1:
+            soft[..., 0] = self.weights * along
+        return soft
+
+    @cached_property
     def compliance(self):
         """w A at the Gauss points, shape (..., n q, d, d). [-]"""
         along, across = self.yielding
@@ -236,34 +255,33 @@ class System:
         -------
         ndarray, shape (..., dof, r)
         """
-        mesh, axes, count = self.state.mesh, len(self.axes), forces.shape[-1]
-        inner = forces.reshape(*forces.shape[:-2], mesh.nodes - 2, axes * count)
-        hung = carried(mesh, inner)
-        hung = hung.reshape(*hung.shape[:-1], axes, count)
-        compliance = self.compliance
+        mesh, count, compliance = self.state.mesh, forces.shape[-1], self.compliance
+        hung = carried_together(mesh, len(self.axes), forces)
         mean = self.end_stiffness @ _times(compliance, hung).sum(axis=-3)
         strained = _times(compliance, mean[..., None, :, :] - hung)
         moved = -gathered(mesh, strained.reshape(*strained.shape[:-2], -1))
         return moved.reshape(*moved.shape[:-2], self.dof, count)
 
-    @cached_property
-    def root(self):
-        """B of a small model with K^-1 = B^T B, shape (..., n q d, dof). [-]"""
-        mesh, d = self.state.mesh, len(self.axes)
-        S = influence(mesh)
-        lead = self.tangent.shape[:-2]
-        compliance = self.compliance.reshape(*lead, -1, d * d)
-        mean = (compliance.swapaxes(-1, -2) @ S).reshape(*lead, d, d, -1)
-        mean = (self.end_stiffness @ mean.reshape(*lead, d, -1)).reshape(*lead, d, d, -1).swapaxes(-1, -2)
-        along, across = self.yielding
-        frame = _frame(self.tangent)
-        size = np.repeat(np.sqrt(self.weights * across)[..., None], d, axis=-1)
-        if d > 1:
-            size[..., 0] = np.sqrt(self.weights * along)
-        ahead = (frame.reshape(*lead, -1, d) @ mean.reshape(*lead, d, -1)).reshape(*lead, -1, d, S.shape[1], d)
-        root = S[:, None, :, None] * frame[..., None, :] - ahead
-        root *= size[..., None, None]
-        return root.reshape(*lead, -1, self.dof)
+    def root(self, hung, points=slice(None)):
+        """B f with K^-1 = B^T B, for forces f that are the same on each cable.
+
+        Parameters
+        ----------
+        hung : ndarray, shape (n q, d, r)
+            S f.
+        points : slice
+            Of which Gauss points: all.
+
+        Returns
+        -------
+        ndarray, shape (..., points d, r)
+        """
+        *lead, count, d, _ = self.compliance.shape
+        each = self.compliance.swapaxes(-3, -2).reshape(*lead, d, count * d)
+        mean = self.end_stiffness @ (each @ joined(hung))
+        root = self.frame[..., points, :, :] @ (hung[points] - mean[..., None, :, :])
+        root *= np.sqrt(self.soft[..., points, :])[..., None]
+        return joined(root)
 
     def modal_energies(self, shapes):
         """Twice the elastic and the geometric energy of displacement shapes.
@@ -278,11 +296,14 @@ class System:
         -------
         elastic, geometric : ndarray, shape (..., r)
         """
-        along, across = self._gradients(shapes)
-        yielding, soft = self.yielding
-        elastic = (self.weights[:, None] / yielding[..., None] * along**2).sum(axis=-2)
-        geometric = ((self.weights / soft)[..., None, None] * across**2).sum(axis=(-3, -2))
-        return elastic, geometric
+        squares = self.frame @ self._gradient(shapes)
+        squares *= squares
+        stiff = self.weights[:, None] ** 2 / self.soft
+        if len(self.axes) == 1:
+            geometric = _weighed(stiff, squares)
+            return 0.0 * geometric, geometric
+        along = np.arange(len(self.axes)) == 0
+        return _weighed(along * stiff, squares), _weighed(~along * stiff, squares)
 
     def highest_energy(self, shapes):
         """What the two highest polynomials of each element contribute to the energies of displacement shapes.
@@ -298,43 +319,32 @@ class System:
         -------
         ndarray, shape (..., r)
         """
-        mesh, axes, t = self.state.mesh, len(self.axes), self.tangent[..., None]
-        along, across = self._gradients(shapes)
-        yielding, soft = self.yielding
-        soft = soft[..., None, None]
+        gradient, frame = self._gradient(shapes), self.frame
+        force = frame.swapaxes(-1, -2) @ ((self.weights[:, None] / self.soft)[..., None] * (frame @ gradient))
+        strained, turned = frame @ self._highest(force), self._highest(gradient)
+        stiff = np.repeat(self.weights[:, None] ** 2 / self.soft[..., -1:], len(self.axes), axis=-1)
+        return np.maximum(_weighed(self.soft, strained**2), _weighed(stiff, turned**2))
 
-        def top(field):
-            parts = field.reshape(*field.shape[:-3], mesh.elements, mesh.order, axes * field.shape[-1])
-            return (highest(mesh.order) @ parts).reshape(field.shape)
-
-        def summed(field):
-            return joined(field).sum(axis=-2)
-
-        gradient = top(t * along[..., None, :] + across)
-        geometric = summed(self.weights[:, None, None] / soft * gradient**2)
-        force = top(t * (along / yielding[..., None])[..., None, :] + across / soft)
-        pull = (t * force).sum(axis=-2)
-        complementary = summed(self.weights[:, None, None] * soft * (force - t * pull[..., None, :]) ** 2)
-        complementary += (self.weights[:, None] * yielding[..., None] * pull**2).sum(axis=-2)
-        return np.maximum(complementary, geometric)
+    def _highest(self, field):
+        """What the two highest polynomials of each element have of a field at the Gauss points."""
+        mesh, (*lead, _, d, r) = self.state.mesh, field.shape
+        parts = field.reshape(*lead, mesh.elements, mesh.order, d * r)
+        return (highest(mesh.order) @ parts).reshape(field.shape)
 
     def elastic_energy(self, shapes):
         """Twice the elastic energy of displacement shapes and of their products, shape (..., r, r)."""
-        along, _ = self._gradients(shapes)
+        along = (self.tangent[..., None] * self._gradient(shapes)).sum(axis=-2)
         weighted = self.weights[:, None] / self.yielding[0][..., None] * along
         return weighted.swapaxes(-1, -2) @ along
 
-    def _gradients(self, shapes):
-        """Gradient of shapes along the cable, shape (..., n q, r), and across it, shape (..., n q, d, r)."""
-        mesh, axes = self.state.mesh, len(self.axes)
-        index = mesh.element_nodes
-        lead = shapes.shape[:-3]
-        parts = shapes.reshape(*lead, mesh.nodes, axes * shapes.shape[-1])[..., index, :]
-        gradient = basis(mesh.order).derivative @ parts / mesh.sizes[:, None, None]
-        gradient = gradient.reshape(*lead, len(self.weights), axes, shapes.shape[-1])
-        t = self.tangent[..., None]
-        along = (t * gradient).sum(axis=-2)
-        return along, gradient - t * along[..., None, :]
+    def _gradient(self, shapes):
+        """Gradient of shapes at the Gauss points, shape (..., n q, d, r)."""
+        mesh, lead, rest = self.state.mesh, shapes.shape[:-3], shapes.shape[-2:]
+        flat = shapes.reshape(*lead, mesh.nodes, rest[0] * rest[1])
+        # the nodes of one element after the other, the last of one being the first of the next
+        parts = sliding_window_view(flat, mesh.order + 1, axis=-2)[..., :: mesh.order, :, :].swapaxes(-1, -2)
+        gradient = basis(mesh.order).derivative / mesh.sizes[:, None, None] @ parts
+        return gradient.reshape(*lead, len(self.weights), *rest)
 
     @property
     def mass(self):
@@ -349,6 +359,11 @@ class System:
 def _times(matrices, vectors):
     """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than one after the other."""
     return (matrices[..., None] * vectors[..., None, :, :]).sum(axis=-2)
+
+
+def _weighed(weights, field):
+    """Sum of weights, shape (..., n q, d), times a field, shape (..., n q, d, r)."""
+    return (weights.reshape(*weights.shape[:-2], 1, -1) @ joined(field))[..., 0, :]
 
 
 def _frame(tangent):

@@ -13,6 +13,7 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, State, System
 from cablestudy.cable.modes import Modes, Together
 from cablestudy.cable.motion import COINCIDENT, Motion
+from cablestudy.cable.parts import parts_of
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
@@ -62,7 +63,7 @@ class Dynamics:
             return tuple(system.take(index) for system in whole.systems)
         return tuple(System(self.state, axes) for axes in self._planes)
 
-    @property
+    @cached_property
     def dof(self):
         """Free displacements in all. [-]"""
         return (self._mesh.nodes - 2) * sum(len(axes) for axes in self._planes)
@@ -201,53 +202,58 @@ class Dynamics:
         ConvergenceError
             Too many modes of a large model, or an eigen-solution that failed.
         """
-        together = Together([self._solve(system, min(count, system.dof)) for system in self.systems], self)
+        together = Together([motion for system in self.systems for motion in self._solve(system, count)], self)
         frequency, kinds = together.frequency[..., :count], together.sorted_kinds[..., :count]
         return Modes(frequency, kinds, frequency.shape[-1] == self.dof, together)
 
     def _solve(self, system, count):
-        """`Motion` of one system, its lowest modes."""
-        mesh, axes, lead = self.state.mesh, len(system.axes), np.shape(self.length)
-        shapes = np.zeros((*lead, mesh.nodes, axes, count))
-        if count == 0:  # a single bar has nothing that moves
-            return Motion(system, shapes)
-        if system.dof <= DENSE_LIMIT or (count > system.dof // 4 and system.dof <= ALL_LIMIT):
+        """`Motion` of one system, its lowest modes; of each half where these are solved apart."""
+        dof, lead = system.dof, np.shape(self.length)
+        count = min(count, dof)
+        if count == 0:
+            return [_motion(system, np.zeros((*lead, dof, 0)))]
+        if dof <= DENSE_LIMIT or (count > dof // 4 and dof <= ALL_LIMIT):
             if system.axes not in self._spectra:
-                self._spectra[system.axes] = _spectrum(system)
-            inner = _shapes(*self._spectra[system.axes], count)
-        elif count <= system.dof // 4:
+                self._spectra[system.axes] = [
+                    _spectrum(system, part) for part in parts_of(self._mesh, system.axes, self.state.mirrored)
+                ]
+            return [
+                _motion(system, part.shapes @ _shapes(root, vector, count), part.sign)
+                for part, root, vector in self._spectra[system.axes]
+            ]
+        if count <= dof // 4:
             every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
-            inner = np.stack([_lanczos(one, count) for one in every]).reshape(*lead, system.dof, count)
-        else:
-            raise ConvergenceError(
-                f"{count} modes of a model with {system.dof} unknowns: "
-                f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be had"
-            )
-        shapes[..., 1:-1, :, :] = inner.reshape(*lead, -1, axes, count)
-        return Motion(system, shapes)
+            return [_motion(system, np.stack([_lanczos(one, count) for one in every]).reshape(*lead, dof, count))]
+        raise ConvergenceError(
+            f"{count} modes of a model with {dof} unknowns: "
+            f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be had"
+        )
 
 
-def _spectrum(system):
-    """R, B R and the eigenvectors of its square for small systems, lowest frequency first; M = R R^T, K^-1 = B^T B.
+def _motion(system, inner, sign=0):
+    """`Motion` with shapes of the interior."""
+    *lead, _, count = inner.shape
+    axes, nodes = len(system.axes), system.state.mesh.nodes
+    shapes = np.zeros((*lead, nodes, axes, count))
+    shapes[..., 1:-1, :, :] = inner.reshape(*lead, nodes - 2, axes, count)
+    return Motion(system, shapes, sign)
 
-    Returns
-    -------
-    root : ndarray, shape (dof, dof), or (dof,) where it is diagonal
-    flexible, vector : ndarray, shapes (..., n q d, dof) and (..., dof, dof)
+
+def _spectrum(system, part):
+    """A part of the motion of a small system, B M P of it, and the eigenvectors of its square, lowest frequency first.
+
+    K^-1 = B^T B, and P^T M P = I: the square is the inverse of the stiffness that the patterns P of the part have.
     """
-    mass = system.mass
-    root = np.sqrt(mass.diagonal()) if mass.nnz == system.dof else np.linalg.cholesky(mass.toarray())
-    flexible = system.root * root if root.ndim == 1 else system.root @ root
-    return root, flexible, np.linalg.eigh(flexible.swapaxes(-1, -2) @ flexible)[1][..., ::-1]
+    root = part.root(system)
+    return part, root, np.linalg.eigh(root.swapaxes(-1, -2) @ root)[1][..., ::-1]
 
 
-def _shapes(root, flexible, vector, count):
-    """The lowest shapes of what `_spectrum` found, orthonormal by the mass, shape (..., dof, count)."""
-    shapes = flexible.swapaxes(-1, -2) @ (flexible @ vector[..., :count])
+def _shapes(root, vector, count):
+    """The lowest shapes of what `_spectrum` found, in the patterns of its part, orthonormal, shape (..., k, count)."""
+    shapes = root.swapaxes(-1, -2) @ (root @ vector[..., :count])
     # what a high mode has of the low ones by rounding is taken off again, lowest first
     pure, size = np.linalg.qr(shapes / np.sqrt((shapes**2).sum(axis=-2, keepdims=True)))
-    pure = pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
-    return pure / root[:, None] if root.ndim == 1 else np.linalg.solve(root.T, pure)
+    return pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
 
 
 def _lanczos(system, count):

@@ -152,15 +152,20 @@ class Mesh:
     order: int
     mass: str = "lumped"
 
-    @property
+    @cached_property
     def elements(self):
         """How many elements. [-]"""
         return len(self.edges) - 1
 
-    @property
+    @cached_property
     def nodes(self):
         """How many nodes. [-]"""
         return self.elements * self.order + 1
+
+    @cached_property
+    def mirrored(self):
+        """Whether the elements are their own mirror image at mid-length."""
+        return bool(np.abs(self.edges + self.edges[::-1] - 1).max() < 1e-15)
 
     @cached_property
     def element_nodes(self):

@@ -93,6 +93,7 @@ def _state(catenary, mesh, force, displacement):
         displacement=displacement,
         compliance=compliance,
         force=reference,
+        mirrored=mesh.mirrored and bool(np.all(catenary.span.mirrored)),
     )
 
 

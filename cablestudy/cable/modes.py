@@ -61,15 +61,22 @@ class Together:
     @cached_property
     def shapes(self):
         """Shape (..., nodes, 3, k). [1/sqrt(kg)]"""
-        mesh, lead, begin = self._dynamics.state.mesh, self.square.shape[:-1], 0
-        shapes = np.zeros((*lead, mesh.nodes, 3, self.square.shape[-1]))
+        mesh, begin = self._dynamics.state.mesh, 0
+        *lead, count = self.square.shape
+        shapes = np.zeros((*lead, mesh.nodes, 3, count))
         for motion in self._motions:
             end = begin + motion.square.shape[-1]
-            shapes[..., list(motion.system.axes), begin:end] = motion.signed
+            for place, axis in enumerate(motion.system.axes):
+                shapes[..., axis, begin:end] = motion.signed[..., place, :]
             begin = end
-        total = np.sqrt(self._dynamics.mass * self._dynamics.length)
-        order = None if self._order is None else self._order[..., None, None, :]
-        return reordered(shapes, order) / total[..., None, None, None]
+        shapes /= np.sqrt(self._dynamics.mass * self._dynamics.length)[..., None, None, None]
+        return self._in_order(shapes, -1)
+
+    def _in_order(self, values, axis):
+        """Values of each cable with its modes, along an axis, in ascending frequency."""
+        for cable in np.ndindex(self.square.shape[:-1]) if self._order is not None else ():
+            values[cable] = values[cable].take(self._order[cable], axis=axis)
+        return values
 
     @cached_property
     def participation(self):
@@ -89,9 +96,7 @@ class Together:
             found[..., begin:end, list(motion.system.axes)] = getattr(motion, name)
             begin = end
         scale = np.asarray(dynamics.state.force / dynamics.length / np.sqrt(dynamics.mass * dynamics.length))
-        if self._order is not None:
-            found = np.take_along_axis(found, self._order[..., None], axis=-2)
-        return found * scale[..., None, None]
+        return self._in_order(found * scale[..., None, None], -2)
 
 
 @dataclass(frozen=True)

@@ -26,16 +26,18 @@ class Motion:
     system : System
     shapes : ndarray, shape (..., nodes, d, k)
         Orthonormal by the mass of a cable of unit mass.
+    sign : int
+        1 where a mirror at mid-length leaves all shapes as they are, -1 where it turns them round, 0 otherwise.
     """
 
-    def __init__(self, system, shapes):
+    def __init__(self, system, shapes, sign=0):
         elastic, geometric = system.modal_energies(shapes)
         square = elastic + geometric
         if not ascends(square):
             order = np.argsort(square, axis=-1, kind="stable")
             elastic, geometric, square = (reordered(part, order) for part in (elastic, geometric, square))
             shapes = reordered(shapes, order[..., None, None, :])
-        self.system, self.square, self.shapes = system, square, shapes
+        self.system, self.square, self.shapes, self._sign = system, square, shapes, sign
         coinciding = clusters(self.square)
         if coinciding:
             for cluster in coinciding:
@@ -75,16 +77,15 @@ class Motion:
     def symmetries(self):
         """Places in SYMMETRIES, shape (..., k)."""
         # an axial mode is named by its motion along the cable, which a mirror turns round
-        even = _mass_product(self.system, self.shapes, _mirror(self.system, self.shapes))
+        even = self._sign or _mass_product(self.system, self.shapes, _mirror(self.system, self.shapes))
         even = even * np.where(self.kinds == AXIAL, -1, 1)
         return np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
 
     @cached_property
     def participation(self):
         """psi^T K21 e_j = -omega^2 psi^T M22 u_j, with u_j the static shape for a unit movement of end 2 along j."""
-        weighted = _apply_mass(self.system, self.signed)
-        moved = joined(self.system.end_shapes)
-        return -self.square[..., None] * (joined(weighted).swapaxes(-1, -2) @ moved)
+        weighted = joined(_apply_mass(self.system, self.system.end_shapes))
+        return -self.square[..., None] * (joined(self.signed).swapaxes(-1, -2) @ weighted)
 
     @cached_property
     def driven(self):
@@ -171,15 +172,17 @@ def _along(system, shapes):
     """Motion along the cable, shape (..., nodes, k)."""
     if system.axes == OUT_OF_PLANE:
         return 0 * shapes[..., 0, :]
-    return (_nodal_tangent(system.state)[..., system.axes, None] * shapes).sum(axis=-2)
+    return (_nodal_tangent(system.state)[..., None, system.axes] @ shapes)[..., 0, :]
 
 
 def _kinetic_shares(system, shapes):
     """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
     nodal = system.state.mesh.node_weights
-    total = nodal @ (shapes**2).sum(axis=-2)
-    out = shapes[..., -1, :] if 2 in system.axes else 0 * shapes[..., 0, :]
-    return (nodal @ _along(system, shapes) ** 2) / total, (nodal @ out**2) / total
+    *lead, nodes, axes, count = shapes.shape
+    squares = (nodal @ (shapes**2).reshape(*lead, nodes, axes * count)).reshape(*lead, axes, count)
+    total = squares.sum(axis=-2)
+    out = squares[..., 2, :] if 2 in system.axes else 0.0 * total
+    return (nodal @ _along(system, shapes) ** 2) / total, out / total
 
 
 def _mirror(system, shapes):

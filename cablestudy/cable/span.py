@@ -81,6 +81,11 @@ class Span:
         return not np.any(self.load_forces[..., 2])
 
     @property
+    def mirrored(self):
+        """Where neither a load nor weight along the chord tells one end from the other, shape (...)."""
+        return (np.asarray(self.sine * self.gravity) == 0) & (self.load_positions.shape[-1] == 0)
+
+    @property
     def up(self):
         """The vertical in the chord frame, shape (..., 3). [-]"""
         return np.stack([self.sine, self.cosine, np.zeros_like(self.cosine)], axis=-1)

@@ -126,6 +126,14 @@ class Batch:
         return self._planar[self._solved(index)]
 
     @cached_property
+    def _mirrored(self):
+        return self.span.mirrored.tolist()
+
+    def mirrored_of(self, index):
+        """Whether one cable is its own mirror image at mid-length."""
+        return self._mirrored[self._solved(index)]
+
+    @cached_property
     def _aside(self):
         return (self.span.azimuth[:, 1] != 0).tolist()
 

@@ -1,0 +1,138 @@
+"""`cable/parts.py`: the halves that a level cable's motion falls into, against the whole."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+from cables import EA, MASS, batch, chord_span, full_stiffness, paper_span
+
+from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE
+from cablestudy.cable.dynamics import PLANAR, Dynamics
+from cablestudy.cable.element import Mesh, mesh_segments
+
+SPANS = {
+    "taut": paper_span(),
+    "sagging": paper_span(186.0),
+    "slack": chord_span(100, 0, -0.4, EA, MASS),
+    "deep": chord_span(10, 0, -0.9, EA, MASS),
+}
+MESHES = [(2, 1), (3, 1), (5, 1), (40, 1), (1, 8), (1, 9), (2, 7), (3, 4)]
+
+
+def state_of(span, elements, order, mass="lumped", closed=False):
+    start = catenary.solve(span)
+    mesh = mesh_segments(start.segments.fraction, elements, order, mass)
+    return equilibrium.from_catenary(start, mesh) if closed else equilibrium.solve(start, mesh)[0]
+
+
+def dynamics(span, state, axes):
+    return Dynamics(state, span.unstretched_length, span.mass, (axes,))
+
+
+def mirror_image(shapes, axes):
+    """Shapes of the inner nodes, shape (nodes, d, k), in a mirror at right angles to the chord."""
+    return shapes[::-1] * np.where(np.array(axes) == 0, -1, 1)[:, None]
+
+
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+@pytest.mark.parametrize("axes", [IN_PLANE, OUT_OF_PLANE], ids=["in plane", "out of plane"])
+@pytest.mark.parametrize(("elements", "order"), MESHES)
+@pytest.mark.parametrize("span", SPANS.values(), ids=SPANS)
+def test_halves_have_the_modes_of_the_whole(span, elements, order, axes, mass):
+    """Frequencies and symmetry against a dense solution with K in displacements, all nodes at once."""
+    state = state_of(span, elements, order, mass, closed=elements < 40)  # few bars do not hang as deep
+    assert state.mirrored
+    model = dynamics(span, state, axes)
+    found, d, nodes = model.lowest(model.dof), len(axes), state.mesh.nodes - 2
+    assert len(found) == nodes * d
+    assert found.complete
+    M = model.systems[0].mass.toarray()
+    value, vector = scipy.linalg.eigh(full_stiffness(model.systems[0])[d:-d, d:-d], M)
+    square = (found.frequency / model.unit_frequency) ** 2
+    assert square == pytest.approx(value, rel=1e-11, abs=1e-13 * value[-1])
+    images = mirror_image(vector.reshape(nodes, d, -1), axes).reshape(nodes * d, -1)
+    even = np.einsum("ik,ij,jk->k", vector, M, images)
+    near = np.diff(value, prepend=-np.inf, append=np.inf) < 1e-8 * value[-1]  # of two such the dense shapes are mixed
+    alone = ~(near[1:] | near[:-1])
+    assert alone.mean() >= 0.5  # both sides of a deep cable swing nearly by themselves: pairs
+    assert np.abs(even[alone]) == pytest.approx(1, abs=1e-6)
+    for k in np.flatnonzero(alone):
+        along = -1 if found.kind[k] == "axial" else 1
+        assert found.symmetry[k] == ("symmetric" if even[k] * along > 0 else "antisymmetric"), k
+    # every shape is its own image, or the opposite, to rounding; and all are orthonormal
+    shapes = found.shapes[1:-1][:, axes] * np.sqrt(span.mass * span.unstretched_length)
+    names = found.symmetry, found.kind
+    sign = [1 if (word == "symmetric") != (kind == "axial") else -1 for word, kind in zip(*names, strict=True)]
+    assert mirror_image(shapes, axes) == pytest.approx(sign * shapes, abs=1e-12 * np.abs(shapes).max())
+    flat = shapes.reshape(nodes * d, -1)
+    assert flat.T @ M @ flat == pytest.approx(np.eye(nodes * d), abs=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [1e1, 1e5, 1e10], ids=lambda ratio: f"EA over T {ratio:.0e}")
+@pytest.mark.parametrize("elements", [2, 3, 20, 39])
+def test_a_straight_chain_of_bars_keeps_its_digits(elements, ratio):
+    """Weightless: springs EA/l0 along and T/l across between equal masses, in closed form, however stiff."""
+    span = chord_span(100, 0, 1 / ratio, 1e6, gravity=0.0)
+    state = state_of(span, elements, 1)
+    assert state.mirrored
+    bar = span.unstretched_length / elements
+    wave = np.sin(np.arange(1, elements) * np.pi / (2 * elements)) / np.pi
+    across = wave * np.sqrt(1e6 / ratio / (bar * (1 + 1 / ratio)) / (span.mass * bar))
+    along = wave * np.sqrt(1e6 / bar / (span.mass * bar))
+    out = dynamics(span, state, OUT_OF_PLANE).lowest(1000)
+    assert out.frequency == pytest.approx(across, rel=1e-12)
+    inside = dynamics(span, state, IN_PLANE).lowest(1000)
+    expected = np.sort(np.concatenate([across, along]))
+    # modes come from the compliance: the highest lose the digits of (omega_max/omega_1)^2
+    wrong = np.abs(inside.frequency / expected - 1)
+    assert (wrong < 1e-12 + 4e-16 * (expected / expected[0]) ** 2).all()
+    assert wrong[: elements - 1].max() < 1e-12
+    for kind, names in (("in-plane", inside), ("axial", inside), ("out-of-plane", out)):
+        found = [names.symmetry[k] for k in names.select(kind)]
+        assert found == [("symmetric", "antisymmetric")[k % 2] for k in range(elements - 1)], kind
+
+
+@pytest.mark.parametrize(
+    "span",
+    [
+        chord_span(100, 0, 1e-10, 1e6, 1e-6),
+        chord_span(100, 0, -1e-6, 1e14),
+        chord_span(100, 0, -0.3, 1e14),
+        chord_span(100, 0, 1e-4, 1e6, 1e-12),
+        chord_span(100, 0, -1e-12, 1e3, 1e-9),
+        chord_span(1, 0, -0.97, 1e8),
+    ],
+    ids=["hardly strained", "stiff and flat", "stiff and slack", "almost weightless", "almost no tension", "deep"],
+)
+@pytest.mark.parametrize(("elements", "order", "closed"), [(40, 1, False), (5, 4, False), (1, 17, True), (4, 12, True)])
+def test_halves_lose_nothing_at_the_ends_of_the_range(span, elements, order, closed):
+    """Against the same cable, solved as if it were not its own mirror image."""
+    state = state_of(span, elements, order, closed=closed)
+    assert state.mirrored
+    for axes in PLANAR:
+        halves, whole = (dynamics(span, one, axes).lowest(12) for one in (state, replace(state, mirrored=False)))
+        assert halves.frequency == pytest.approx(whole.frequency, rel=1e-10)
+        assert np.abs(halves.participation) == pytest.approx(
+            np.abs(whole.participation), rel=1e-6, abs=1e-9 * np.abs(whole.participation).max()
+        )
+        assert (halves.kind, halves.symmetry) == (whole.kind, whole.symmetry)
+
+
+def test_which_cables_are_their_own_mirror_image():
+    mesh, uneven = mesh_segments(np.ones(1), 4, 3), Mesh(np.array([0, 0.3, 1.0]), 3)
+    level, inclined = chord_span(100, 0, -0.1, 1e5), chord_span(100, 1e-6, -0.1, 1e5)
+
+    def mirrored(span, mesh=mesh):
+        return equilibrium.from_catenary(catenary.solve(span), mesh).mirrored
+
+    assert mirrored(level)
+    assert not mirrored(inclined)
+    assert not mirrored(level, uneven)
+    assert not mirrored(chord_span(100, 0, -0.1, 1e5, loads=[(0.5, (0, 0, -10))]), mesh_segments([0.5, 0.5], 4, 3))
+    assert mirrored(chord_span(100, 30, 0.01, 1e5, gravity=0.0))
+    # many are where each of them is
+    assert mirrored(batch([level, level]))
+    assert not mirrored(batch([level, inclined]))
+    assert batch([level, inclined]).mirrored.tolist() == [True, False]
