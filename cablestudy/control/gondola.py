@@ -6,7 +6,7 @@ import numpy as np
 
 NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode does not feel the gondola
 COINCIDENT = 1e-11  # relative distance of squared frequencies that count as one
-SETTLED = 1e-12, 1e-15  # change of a root, relative to the pole's distance and to itself
+SETTLED = 1e-12, 1e-15  # change of a root over its distance from the pole, or over itself, that ends its search
 STEPS = 200  # of each root; few take more than four
 
 
@@ -38,7 +38,7 @@ def coupled_modes_of(problems):
         of the gondola [kg]; static end stiffness along x [N/m]; of the cable with fixed ends, shape (n,) [Hz];
         psi^T K21 e_x of those modes, shape (n,) [N/(m sqrt(kg))];
         s_0 [kg], s_1 [kg s^2], s_2 [kg s^4] of the whole cable moving with its end, of which every mode k is the share
-        p^2/W^(4 + 2 j): what the modes that are not given add. See `Case.end_inertia`.
+        p^2/W^(4 + 2 j): what the modes that are not given add. See `Ends.moments`.
 
     Returns
     -------
