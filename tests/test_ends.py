@@ -14,6 +14,8 @@ from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 from cablestudy.control.complex_stiffness import ComplexStiffness
 from cablestudy.control.transfer import dynamic_stiffness
 from cablestudy.errors import NoSolutionError
+from cablestudy.study import models
+from cablestudy.study.batch import Batch
 from cablestudy.study.case import Case
 
 ORDER = 24
@@ -421,3 +423,39 @@ def test_every_mass_is_the_dense_matrix_condensed(twin, mass, order):
     omega = 2 * np.pi * case.gondola_frequency
     balance = dynamic_stiffness(model, np.array([1j * omega]), [3], [3])[0, 0, 0].real
     assert balance == pytest.approx(case.scene.gondola.mass * omega**2, rel=1e-7)
+
+
+# many cables at once
+
+
+def all_of(case):
+    """All numbers that a case's ends are made of."""
+    for model in (case.end_model, case.end_model_along_x):
+        yield from (model.omega, model.participation, model.damping_ratio, model.stiffness, model.inertia)
+        if model.strain:
+            yield from (model.strain.modes, model.strain.coupling, model.strain.ends)
+    yield case.end_inertia
+    yield [case.end_stiffness_along(axis) for axis in range(3)]
+    yield [getattr(case.statics, name) for name in ("mean_tension", "horizontal_tension", "iterations")]
+
+
+@pytest.mark.parametrize("load", [None, "[0, 0, -30]", "[0, 25, 0]"], ids=["none", "hanging", "aside"])
+@pytest.mark.parametrize("model", ["{elements: 8}", "{elements: 8, mass: consistent}", "{elements: 2, order: 5}"])
+def test_ends_of_many_cables_are_those_of_each_alone(model, load):
+    sets = []
+    for diameter, law in ((1.85, "modal"), (3.7, "hysteretic"), (7.4, "kelvin_voigt")):
+        sets.append([f"cable.diameter={diameter} mm", "cable.unstretched_length=185.9", damped(law, 1e-3)])
+        sets[-1].append(f"model={model}")
+        if load:
+            sets[-1].append(f"cable.loads=[{{at: 70, force: {load}}}]")
+    sets.append([*sets[0], "cable.ends=[[0, 0, 0], [60, 80, 150]]"])
+    scenes = [scene(*one) for one in sets]
+    batch = Batch(scenes)
+    together = [Case(one, batch, place) for place, one in enumerate(scenes)]
+    for case in together[1:]:
+        case.shelf = together[0].shelf
+    models.prepare(together)
+    assert len({id(case.model._models) for case in together}) == 1
+    for case, one in zip(together, scenes, strict=True):
+        for found, expected in zip(all_of(case), all_of(Case(one)), strict=True):
+            assert np.array_equal(found, expected)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from mpmath import mp
 from scenes import CHORD, PAPER, SAGGING, Twin, cells, scene
 from scipy.optimize import brentq
 
@@ -139,3 +140,61 @@ def test_moving_along_y_or_turned_around_the_vertical():
     )
     assert here == pytest.approx(there, rel=1e-12)
     assert Gondola(mass=1).mass == 1
+
+
+def lengthy(mass, own, stiffness, frequency, participation):
+    """The same modes by a dense eigenproblem in 80 digits: squares of the angular frequencies, and the shares."""
+    n = len(frequency)
+    square = [mp.mpf(w) for w in ((2 * np.pi * frequency) ** 2).tolist()]
+    moved = [mp.mpf(p) / w for p, w in zip(participation.tolist(), square, strict=True)]
+    total = mp.mpf(mass) + own + sum(m**2 for m in moved)
+    # motion scaled to unit elastic energy, so that the eigenvalues of the mass matrix are 1/w^2
+    unit = [1 / mp.sqrt(w) for w in square] + [1 / mp.sqrt(mp.mpf(stiffness))]
+    inertia = mp.eye(n + 1)
+    inertia[n, n] = total
+    for k in range(n):
+        inertia[k, n] = inertia[n, k] = moved[k]
+    value, shape = mp.eigsy(mp.matrix(n + 1, n + 1) + mp.diag(unit) * inertia * mp.diag(unit))
+    order = sorted(range(n + 1), key=lambda k: -value[k])
+    return [1 / value[k] for k in order], [mass * (shape[n, k] * unit[n]) ** 2 / value[k] for k in order]
+
+
+@pytest.mark.parametrize("mass", [1e-6, 1e-3, 1.0, 1e3, 1e12])
+@pytest.mark.parametrize("seed", range(6))
+def test_extreme_gondolas_and_cables_in_long_arithmetic(mass, seed):
+    """Modes that are felt by parts in 1e9 of the most felt one, frequencies over six decades or in pairs."""
+    rng, n = np.random.default_rng(seed), 7
+    frequency = np.sort(10 ** rng.uniform(-1, (0.5, 2, 5)[seed % 3], n))
+    apart = 1.0
+    if seed % 2:
+        apart = 10.0 ** -rng.integers(2, 9)
+        frequency[1::2] = frequency[:-1:2] * (1 + apart)
+    moved = 10 ** rng.uniform((-0.2, -3, -9)[seed // 2], 0, n)
+    participation = moved * (2 * np.pi * frequency) ** 2
+    cable = float((moved**2).sum())
+    mass, stiffness = mass * cable, 10 ** rng.uniform(-4, 4) * (2 * np.pi * frequency[0]) ** 2 * cable
+    own = rng.choice([0.25, 1.0]) * cable
+    found, share = coupled_modes(mass, stiffness, frequency, participation, (cable + own, 0.0, 0.0))
+    with mp.workdps(80):
+        square, expected = lengthy(mass, own, stiffness, frequency, participation)
+        assert found == pytest.approx([float(mp.sqrt(w) / (2 * np.pi)) for w in square], rel=1e-14)
+        # a frequency that is rounded is another one, by so much of the distance to the next
+        assert share == pytest.approx([float(part) for part in expected], rel=1e-13 / apart + 1e-10, abs=1e-300)
+
+
+def test_modes_of_problems_in_any_company():
+    rng, problems = np.random.default_rng(0), []
+    for n in (7, 1, 7, 0, 12, 7):
+        frequency = np.sort(10 ** rng.uniform(0, 2, n))
+        participation = frequency * 10 ** rng.uniform(-12, 2, n)  # some are not felt
+        problems.append((10 ** rng.uniform(-2, 4), 30.0, frequency, participation, (1.0, 0.01, 1e-4)))
+    frequency = np.array([1.0, 2.0, 2.0, 3.0, 3.0, 3.0, 5.0])
+    problems.append((2.0, 30.0, frequency, 10 * frequency, (1.0, 0.01, 1e-4)))  # some coincide
+    whole = coupled_modes_of(problems)
+    assert [len(part[0]) for part in whole][1:4:2] == [2, 1]
+    assert len(whole[-1][0]) == 5
+    for problem, (found, share) in zip(problems, whole, strict=True):
+        alone = coupled_modes_of([problem])[0]
+        assert (found == alone[0]).all()
+        assert (share == alone[1]).all()
+        assert (np.diff(found) > 0).all()

@@ -63,6 +63,11 @@ class Dynamics:
             return tuple(system.take(index) for system in whole.systems)
         return tuple(System(self.state, axes) for axes in self._planes)
 
+    @property
+    def planes(self):
+        """The directions that move, those together that do not decouple: tuple of tuple of int."""
+        return self._planes
+
     @cached_property
     def dof(self):
         """Free displacements in all. [-]"""

@@ -88,6 +88,11 @@ class Together:
         """Shape (..., k, 3). [N/(m sqrt(kg))]"""
         return self._at_end("driven")
 
+    @cached_property
+    def rigid(self):
+        """Shape (..., k, 3). [N/(m sqrt(kg))]"""
+        return self._at_end("rigid")
+
     def _at_end(self, name):
         dynamics, begin = self._dynamics, 0
         found = np.zeros((*self.square.shape, 3))
@@ -150,6 +155,11 @@ class Modes:
     def driven(self):
         """The same with what a mass that is not lumped at the nodes adds: -omega^2 psi^T (M22 u_j + M21 e_j)."""
         return self.together.driven[self.cable][..., : len(self), :]
+
+    @property
+    def rigid(self):
+        """The same for both ends moving along axis j together: -omega^2 psi^T M e_j, of all nodes."""
+        return self.together.rigid[self.cable][..., : len(self), :]
 
     @cached_property
     def kind(self):

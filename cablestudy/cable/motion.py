@@ -98,6 +98,13 @@ class Motion:
         inner = joined(self.signed)[..., axes:-axes, :]
         return -self.square[..., None] * (inner.swapaxes(-1, -2) @ weighted)
 
+    @cached_property
+    def rigid(self):
+        """-omega^2 psi^T M e_j: the same for both ends moving along j together."""
+        nodes, axes = self.shapes.shape[-3:-1]
+        weighted = self.system.full_mass() @ np.tile(np.eye(axes), (nodes, 1))
+        return -self.square[..., None] * (joined(self.signed).swapaxes(-1, -2) @ weighted)
+
 
 def ascends(values):
     """Whether no value is below the one before."""

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.assembly import joined
 from cablestudy.control.poles import all_poles, slow_poles
 from cablestudy.errors import NoSolutionError
 
@@ -212,49 +213,123 @@ def _solved(model, s):
     return at_rest - modal + square * (carried.swapaxes(1, 2) @ heavy)
 
 
-def of_cable(dynamics, modes, frame, damping):
-    """The end model of a cable.
+class Ends:
+    """The ends of a cable, or of many on one mesh: what they feel of it, and its modes between them, but for damping.
 
     Parameters
     ----------
     dynamics : Dynamics
-    modes : Modes
-        The modes to keep.
-    frame : ndarray, shape (3, 3)
+        Of one cable, or with a leading axis of many.
+    frame : ndarray, shape (..., 3, 3)
         Rows: the chord frame in global coordinates. [-]
-    damping : Damping
-        model, and ratio [-], loss_factor [-] or time [s].
-
-    Returns
-    -------
-    EndModel
+    count : int
+        How many modes to keep.
     """
-    omega = 2 * np.pi * modes.frequency
-    n, mass, unit = len(modes), dynamics.mass * dynamics.length, dynamics.state.force / dynamics.length
-    static, inertia, elastic = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((n + 6, n + 6))
-    carried = np.zeros((n, 3))
-    for system in dynamics.systems:
-        axes = list(system.axes)
-        places = axes + [axis + 3 for axis in axes]
-        block = system.end_stiffness * unit
-        static[np.ix_(places, places)] = np.block([[block, -block], [-block, block]])
-        # a movement of end 1 is one of the whole cable less one of end 2
-        second = system.end_shapes
-        both = np.concatenate([np.eye(len(axes)) - second, second], axis=2)
-        flat = both.reshape(-1, 2 * len(axes))
-        inertia[np.ix_(places, places)] = mass * flat.T @ (system.full_mass() @ flat)
-        shapes = modes.shapes[:, axes]
-        ones = system.full_mass() @ np.tile(np.eye(len(axes)), (len(shapes), 1))
-        carried[:, axes] = mass * shapes.reshape(len(ones), n).T @ ones  # the ends of a mode are at rest
-        if damping.model != "modal":
-            index = [*range(n), *(n + place for place in places)]
-            elastic[np.ix_(index, index)] += unit * system.elastic_energy(np.concatenate([shapes, both], axis=2))
-    participation = np.concatenate([-modes.driven - omega[:, None] ** 2 * carried, modes.driven], axis=1)
-    turn = np.kron(np.eye(2), frame)
-    strain, ratio = None, np.full(n, damping.ratio if damping.model == "modal" else 0.0)
-    if damping.model != "modal":
+
+    def __init__(self, dynamics, frame, count):
+        self._dynamics, self._frame, self._count = dynamics, frame, count
+
+    def model(self, damping, place=()):
+        """The end model of one cable.
+
+        Parameters
+        ----------
+        damping : Damping
+            model, and ratio [-], loss_factor [-] or time [s].
+        place : int
+            Of the cable among many.
+
+        Returns
+        -------
+        EndModel
+        """
+        omega, participation, stiffness, inertia = (part[place] for part in self._undamped)
+        if damping.model == "modal":
+            return EndModel(omega, participation, np.full(len(omega), damping.ratio), stiffness, inertia)
         amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-        share = np.diagonal(elastic)[:n] / omega**2
-        ratio = share * amount / 2 * (1 if damping.model == "hysteretic" else omega)
-        strain = Strain(damping.model, amount, elastic[:n, :n], elastic[:n, n:] @ turn, turn.T @ elastic[n:, n:] @ turn)
-    return EndModel(omega, participation @ turn, ratio, turn.T @ static @ turn, turn.T @ inertia @ turn, strain)
+        strain = Strain(damping.model, amount, *(part[place] for part in self._elastic))
+        ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
+        return EndModel(omega, participation, ratio, stiffness, inertia, strain)
+
+    @cached_property
+    def moments(self):
+        """How the cables' mass weighs on end 2 moving along x, shape (..., 3): s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
+
+        With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
+        s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
+        """
+        dynamics, along, moments = self._dynamics, self._frame[..., 0], 0.0
+        for system in dynamics.systems:
+            axes = len(system.axes)
+            shape = (system.end_shapes * along[..., None, None, system.axes]).sum(axis=-1)
+            shape = shape.reshape(*shape.shape[:-2], -1)
+            weighted = _times(system.full_mass(), shape[..., None])[..., 0]
+            inner = weighted[..., axes:-axes]
+            moved = system.solve(inner[..., None])
+            heavy, moved = _times(system.mass, moved)[..., 0], moved[..., 0]
+            products = shape * weighted, inner * moved, moved * heavy
+            moments = moments + np.stack([product.sum(axis=-1) for product in products], axis=-1)
+        mass = np.asarray(dynamics.mass * dynamics.length)[..., None]
+        slow = np.asarray(dynamics.length / dynamics.state.force)[..., None]
+        return moments * mass * (mass * slow) ** np.arange(3)
+
+    @cached_property
+    def _modes(self):
+        return self._dynamics.modes(self._count).first(self._count)
+
+    @cached_property
+    def _shapes(self):
+        """System, the places of its axes among the six, and its static shapes for movements of either end."""
+        for_each = []
+        for system in self._dynamics.systems:
+            # a movement of end 1 is one of the whole cable less one of end 2
+            second = system.end_shapes
+            both = np.concatenate([np.eye(len(system.axes)) - second, second], axis=-1)
+            for_each.append((system, [*system.axes, *(axis + 3 for axis in system.axes)], both))
+        return for_each
+
+    @property
+    def _turn(self):
+        none = np.zeros_like(self._frame)
+        return np.block([[self._frame, none], [none, self._frame]])
+
+    @cached_property
+    def _undamped(self):
+        """Angular frequencies, participation, static stiffness and inertia, as in `EndModel`."""
+        dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
+        participation = np.concatenate([(modes.rigid - modes.driven) @ frame, modes.driven @ frame], axis=-1)
+        static, inertia = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame, np.zeros(turn.shape)
+        for system, places, both in self._shapes:
+            flat = joined(both)
+            inertia[..., np.array(places)[:, None], places] = flat.swapaxes(-1, -2) @ _times(system.full_mass(), flat)
+        inertia *= np.asarray(dynamics.mass * dynamics.length)[..., None, None]
+        return (
+            2 * np.pi * modes.frequency,
+            participation,
+            np.block([[static, -static], [-static, static]]),
+            turn.swapaxes(-1, -2) @ inertia @ turn,
+        )
+
+    @cached_property
+    def _elastic(self):
+        """E, R and S of `Strain`."""
+        dynamics, shapes, turn = self._dynamics, self._modes.shapes, self._turn
+        n = shapes.shape[-1]
+        elastic = np.zeros((*shapes.shape[:-3], n + 6, n + 6))
+        for system, places, both in self._shapes:
+            index = np.array([*range(n), *(n + place for place in places)])
+            parts = np.concatenate([shapes[..., list(system.axes), :], both], axis=-1)
+            elastic[..., index[:, None], index] += system.elastic_energy(parts)
+        elastic *= np.asarray(dynamics.state.force / dynamics.length)[..., None, None]
+        return (
+            elastic[..., :n, :n],
+            elastic[..., :n, n:] @ turn,
+            turn.swapaxes(-1, -2) @ elastic[..., n:, n:] @ turn,
+        )
+
+
+def _times(matrix, flat):
+    """A sparse matrix times stacked dense ones, shape (..., n, r), whose columns do not meet."""
+    columns = np.moveaxis(flat, -2, 0)
+    product = matrix @ columns.reshape(len(columns), flat.size // max(len(columns), 1))
+    return np.moveaxis(product.reshape(columns.shape), 0, -2)

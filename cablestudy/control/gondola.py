@@ -1,10 +1,13 @@
 """The gondola on end 2 of its cable, free along x."""
 
+from itertools import pairwise
+
 import numpy as np
 
 NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode does not feel the gondola
-
 COINCIDENT = 1e-11  # relative distance of squared frequencies that count as one
+SETTLED = 1e-12, 1e-15  # change of a root over its distance from the pole, or over itself, that ends its search
+STEPS = 200  # of each root; few take more than four
 
 
 def static_frequency(mass, stiffness):
@@ -35,7 +38,7 @@ def coupled_modes_of(problems):
         of the gondola [kg]; static end stiffness along x [N/m]; of the cable with fixed ends, shape (n,) [Hz];
         psi^T K21 e_x of those modes, shape (n,) [N/(m sqrt(kg))];
         s_0 [kg], s_1 [kg s^2], s_2 [kg s^4] of the whole cable moving with its end, of which every mode k is the share
-        p^2/W^(4 + 2 j): what the modes that are not given add. See `Case.end_inertia`.
+        p^2/W^(4 + 2 j): what the modes that are not given add. See `Ends.moments`.
 
     Returns
     -------
@@ -50,64 +53,126 @@ def coupled_modes_of(problems):
     Between two neighbours W there is exactly one root, so each is bracketed and none is lost or repeated; a matrix
     would lose a very heavy gondola's frequency in rounding.
     """
-    if not problems:
-        return []
-    balances = [_Balance(*problem) for problem in problems]
-    which, root = _between_poles(_Balances(balances), [balance.edges for balance in balances])
-    ends = np.searchsorted(which, np.arange(len(balances) + 1))
-    return [balance.modes(root[a:b]) for balance, a, b in zip(balances, ends[:-1], ends[1:], strict=True)]
+    found, alike = [None] * len(problems), {}
+    for index, problem in enumerate(problems):
+        alike.setdefault(len(problem[2]), []).append(index)
+    for indices in alike.values():
+        parts = zip(*(problems[index] for index in indices), strict=True)
+        solved = _Balances(*(np.array(part, dtype=float) for part in parts)).modes()
+        for index, modes in zip(indices, solved, strict=True):
+            found[index] = modes
+    return found
 
 
-class _Balance:
-    """One problem: the poles W^2 that are felt, their strengths p^2 and what is left of the inertia."""
+class _Balances:
+    """Problems with equally many modes: poles W^2, their strengths p^2, and what is left of the inertia.
+
+    A root is counted from the pole beside it, so that its distance has all digits however little a mode is felt. It is
+    found by Newton's method with that pole as it is and only the rest of the equation taken as straight: a quadratic.
+    """
 
     def __init__(self, mass, stiffness, frequency, participation, inertia):
         every = (2 * np.pi * frequency) ** 2
         carried = np.abs(participation) / every  # p itself grows with the stiffness, and would hide all but axial modes
-        felt = carried > NEGLIGIBLE * carried.max(initial=0.0)
-        self.rest = [max(s - (carried[felt] ** 2 / every[felt] ** j).sum(), 0.0) for j, s in enumerate(inertia)]
-        self.square, self.strength = _united(every[felt], participation[felt] ** 2)
-        # above the last W the root is below that of the gondola on all the springs of the cable together
-        springs = stiffness + (self.strength / self.square).sum()
-        self.edges = np.concatenate(
-            [[0.0], self.square, [(springs / mass + self.square.max(initial=0.0)) * (1 + 1e-9)]]
-        )
-        self.mass, self.stiffness, self._weaker = mass, stiffness, self.strength / self.square
+        felt = carried > NEGLIGIBLE * carried.max(axis=-1, initial=0.0, keepdims=True)
+        carried = np.where(felt, carried, 0.0) ** 2
+        left = [np.maximum(s - (carried / every**j).sum(axis=-1), 0.0) for j, s in enumerate(inertia.T)]
+        self._mass, self._stiffness, self._left = mass, stiffness, (mass + left[0], left[1], left[2])
+        # a pole at infinity, without strength, stands for none: after the last one and before the first
+        self._pole, self._strength = (np.full((len(mass), every.shape[-1] + 1), fill) for fill in (np.inf, 0.0))
+        if (felt.all(axis=-1) & _apart(every).all(axis=-1)).all():
+            self._pole[:, :-1], self._strength[:, :-1] = every, participation**2
+        else:
+            for cable, chosen in enumerate(felt):
+                pole, strength = _united(every[cable, chosen], participation[cable, chosen] ** 2)
+                self._pole[cable, : len(pole)], self._strength[cable, : len(pole)] = pole, strength
+        self._static = self._strength / self._pole
+        self._count = np.isfinite(self._pole).sum(axis=-1)
 
-    def __call__(self, value):
-        """The equation and its slope, which is negative everywhere."""
-        near = self.square[:, None] - value
-        np.divide(1.0, near, out=near)
-        carried = self._weaker @ near + (self.mass + self.rest[0] + value * (self.rest[1] + value * self.rest[2]))
-        near *= near
-        slope = self.strength @ near + (
-            self.mass + self.rest[0] + value * (2 * self.rest[1] + 3 * value * self.rest[2])
-        )
-        return self.stiffness - value * carried, -slope
+    def modes(self):
+        """Frequency and the gondola's share, for each problem."""
+        cable, root, weight = self._roots()
+        frequency, share = np.sqrt(root) / (2 * np.pi), self._mass[cable] / weight
+        ends = np.searchsorted(cable, np.arange(len(self._mass) + 1))
+        return [(frequency[a:b], share[a:b]) for a, b in pairwise(ends)]
 
-    def modes(self, root):
-        """Frequency and the gondola's share at the roots."""
-        weight = self.mass + ((1 / (self.square - root[:, None])) ** 2) @ self.strength
-        weight += self.rest[0] + root * (2 * self.rest[1] + 3 * root * self.rest[2])
-        return np.sqrt(root) / (2 * np.pi), self.mass / weight
-
-
-class _Balances:
-    """Several problems, each evaluated by itself: sums over many at once would depend on how many there are."""
-
-    def __init__(self, balances):
-        self._balances = balances
-
-    def __call__(self, which, value):
-        """Values and slopes of the problems `which`, ascending."""
-        if len(self._balances) == 1:
-            return self._balances[0](value)
-        ends = np.searchsorted(which, np.arange(len(self._balances) + 1))
+    def _rest(self, cable, number, value):
+        """The equation without its pole `number`, and its slope with the sign turned, which is positive."""
         result, slope = np.empty_like(value), np.empty_like(value)
-        for balance, a, b in zip(self._balances, ends[:-1], ends[1:], strict=True):
-            if a < b:
-                result[a:b], slope[a:b] = balance(value[a:b])
-        return result, slope
+        ends = np.searchsorted(cable, np.arange(len(self._mass) + 1))
+        for one, (a, b) in enumerate(pairwise(ends)):
+            if a == b:
+                continue
+            count, here = self._count[one] + 1, value[a:b]
+            near = self._pole[one, :count, None] - here
+            near[number[a:b], np.arange(b - a)] = np.inf
+            np.divide(1.0, near, out=near)
+            result[a:b] = self._static[one, :count] @ near
+            near *= near
+            slope[a:b] = self._strength[one, :count] @ near
+        mass, first, second = (part[cable] for part in self._left)
+        result = (
+            self._stiffness[cable]
+            + self._static[cable, number]
+            - value * (result + mass + value * (first + value * second))
+        )
+        return result, slope + mass + value * (2 * first + 3 * value * second)
+
+    def _roots(self):
+        """Cable, place and slope with the sign turned of each root, ascending for each cable."""
+        count = self._count
+        edges = np.concatenate([np.zeros((len(count), 1)), self._pole], axis=-1)
+        cable, right = np.nonzero(np.isfinite(edges[:, :-1]))
+        first, last = right == 0, right == count[cable]
+        # the two poles about each root, numbers and places; at either end there is one only
+        number = np.stack([np.where(first, count[cable], right - 1), right])
+        pole = edges[cable, np.stack([right, right + 1])]
+        # above the last pole the root is below that of the gondola on all the springs of the cable together
+        springs = (self._stiffness + self._static.sum(axis=-1)) / self._mass
+        top = (springs + edges[np.arange(len(count)), count]) * (1 + 1e-9)
+        gap = np.where(last, top[cable], pole[1]) - pole[0]
+        half = np.where(last, gap, gap / 2)
+        # from where this leads from a pole, to the nearer of the two
+        rest, slope = self._rest(cable, number[0], pole[0])
+        ahead = _beside(rest, slope, self._strength[cable, number[0]])
+        behind = _beside(-np.roll(rest, -1), np.roll(slope, -1), self._strength[cable, right])
+        behind[last] = np.inf
+        side = (behind < ahead).astype(int)
+        distance = np.minimum(np.minimum(ahead, behind), half) * (1 - 2 * side)
+        low, high = -gap * side, gap * (1 - side)
+        weight, active = np.empty(len(cable)), np.arange(len(cable))
+        for _ in range(STEPS):
+            which, sign, here = cable[active], 1 - 2 * side[active], distance[active]
+            base, own = pole[side[active], active], number[side[active], active]
+            strength = self._strength[which, own]
+            rest, slope = self._rest(which, own, base + here)
+            above = rest + strength / np.where(strength > 0, here, 1.0) > 0
+            low[active], high[active] = np.where(above, here, low[active]), np.where(above, high[active], here)
+            place = sign * _beside(sign * (rest + slope * here), slope, strength)
+            change = np.abs(place - here)
+            settled = change <= np.maximum(SETTLED[0] * np.abs(here), SETTLED[1] * (base + here))
+            inside = settled | ((place > low[active]) & (place < high[active]))
+            place = np.where(inside, place, (low[active] + high[active]) / 2)
+            distance[active], weight[active] = place, slope + strength / np.where(strength > 0, place, 1.0) ** 2
+            active = active[~settled]
+            if not len(active):
+                break
+            across = active[np.abs(distance[active]) > half[active]]  # nearer to the other pole
+            for part in (distance, low, high):
+                part[across] += np.where(side[across], gap[across], -gap[across])
+            side[across] = 1 - side[across]
+        return cable, pole[side, np.arange(len(cable))] + distance, weight
+
+
+def _beside(rest, slope, strength):
+    """Positive root of rest - slope x + strength/x = 0."""
+    root = np.sqrt(rest**2 + 4 * slope * strength)
+    rising = rest >= 0
+    return np.where(rising, rest + root, 2 * strength) / np.where(rising, 2 * slope, root - rest)
+
+
+def _apart(square):
+    return square[..., 1:] > square[..., :-1] * (1 + COINCIDENT)
 
 
 def _united(square, strength):
@@ -116,62 +181,5 @@ def _united(square, strength):
         return square, strength
     order = np.argsort(square, kind="stable")
     square, strength = square[order], strength[order]
-    first = np.flatnonzero(np.concatenate([[True], np.diff(square) > COINCIDENT * square[1:]]))
+    first = np.flatnonzero(np.concatenate([[True], _apart(square)]))
     return square[first], np.add.reduceat(strength, first)
-
-
-def _between_poles(function, edges):
-    """Zeros of functions that fall from one pole to the next; at the first and the last edge there is no pole.
-
-    Newton on the function without the pole of the half in which it has its zero, which is nearly straight there,
-    halving where it leaves its bracket.
-
-    Parameters
-    ----------
-    function : callable
-        (numbers of the functions, shape (m,), places, shape (m,)) -> values and slopes.
-    edges : list of ndarray
-        Of each function, ascending.
-
-    Returns
-    -------
-    which : ndarray of int, shape (m,)
-        Ascending: numbers of the functions.
-    place : ndarray, shape (m,)
-        Ascending for each of them.
-    """
-    left, right = (np.concatenate([part[cut] for part in edges]) for cut in (slice(0, -1), slice(1, None)))
-    which = np.repeat(np.arange(len(edges)), [len(part) - 1 for part in edges])
-    aside = np.maximum(1e-13 * (right - left), 4e-16 * right)  # a pole cannot be evaluated
-    ends = np.cumsum([len(part) - 1 for part in edges])
-    begin, end = np.concatenate([[0], ends[:-1]]), ends - 1
-    low, high = left + aside, right - aside
-    low[begin] = 0.0
-    lowest, highest, found = low, high, (low + high) / 2
-    value, slope = function(which, found)
-    pole = np.where(value < 0, left, right)
-    smooth = np.zeros(len(pole), dtype=bool)  # beside no pole
-    smooth[begin], smooth[end] = value[begin] < 0, value[end] >= 0
-    active, numbers, place, there = np.arange(len(which)), which, found.copy(), np.ones(len(which), dtype=bool)
-    for _ in range(200):
-        low = np.where(value > 0, np.nextafter(place, np.inf), low)
-        high = np.where(value > 0, high, np.nextafter(place, -np.inf))
-        gap = np.where(smooth, 1.0, place - pole)
-        slope = slope + np.where(smooth, 0.0, value / np.where(gap, gap, np.spacing(pole)))
-        step = place - value / np.where(slope < 0, slope, -1e-300)
-        settled = np.abs(step - place) <= 1e-15 * place  # if only by rounding out of the bracket
-        inside = settled | ((step > low) & (step < high))
-        place = np.where(inside, np.clip(step, lowest, highest), (low + high) / 2)
-        # out at an edge where nobody has been yet: nearer to a pole than can be told from it there may be none
-        place = np.where(~inside & (step <= low) & (low == lowest), lowest, place)
-        place = np.where(~inside & (step >= high) & (high == highest), highest, place)
-        none = (low > highest) | (high < lowest)
-        found[active], there[active] = place, ~none
-        going = ~(settled | none)
-        active, which, place, low, high, lowest, highest, pole, smooth = (
-            part[going] for part in (active, which, place, low, high, lowest, highest, pole, smooth)
-        )
-        if not len(active):
-            break
-        value, slope = function(which, place)
-    return numbers[there], found[there]

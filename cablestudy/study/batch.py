@@ -70,7 +70,7 @@ class Batch:
     """
 
     def __init__(self, scenes):
-        self._scenes = scenes
+        self._scenes, self._stiffness = scenes, {}
 
     @cached_property
     def _cables(self):
@@ -228,6 +228,17 @@ class Batch:
         many transverse half-waves there are at its first axial frequency."""
         place = self._solved(index)
         return self._travel[0][place], self._travel[1][place]
+
+    def frame_of(self, index):
+        """Rows: the chord frame of one cable in global coordinates, shape (3, 3). [-]"""
+        return self.span.frame[self._solved(index)]
+
+    def end_stiffness_of(self, index, axis):
+        """Static stiffness of end 2 of one cable along x, y or z (0, 1, 2), end 1 fixed. [N/m]"""
+        place = self._solved(index)
+        if axis not in self._stiffness:
+            self._stiffness[axis] = self.end_stiffness_along(axis).tolist()
+        return self._stiffness[axis][place]
 
     def end_stiffness_along(self, axis):
         """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed, shape (k,). [N/m]"""

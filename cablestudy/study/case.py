@@ -7,11 +7,11 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
-from cablestudy.control import complex_stiffness, ends, gondola
+from cablestudy.control import complex_stiffness, gondola
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import loops, windrms
-from cablestudy.study.batch import Batch, ClosedStatics, along
-from cablestudy.study.models import model_of
+from cablestudy.study.batch import Batch, ClosedStatics
+from cablestudy.study.models import MAX_MODES, model_of
 from cablestudy.study.shelf import Shelf, frozen, part_key, shared
 
 CLOSED = ("cable_key", "span", "catenary")  # parts of a case that its model does not change
@@ -20,7 +20,6 @@ RESPONSES = ("response", "open_response", "cable_response", "open_cable_response
 FELT = ("coupled", "end_inertia", "end_model_along_x", "loop")  # made of what a moved end stirs
 GONDOLA_MODES, OMITTED = 20, 1.5  # least of `gondola_modes`; what is omitted counts as (OMITTED over it)^6
 SPARE = 1.2  # times as many modes as an axial one is expected to have below are found at first
-MAX_MODES = 600  # of a large model, for its dynamics
 UNDAMPED = 1e-12  # damping ratio that cannot be told from none
 # what the cable's statics and undamped motion depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "elastic_modulus", "density", "area", "diameter", "unstretched_length",
@@ -92,6 +91,11 @@ class Case:
         """The cable, its unstretched length known; see `Batch.span_of`."""
         return self.batch.span_of(self.place)
 
+    @property
+    def frame(self):
+        """Rows: the chord frame in global coordinates, shape (3, 3). [-]"""
+        return self.batch.frame_of(self.place)
+
     @cached_property
     def catenary(self):
         """The closed-form equilibrium; see `Batch.catenary_of`."""
@@ -149,7 +153,7 @@ class Case:
         """What the equilibrium looks like: `Statics`."""
         if self.exact_statics:
             return ClosedStatics(self.catenary)
-        return DiscreteStatics(self.catenary, self.state, self.model.convergence)
+        return DiscreteStatics(self)
 
     @property
     def planar(self):
@@ -188,17 +192,17 @@ class Case:
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, along x, y, z, shape (3, 3). [N/m]"""
         local = self.catenary.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
-        frame = self.span.frame
+        frame = self.frame
         stiffness = frame.T @ local @ frame
         return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)
 
     def end_stiffness_along(self, axis):
         """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed. [N/m]"""
-        turn = self.span.frame[:, axis]
-        part = self.catenary
-        if not self.exact_statics:
-            part = self.in_plane if not turn[2] else self.dynamics if turn[:2].any() else self.out_of_plane
-        return float(along(self.span, part.end_stiffness, axis))
+        if self.exact_statics:
+            return self.batch.end_stiffness_of(self.place, axis)
+        turn = self.frame[:, axis]
+        part = self.in_plane if not turn[2] else self.dynamics if turn[:2].any() else self.out_of_plane
+        return self.model.end_stiffness_along(part.planes, axis)
 
     def frequency(self, number, kind, symmetry=None):
         """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequencies`. [Hz]"""
@@ -230,40 +234,22 @@ class Case:
 
     def participation(self, modes):
         """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.driven`. [N/(m sqrt(kg))]"""
-        return modes.driven @ self.span.frame[:, 0]
+        return modes.driven @ self.frame[:, 0]
 
     @shared()
     def end_inertia(self):
-        """How the cable's mass weighs on end 2 moving along x: s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
-
-        With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
-        s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
-        """
-        dynamics, along = self.felt, self.span.frame[:, 0]
-        moments = np.zeros(3)
-        for system in dynamics.systems:
-            axes = len(system.axes)
-            shape = (system.end_shapes @ along[list(system.axes)]).ravel()
-            weighted = system.full_mass() @ shape
-            inner = weighted[axes:-axes]
-            moved = system.solve(inner[:, None])[:, 0]
-            moments += shape @ weighted, inner @ moved, moved @ (system.mass @ moved)
-        mass = dynamics.mass * dynamics.length
-        return moments * mass * (mass * dynamics.length / dynamics.state.force) ** np.arange(3)
+        """How the cable's mass weighs on end 2 moving along x, shape (3,): see `Ends.moments`."""
+        return self.model.end_moments(self.felt.planes)
 
     @shared("damping_key")
     def end_model(self):
         """The cable as its ends feel it, with every mode that the model in use can give."""
-        return self._ends_of(self.dynamics)
+        return self.model.end_model(self.dynamics.planes, self.scene.cable.damping)
 
     @shared("damping_key")
     def end_model_along_x(self):
         """The same with only the motion that a movement of the ends along x stirs."""
-        return self._ends_of(self.felt)
-
-    def _ends_of(self, dynamics):
-        count = min(dynamics.dof, MAX_MODES)
-        return ends.of_cable(dynamics, dynamics.modes(count), self.span.frame, self.scene.cable.damping)
+        return self.model.end_model(self.felt.planes, self.scene.cable.damping)
 
     @shared("damping_key", "mass_key", "winch_key")
     def loop(self):
@@ -309,7 +295,7 @@ class Case:
         if damping.model == "modal":
             return self._modal_damping_ratio(omega)
         amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-        stiffness = complex_stiffness.ComplexStiffness(self.felt, self.span.frame[:, 0])
+        stiffness = complex_stiffness.ComplexStiffness(self.felt, self.frame[:, 0])
         return complex_stiffness.damping_ratio(stiffness, mass, omega, damping.model, amount)
 
     def _modal_damping_ratio(self, omega):
@@ -369,25 +355,22 @@ class Case:
 class DiscreteStatics:
     """Statics of a fixed number of elements."""
 
-    def __init__(self, catenary, state, convergence):
-        weights = state.mesh.point_weights
-        self._catenary, self._state, span = catenary, state, catenary.span
-        self.mean_tension = float((weights * state.tension).sum()) * state.force
-        forces = state.tension[..., None] * state.direction * state.force
-        up = np.asarray(span.up)
-        level = forces - (forces @ up)[..., None] * up
-        self.horizontal_tension = float((weights * np.sqrt((level**2).sum(axis=-1))).sum())
-        self.max_tension = float(state.tension.max()) * state.force
-        self.min_tension = float(state.tension.min()) * state.force
-        stiffness = float(span.axial_stiffness)
-        self.stretched_length = float(span.unstretched_length * (1 + self.mean_tension / stiffness))
-        self.iterations = len(convergence.steps)
+    def __init__(self, case):
+        self._case = case
+        (
+            self.mean_tension,
+            self.horizontal_tension,
+            self.max_tension,
+            self.min_tension,
+            self.stretched_length,
+            self.iterations,
+        ) = case.model.statics
 
     @property
     def sag(self):
         """[m]"""
-        return equilibrium.sag(self._catenary.span, self._state, float(self._catenary.middle))
+        return equilibrium.sag(self._case.span, self._case.state, float(self._case.catenary.middle))
 
     def shape(self, positions):
         """As `ClosedStatics.shape`."""
-        return equilibrium.interpolate(self._state, positions)
+        return equilibrium.interpolate(self._case.state, positions)

@@ -8,7 +8,11 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments
+from cablestudy.control.ends import Ends
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.batch import along
+
+MAX_MODES = 600  # of a large model, for its dynamics
 
 
 class Models:
@@ -28,7 +32,7 @@ class Models:
 
     def __init__(self, state, record, span, elements):
         self.state, self.record, self.span, self._elements = state, record, span, elements
-        self._dynamics = {}
+        self._dynamics, self._ends, self._stiffness = {}, {}, {}
 
     def dynamics(self, planes):
         """`Dynamics` of all cables, made once."""
@@ -36,6 +40,43 @@ class Models:
             few = self.record is None  # other orders follow
             self._dynamics[planes] = Dynamics(self.state, self.span.unstretched_length, self.span.mass, planes, few)
         return self._dynamics[planes]
+
+    def ends(self, planes):
+        """`Ends` of all cables, made once, with every mode that can be had."""
+        if planes not in self._ends:
+            dynamics = self.dynamics(planes)
+            self._ends[planes] = Ends(dynamics, self.span.frame, min(dynamics.dof, MAX_MODES))
+        return self._ends[planes]
+
+    def end_stiffness_along(self, planes, axis):
+        """Static stiffness of end 2 along x, y or z, of each cable moving in some planes. [N/m]"""
+        if (planes, axis) not in self._stiffness:
+            stiffness = along(self.span, self.dynamics(planes).end_stiffness, axis)
+            self._stiffness[planes, axis] = stiffness.tolist()
+        return self._stiffness[planes, axis]
+
+    @cached_property
+    def statics(self):
+        """Mean, horizontal, largest and least tension [N], stretched length [m] and Newton steps, of each cable."""
+        state, span = self.state, self.span
+        weights, unit = state.mesh.point_weights, state.force
+        force = (state.tension * unit[:, None, None])[..., None] * state.direction
+        up = span.up[:, None, None]
+        level = force - (force * up).sum(axis=-1, keepdims=True) * up
+
+        def mean(values):
+            return (weights * values).reshape(len(values), -1).sum(axis=-1)
+
+        tension = mean(state.tension) * unit
+        columns = (
+            tension,
+            mean(np.sqrt((level**2).sum(axis=-1))),
+            state.tension.max(axis=(-2, -1)) * unit,
+            state.tension.min(axis=(-2, -1)) * unit,
+            span.unstretched_length * (1 + tension / span.axial_stiffness),
+            np.isfinite(self.record.share).sum(axis=0),
+        )
+        return list(zip(*(column.tolist() for column in columns), strict=True))
 
     @cached_property
     def wave_time(self):
@@ -89,6 +130,23 @@ class Model:
     def dynamics(self, planes):
         """`Dynamics` of this cable, which finds its modes together with the others."""
         return self._models.dynamics(planes).take(self._place)
+
+    def end_model(self, planes, damping):
+        """`EndModel` of this cable."""
+        return self._models.ends(planes).model(damping, self._place)
+
+    def end_moments(self, planes):
+        """See `Ends.moments`, shape (3,)."""
+        return self._models.ends(planes).moments[self._place]
+
+    def end_stiffness_along(self, planes, axis):
+        """See `Models`. [N/m]"""
+        return self._models.end_stiffness_along(planes, axis)[self._place]
+
+    @property
+    def statics(self):
+        """See `Models`."""
+        return self._models.statics[self._place]
 
     @property
     def wave_time(self):

@@ -8,7 +8,8 @@ from functools import partial
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.control import ends, reduction
+from cablestudy.control import reduction
+from cablestudy.control.ends import Ends
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
@@ -243,8 +244,7 @@ def _irvine_value(case, name):
 def _kept(count, scene, _):
     """The lowest modes, and the static part of all others: what `ssm --modes` gives."""
     case = _base(scene)
-    modes = case.dynamics.modes(count).first(count)
-    return _with_ends(case, ends.of_cable(case.dynamics, modes, case.span.frame, scene.cable.damping))
+    return _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
 
 
 def _truncated(count, scene, _):
