@@ -23,8 +23,8 @@ REACH = 0.12  # of a pole's frequency: farther aside the grid of all decades is 
 LIGHT = 0.3  # damping ratio up to which a pole is a resonance
 WEAK = 0.03  # what a mode adds to the curve, relatively, up to which it can be left out
 TURN = 30  # times as much the curve must be away from the real axis there
-CIRCLE = 0.01  # of the largest resonance: size of the circle that is not looked into
-STEPS, BEYOND = 10, np.array([1.1, 1.5, 3.0])  # where the curve may end, between the modes and above the last one
+CIRCLE = 0.03  # of the largest resonance: size of the circle that is not looked into
+ENDS, BEYOND = 12, 3.0  # places to a decade where the curve may end, up to so many times the highest mode
 
 
 @dataclass(frozen=True)
@@ -136,13 +136,14 @@ def curve_of(plant):
     with np.errstate(divide="ignore", invalid="ignore"):
         added = (first / np.abs(whole) + second / np.abs(driven)) / (2 * ratio)
         strong = ~((added < WEAK) & (np.abs(curve.imag) > TURN * added * np.abs(curve)))
-    circle = CIRCLE * np.abs(curve[strong]).max(initial=0.0)
-    end = _end(plant, circle, first, second)
+    size = np.where(strong, np.abs(curve), 0.0)
+    circle = CIRCLE * size.max()
+    end = _end(plant, circle, first, second, omega[size > circle].max(initial=0.0)) if circle else None
     if end is None:
         return whole_curve(plant)
     strong = omega[strong] * (1j - ratio[strong])
     poles = np.concatenate([seen, strong, _filter(plant)])
-    poles = poles[np.abs(poles) < 1.5 * end]
+    poles = poles[np.abs(poles) * (1 - REACH) < end]
     centre = np.abs(poles)
     low, first = 1e-4 * centre.min(), centre.min() / 3
     decades = [_decades(low, first, PER_CALM_DECADE)[:-1], _decades(first, end, PER_DECADE)]
@@ -168,15 +169,14 @@ def _filter(plant):
     return np.array(places)
 
 
-def _end(plant, circle, first, second):
+def _end(plant, circle, first, second, low):
     """A frequency beyond which the curve surely stays within a circle; None where none is known. [rad/s]
 
-    |r/(r + W^2)| over w^2 is, from some frequency on, at most sqrt(1 + (2 zeta/y)^2)/W^2 with y = w/W there, times the
-    largest 1/|1 - y^2 + 2 i zeta y| from there on. k_xu is bounded by the sum over the modes, k_xx from below.
+    Between two places |r/(r + W^2)| over w^2 is at most sqrt(1 + (2 zeta/y)^2)/W^2 with y = w/W at the lower one, times
+    the largest 1/|1 - y^2 + 2 i zeta y| between them. k_xu is bounded by the sum over the modes, k_xx from below.
     """
     cable, notch = plant.felt, plant.notch
-    places = cable.omega[:: max(1, len(cable.omega) // STEPS)]
-    places = np.concatenate([np.sqrt(places[1:] * places[:-1]), cable.omega[-1] * BEYOND])
+    places = _decades(1.01 * low, BEYOND * cable.omega.max(), ENDS)
     control = 1 / places
     if notch is not None:
         places = places[places > 1.2 * notch.rolloff_omega]
@@ -185,25 +185,27 @@ def _end(plant, circle, first, second):
         control = (1 + below**2 + 2 * notch.damping_ratio * below) / (gone * places)
         control *= (notch.rolloff_omega / notch.omega) ** 2
     damping = 4 * cable.damping_ratio**2
-    square = np.multiply.outer(places**2, cable.omega**-2)
-    size = np.where(square < 1 - damping / 2, damping * (1 - damping / 4), (1 - square) ** 2 + damping * square)
-    largest = np.sqrt((1 + damping / square) / size) / cable.omega**2
+    square = np.multiply.outer(np.append(places, np.inf) ** 2, cable.omega**-2)
+    size = (1 - square) ** 2 + damping * square
+    peak = square < 1 - damping / 2
+    least = np.where(peak[:-1] & ~peak[1:], damping * (1 - damping / 4), np.minimum(size[:-1], size[1:]))
+    largest = np.sqrt((1 + damping / square[:-1]) / least) / cable.omega**2
     column = GONDOLA if plant.location == "gondola" else GROUND
     still, moving = np.abs(cable.stiffness[GONDOLA]), np.abs(cable.residual_inertia[GONDOLA])
     driven = largest @ second + still[column] / places**2 + moving[column]
     own = plant.mass - moving[GONDOLA] - largest @ first - still[GONDOLA] / places**2
-    inside = np.flatnonzero((own > 0) & (control * driven <= circle * own))
-    return float(places[inside[0]]) if len(inside) else None
+    outside = np.flatnonzero((own <= 0) | (control * driven > circle * own))
+    inside = places[outside[-1] + 1 if len(outside) else 0 :]
+    return float(inside[0]) if len(inside) else None
 
 
 def _sampled(plant, poles, decades, circle, end=np.inf):
     """The curve on all decades and beside poles, but for places upon the pole of an undamped mode."""
     centre = np.abs(poles)
     width = np.maximum(np.abs(poles.real), 1e-9 * centre)[:, None] * ASIDE
-    beside = width < REACH * centre[:, None]
-    around = np.broadcast_to(centre[:, None], width.shape)[beside]
-    omega = np.concatenate([*decades, around + width[beside], around - width[beside]])
-    omega = np.sort(omega)
+    centre = centre[:, None]
+    width = np.where(width < REACH * centre, width, 0.0)
+    omega = np.sort(np.concatenate([*decades, (centre + width).ravel(), (centre - width).ravel()]))
     chosen = omega <= end
     chosen[1:] &= omega[1:] > omega[:-1] * (1 + 1e-14)
     omega = omega[chosen]

@@ -28,9 +28,8 @@ class Notch:
 
     def __call__(self, s):
         """Value at s. [-]"""
-        zero = (s**2 + 2 * self.damping_ratio * self.omega * s + self.omega**2) / self.omega**2
-        pole = s**2 + 2 * self.rolloff_damping_ratio * self.rolloff_omega * s + self.rolloff_omega**2
-        return zero * self.rolloff_omega**2 / pole
+        zero, pole = s / self.omega, s / self.rolloff_omega
+        return (zero * (zero + 2 * self.damping_ratio) + 1) / (pole * (pole + 2 * self.rolloff_damping_ratio) + 1)
 
     @cached_property
     def poles(self):
