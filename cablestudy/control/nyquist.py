@@ -138,7 +138,8 @@ def curve_of(plant):
         strong = ~((added < WEAK) & (np.abs(curve.imag) > TURN * added * np.abs(curve)))
     size = np.where(strong, np.abs(curve), 0.0)
     circle = CIRCLE * size.max()
-    end = _end(plant, circle, first, second, omega[size > circle].max(initial=0.0)) if circle else None
+    low = omega[size > circle].max(initial=0.0)
+    end = _end(plant, circle, first, second, low) if low else None
     if end is None:
         return whole_curve(plant)
     strong = omega[strong] * (1j - ratio[strong])

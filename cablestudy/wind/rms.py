@@ -15,6 +15,8 @@ MAX_GENERATIONS = 40
 MAX_PANELS = 200_000
 # breakpoints beside a resonance, in half-widths: so far that a rule of 15 points cannot step over a flank
 LADDER = np.concatenate([[1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
+OUTER, OUTERMOST = 0.3, 0.5  # of the frequency: up to where these are taken, and the one after the last of them
+ALIKE = 0.5  # of the half-width: distance of two poles up to which one has the boundaries of the other
 
 # Gauss-Kronrod 7-15 on [-1, 1]: positive nodes, Kronrod weights, Gauss weights (Piessens et al., QUADPACK, 1983)
 _NODES = np.array([
@@ -86,8 +88,12 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     points = [decades, np.asarray(marks, dtype=float), np.array([low, high])]
     centre, width = np.asarray(resonances, dtype=float), np.asarray(half_widths, dtype=float)
     if len(centre):
+        apart, number = np.hypot(centre[:, None] - centre, width[:, None] - width), np.arange(len(centre))
+        earlier = (apart < ALIKE * np.minimum(width[:, None], width)) & (number < number[:, None])
+        chosen = ~earlier.any(axis=1)
+        centre, width = centre[chosen], width[chosen]
         steps = np.maximum(width, 1e-12 * centre)[:, None] * LADDER
-        steps = np.where(steps < 0.5 * centre[:, None], steps, 0.0)
+        steps = np.where(steps < OUTER * centre[:, None], steps, OUTERMOST * centre[:, None])
         points += [centre, (centre[:, None] + steps).ravel(), (centre[:, None] - steps).ravel()]
     every = np.sort(np.concatenate(points))
     every = every[(every >= low) & (every <= high)]
