@@ -142,7 +142,7 @@ def _light(plant):
     if cable.strain is not None or not len(cable.omega):
         return False
     ratio = cable.damping_ratio
-    return 0 < ratio.min() and ratio.max() <= LIGHT and (seen.real >= -LIGHT * np.abs(seen)).all()
+    return ratio.min() > 0 and ratio.max() <= LIGHT and (seen.real >= -LIGHT * np.abs(seen)).all()
 
 
 def _short(plants):

@@ -51,7 +51,8 @@ class Plant:
         """The cable with only the modes that the gondola or the winch feels."""
         # by the mass p^2/W^4 that moves: p itself grows with the stiffness, and would hide all but axial modes
         size = np.abs(self.cable.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0) / self.cable.omega**2
-        return self.cable.select(np.flatnonzero(size > 1e-9 * size.max(initial=0.0)))
+        chosen = size > 1e-9 * size.max(initial=0.0)
+        return self.cable if chosen.all() else self.cable.select(np.flatnonzero(chosen))
 
     @cached_property
     def transfer(self):
