@@ -249,9 +249,27 @@ def test_breakpoints():
     assert points[0] == 1e-3
     assert points[-1] == 1e3
     assert np.diff(np.log10(points)).max() <= 0.5 + 1e-12  # two a decade
-    for wanted in (0.1, 0.5, 7.0, *(0.5 + 1e-4 * LADDER[:6]), *(0.5 - 1e-4 * LADDER[:6])):
+    for wanted in (0.1, 0.5, 7.0, *(0.5 + 1e-4 * LADDER[np.abs(LADDER) < 300])):
         assert np.abs(points - wanted).min() < 1e-12 * wanted
-    assert not np.isclose(points, 7.0 + 9.0).any()  # a step of more than half the frequency is none
+    assert not np.isclose(points, 7.0 + 9.0).any()  # instead of a step of more than half the frequency that half
+    assert np.isclose(points, 7.0 + 3.5).any()
+
+
+def test_poles_that_are_one_have_the_breakpoints_of_one():
+    """Closer to each other than a quarter of a width; and a rule on these panels still sees both."""
+    one = breakpoints(1e-3, 1e3, [0.7], [1e-3])
+    assert (breakpoints(1e-3, 1e3, [0.7, 0.7004], [1e-3, 0.9e-3]) == one).all()
+    assert len(breakpoints(1e-3, 1e3, [0.7, 0.7006], [1e-3, 0.9e-3])) > len(one) + 10
+    assert len(breakpoints(1e-3, 1e3, [0.7, 0.7001], [1e-3, 1e-5])) > len(one) + 10  # a narrow one within a wide one
+    centres, widths = np.array([0.7, 0.70025, 0.6998]), np.array([1e-3, 0.7e-3, 1.4e-3])
+    found = integrate(
+        lambda f: np.stack([lorentz(f, c, g) for c, g in zip(centres, widths, strict=True)]),
+        breakpoints(1e-3, 1e3, centres, widths),
+        1e-6,
+    )
+    check(found, [lorentz_integral(c, g, 1e-3, 1e3) for c, g in zip(centres, widths, strict=True)], 1e-6)
+    alone = integrate(lambda f: lorentz(f, 0.7, 1e-3), one, 1e-6)
+    assert found.evaluations < 1.5 * alone.evaluations
 
 
 @pytest.mark.parametrize("near", [1 - 1e-15, 1 - 5e-14, 1.0, 1 + 1e-15])

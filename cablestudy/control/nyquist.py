@@ -10,12 +10,14 @@ beyond which the curve surely stays within a small circle. For what lies within 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
 from cablestudy.control.ends import GONDOLA, GROUND
 from cablestudy.control.roots import between
-from cablestudy.control.together import Together
+from cablestudy.control.together import Notch, Together
+from cablestudy.control.transfer import BLOCK
 
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # grid beside a pole, in half-widths
 PER_DECADE, PER_CALM_DECADE = 40, 10  # among the poles, and below all of them
@@ -23,8 +25,8 @@ REACH = 0.12  # of a pole's frequency: farther aside the grid of all decades is 
 LIGHT = 0.3  # damping ratio up to which a pole is a resonance
 WEAK = 0.03  # what a mode adds to the curve, relatively, up to which it can be left out
 TURN = 30  # times as much the curve must be away from the real axis there
-CIRCLE = 0.01  # of the largest resonance: size of the circle that is not looked into
-STEPS, BEYOND = 10, np.array([1.1, 1.5, 3.0])  # where the curve may end, between the modes and above the last one
+CIRCLE = 0.03  # of the largest resonance: size of the circle that is not looked into
+ENDS, BEYOND = 18, 3.0  # places where the curve may end, up to so many times the highest mode
 
 
 @dataclass(frozen=True)
@@ -109,44 +111,98 @@ def whole_curve(plant):
     return _sampled(plant, poles, [_decades(low, high, PER_DECADE)], 0.0)
 
 
-def curve_of(plant):
-    """The same with only what decides about stability, unless the gain is very large.
+def curves_of(plants):
+    """The same with only what decides about stability, unless the gain is very large; what can be for all at once.
 
     Parameters
     ----------
-    plant : Plant
+    plants : list of Plant
         Damped.
 
     Returns
     -------
-    Curve
+    list of Curve
     """
+    found, groups = [None] * len(plants), {}
+    for index, plant in enumerate(plants):
+        if _light(plant):
+            alike = groups.setdefault((len(plant.felt.omega), plant.location, plant.notch is None), [[]])
+            if len(alike[-1]) * ENDS * len(plant.felt.omega) >= BLOCK:
+                alike.append([])
+            alike[-1].append(index)
+    for indices in chain(*groups.values()):
+        for index, curve in zip(indices, _short([plants[index] for index in indices]), strict=True):
+            found[index] = curve
+    return [curve or whole_curve(plant) for plant, curve in zip(plants, found, strict=True)]
+
+
+def _light(plant):
+    """Whether all of its poles are resonances."""
     cable, seen = plant.felt, plant.seen_poles
-    light = cable.strain is None and len(cable.omega) and cable.damping_ratio.min() > 0
-    if not light or cable.damping_ratio.max() > LIGHT or (seen.real < -LIGHT * np.abs(seen)).any():
-        return whole_curve(plant)
-    omega, ratio, participation = cable.omega, cable.damping_ratio, cable.participation
-    own, driven = plant.stiffness(1j * omega)
-    whole = own - plant.mass * omega**2
-    control = plant.controller(1j * omega)
-    curve = control * driven / whole
-    strength = participation[:, GONDOLA] / omega**2
-    first = np.abs(strength * participation[:, GONDOLA])
-    second = first if plant.location == "gondola" else np.abs(strength * participation[:, GROUND])
+    if cable.strain is not None or not len(cable.omega):
+        return False
+    ratio = cable.damping_ratio
+    return ratio.min() > 0 and ratio.max() <= LIGHT and (seen.real >= -LIGHT * np.abs(seen)).all()
+
+
+def _short(plants):
+    """Curves of plants with equally many modes, alike in location and in whether there is a notch; None for a long one.
+
+    Where a curve ends it surely stays within a circle from there on. Between two places |r/(r + W^2)| over w^2 is at
+    most sqrt(1 + (2 zeta/y)^2)/W^2 with y = w/W at the lower one, times the largest 1/|1 - y^2 + 2 i zeta y| between
+    them. k_xu is bounded by the sum over the modes, k_xx from below.
+    """
+    cables, notch = [plant.felt for plant in plants], Notch.stacked([plant.notch for plant in plants])
+    omega, ratio, participation, stiffness, inertia = (
+        np.array([getattr(cable, name) for cable in cables])
+        for name in ("omega", "damping_ratio", "participation", "stiffness", "residual_inertia")
+    )
+    mass, square = np.array([[plant.mass] for plant in plants]), omega**2
+    column = GONDOLA if plants[0].location == "gondola" else GROUND
+    strength = participation[..., GONDOLA] / square
+    first, second = (np.abs(strength * participation[..., k]) for k in (GONDOLA, column))
+    values = np.array([plant.stiffness(1j * own) for plant, own in zip(plants, omega, strict=True)])
+    whole, driven = values[:, 0] - mass * square, values[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
+        curve = (1 if notch is None else notch(1j * omega)) * driven / (1j * omega * whole)
         added = (first / np.abs(whole) + second / np.abs(driven)) / (2 * ratio)
         strong = ~((added < WEAK) & (np.abs(curve.imag) > TURN * added * np.abs(curve)))
-    circle = CIRCLE * np.abs(curve[strong]).max(initial=0.0)
-    end = _end(plant, circle, first, second)
-    if end is None:
-        return whole_curve(plant)
-    strong = omega[strong] * (1j - ratio[strong])
-    poles = np.concatenate([seen, strong, _filter(plant)])
-    poles = poles[np.abs(poles) < 1.5 * end]
-    centre = np.abs(poles)
-    low, first = 1e-4 * centre.min(), centre.min() / 3
-    decades = [_decades(low, first, PER_CALM_DECADE)[:-1], _decades(first, end, PER_DECADE)]
-    return _sampled(plant, poles, decades, circle, end)
+        size = np.where(strong, np.abs(curve), 0.0)
+        circle = CIRCLE * size.max(axis=1, keepdims=True)
+        low, high = np.where(size > circle, omega, 0.0).max(axis=1), BEYOND * omega.max(axis=1)
+        places = (low * np.exp(np.linspace(0.01, 1.0, ENDS)[:, None] * np.log(high / low))).T
+        control, far = 1 / places, True
+        if notch is not None:
+            far = places > 1.2 * notch.rolloff_omega
+            below = notch.omega / places
+            control *= 1 + below**2 + 2 * notch.damping_ratio * below
+            control *= (notch.rolloff_omega / notch.omega) ** 2 / (1 - (notch.rolloff_omega / places) ** 2)
+        relative = np.append(places, np.full((len(plants), 1), np.inf), axis=1)[..., None] ** 2 / square[:, None]
+        damping = 4 * ratio[:, None] ** 2
+        apart = (1 - relative) ** 2 + damping * relative
+        before = relative < 1 - damping / 2
+        peak = before[:, :-1] & ~before[:, 1:]
+        least = np.where(peak, damping * (1 - damping / 4), np.minimum(apart[:, :-1], apart[:, 1:]))
+        largest = np.sqrt((1 + damping / relative[:, :-1]) / least) / square[:, None]
+        sums = largest @ np.stack([first, second], axis=-1)
+        static, moving = (np.abs(part[:, GONDOLA, [GONDOLA, column]])[:, None] for part in (stiffness, inertia))
+        sums += static / places[..., None] ** 2 + moving
+        least = mass - sums[..., 0]
+        inside = far & (least > 0) & (control * sums[..., 1] <= circle * least)
+    trailing = np.logical_and.accumulate(inside[:, ::-1], axis=1).sum(axis=1)
+    found = []
+    for number, count in enumerate(trailing):
+        if not count:
+            found.append(None)
+            continue
+        chosen, end = strong[number], float(places[number, -count])
+        poles = omega[number, chosen] * (1j - ratio[number, chosen])
+        poles = np.concatenate([plants[number].seen_poles, poles, _filter(plants[number])])
+        lowest = min(float(np.abs(poles).min()), end)
+        poles = poles[np.abs(poles) * (1 - REACH) < end]
+        decades = [_decades(1e-4 * lowest, lowest / 3, PER_CALM_DECADE)[:-1], _decades(lowest / 3, end, PER_DECADE)]
+        found.append(_sampled(plants[number], poles, decades, float(circle[number, 0]), end))
+    return found
 
 
 def _decades(low, high, count):
@@ -168,42 +224,13 @@ def _filter(plant):
     return np.array(places)
 
 
-def _end(plant, circle, first, second):
-    """A frequency beyond which the curve surely stays within a circle; None where none is known. [rad/s]
-
-    |r/(r + W^2)| over w^2 is, from some frequency on, at most sqrt(1 + (2 zeta/y)^2)/W^2 with y = w/W there, times the
-    largest 1/|1 - y^2 + 2 i zeta y| from there on. k_xu is bounded by the sum over the modes, k_xx from below.
-    """
-    cable, notch = plant.felt, plant.notch
-    places = cable.omega[:: max(1, len(cable.omega) // STEPS)]
-    places = np.concatenate([np.sqrt(places[1:] * places[:-1]), cable.omega[-1] * BEYOND])
-    control = 1 / places
-    if notch is not None:
-        places = places[places > 1.2 * notch.rolloff_omega]
-        below = notch.omega / places
-        gone = 1 - (notch.rolloff_omega / places) ** 2
-        control = (1 + below**2 + 2 * notch.damping_ratio * below) / (gone * places)
-        control *= (notch.rolloff_omega / notch.omega) ** 2
-    damping = 4 * cable.damping_ratio**2
-    square = np.multiply.outer(places**2, cable.omega**-2)
-    size = np.where(square < 1 - damping / 2, damping * (1 - damping / 4), (1 - square) ** 2 + damping * square)
-    largest = np.sqrt((1 + damping / square) / size) / cable.omega**2
-    column = GONDOLA if plant.location == "gondola" else GROUND
-    still, moving = np.abs(cable.stiffness[GONDOLA]), np.abs(cable.residual_inertia[GONDOLA])
-    driven = largest @ second + still[column] / places**2 + moving[column]
-    own = plant.mass - moving[GONDOLA] - largest @ first - still[GONDOLA] / places**2
-    inside = np.flatnonzero((own > 0) & (control * driven <= circle * own))
-    return float(places[inside[0]]) if len(inside) else None
-
-
 def _sampled(plant, poles, decades, circle, end=np.inf):
     """The curve on all decades and beside poles, but for places upon the pole of an undamped mode."""
     centre = np.abs(poles)
     width = np.maximum(np.abs(poles.real), 1e-9 * centre)[:, None] * ASIDE
-    beside = width < REACH * centre[:, None]
-    around = np.broadcast_to(centre[:, None], width.shape)[beside]
-    omega = np.concatenate([*decades, around + width[beside], around - width[beside]])
-    omega = np.sort(omega)
+    centre = centre[:, None]
+    width = np.where(width < REACH * centre, width, 0.0)
+    omega = np.sort(np.concatenate([*decades, (centre + width).ravel(), (centre - width).ravel()]))
     chosen = omega <= end
     chosen[1:] &= omega[1:] > omega[:-1] * (1 + 1e-14)
     omega = omega[chosen]

@@ -17,7 +17,7 @@ import numpy as np
 
 from cablestudy.control.ends import GONDOLA, GROUND
 from cablestudy.control.gondola import coupled_modes_of
-from cablestudy.control.nyquist import LIGHT, curve_of, passages_of, whole_curve
+from cablestudy.control.nyquist import LIGHT, curves_of, passages_of, whole_curve
 from cablestudy.control.together import Together, zeros_of
 from cablestudy.control.transfer import Transfer
 from cablestudy.errors import CablestudyError, NoSolutionError
@@ -51,7 +51,8 @@ class Plant:
         """The cable with only the modes that the gondola or the winch feels."""
         # by the mass p^2/W^4 that moves: p itself grows with the stiffness, and would hide all but axial modes
         size = np.abs(self.cable.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0) / self.cable.omega**2
-        return self.cable.select(np.flatnonzero(size > 1e-9 * size.max(initial=0.0)))
+        chosen = size > 1e-9 * size.max(initial=0.0)
+        return self.cable if chosen.all() else self.cable.select(np.flatnonzero(chosen))
 
     @cached_property
     def transfer(self):
@@ -180,9 +181,9 @@ class Plant:
 
     @cached_property
     def curve(self):
-        """See `nyquist.curve_of`."""
+        """See `nyquist.curves_of`."""
         self.check_damped()
-        return curve_of(self)
+        return curves_of([self])[0]
 
     @cached_property
     def whole_curve(self):
@@ -284,7 +285,7 @@ def prepare(plants):
     waiting = [plant for plant in plants if "_seen" in plant.__dict__ and "passages" not in plant.__dict__]
     waiting = [plant for plant in waiting if plant.damped]
     if waiting:
-        for plant, found in zip(waiting, passages_of(waiting, [plant.curve for plant in waiting]), strict=True):
+        for plant, found in zip(waiting, passages_of(waiting, curves_of(waiting)), strict=True):
             plant.__dict__["passages"] = plant._with_every(found)
 
 

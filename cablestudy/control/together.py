@@ -28,9 +28,16 @@ class Notch:
 
     def __call__(self, s):
         """Value at s. [-]"""
-        zero = (s**2 + 2 * self.damping_ratio * self.omega * s + self.omega**2) / self.omega**2
-        pole = s**2 + 2 * self.rolloff_damping_ratio * self.rolloff_omega * s + self.rolloff_omega**2
-        return zero * self.rolloff_omega**2 / pole
+        zero, pole = s / self.omega, s / self.rolloff_omega
+        return (zero * (zero + 2 * self.damping_ratio) + 1) / (pole * (pole + 2 * self.rolloff_damping_ratio) + 1)
+
+    @classmethod
+    def stacked(cls, notches):
+        """Several as one, whose fields have the shape (k, 1); None where there are none."""
+        if None in notches:
+            return None
+        rows = [(one.omega, one.damping_ratio, one.rolloff_omega, one.rolloff_damping_ratio) for one in notches]
+        return cls(*np.array(rows, dtype=float).T[..., None])
 
     @cached_property
     def poles(self):

@@ -1,12 +1,8 @@
 """The dynamic stiffness of a cable's ends: one cable at many frequencies, or many cables at places of their own."""
 
-from functools import cached_property
-
 import numpy as np
 
-BLOCK = 12000  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
-MANY, PART, FAR = 24, 6, 4  # modes from which on all but a sixth are taken together below a quarter of their frequency,
-TERMS = 13  # by so many terms of their real and of their imaginary part: 1e-13 of the first one is left
+BLOCK = 30000  # numbers at once: what is computed on the way stays in the cache, and in memory that is at hand
 
 
 def dynamic_stiffness(model, s, rows=slice(None), columns=slice(None)):
@@ -38,8 +34,7 @@ class Transfer:
 
     Notes
     -----
-    Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s. On the imaginary axis modes of at least FAR
-    times the frequency are taken together, as the power series of their sum.
+    Modal damping: sum of p p^T r/(W^2 (r + W^2)) with r = s^2 + 2 zeta W s.
     """
 
     def __init__(self, model, rows=slice(None), columns=slice(None)):
@@ -48,16 +43,15 @@ class Transfer:
         self._own = model.residual_inertia[rows][:, columns]
         if model.strain is not None:
             return
-        order = np.argsort(model.omega, kind="stable")
-        omega, self._ratio = model.omega[order], model.damping_ratio[order]
-        left, right = model.participation[order][:, rows], model.participation[order][:, columns]
-        self._omega, self._square, self._drag = omega, omega**2, 2 * self._ratio * omega
-        self._products = (left[:, :, None] * right[:, None, :]).reshape(len(omega), self._static.size)
-        self._products /= self._square[:, None]
+        omega, k = model.omega, self._static.size
+        self._square, self._drag = omega**2, 2 * model.damping_ratio * omega
+        left, right = model.participation.T[rows], model.participation.T[columns] / self._square
+        self._products = (left[:, None] * right).reshape(k, len(omega))
         # of 1/|r + W^2|^2: the real part by its powers w^4 and w^2, and the imaginary part by w
-        first, second = (self._drag**2 - self._square)[:, None], (self._drag * self._square)[:, None]
-        weights = np.concatenate([self._products, first * self._products, second * self._products], axis=1)
-        self._weights, self._series = np.ascontiguousarray(weights.T), {}
+        factors = np.array([np.ones(len(omega)), self._drag**2 - self._square, self._drag * self._square])
+        self._weights = (factors[:, None] * self._products).reshape(3 * k, len(omega))
+        self._apart = np.array([self._square, np.full(len(omega), -1.0)]).T
+        self._damped = np.array([np.zeros(len(omega)), self._drag**2]).T
 
     def __call__(self, s):
         """Value at s, shape (m,) -> (m, r, c). [N/m]"""
@@ -65,88 +59,32 @@ class Transfer:
 
     def rows(self, s):
         """Value at s, shape (m,) -> (r c, m). [N/m]"""
-        if self._model.strain is not None:
-            modal = self._model.strained(s[:, None], self._rows, self._columns)
-            result = modal.reshape(len(s), self._static.size).T
-        elif s.real.any():
-            result = Several([self])(np.zeros(len(s), dtype=int), s)
-        else:
-            result = self._on_axis(s.imag)
-        square = s**2
-        static, own = self._static.ravel(), self._own.ravel()
-        for k in range(len(result)):
-            result[k] += static[k] + own[k] * square
-        return result
+        if self._model.strain is None and not s.real.any():
+            return self._on_axis(s.imag)
+        return Several([self]).values(np.zeros(len(s), dtype=int), s)
 
     def _on_axis(self, omega):
-        """The modes' share at i omega, shape (r c, m), in real numbers: several times faster than in complex ones."""
-        ascending = bool((omega[1:] >= omega[:-1]).all())
-        order = slice(None) if ascending else np.argsort(omega, kind="stable")
-        ordered, begin = omega[order], 0
+        """Value at i omega, in real numbers: several times faster than in complex ones."""
         result = np.empty((self._static.size, len(omega)), dtype=complex)
-        n = len(self._omega)
-        few = n < MANY or n * len(omega) < BLOCK or (self._ratio > 1).any()
-        for count in (n,) if few else (n // PART, n):
-            last = count == n
-            end = len(omega) if last else int(np.searchsorted(ordered, self._omega[count] / FAR))
-            size = max(BLOCK // max(count, 1), 16)
-            for i in range(begin, end, size):
-                here = slice(i, min(i + size, end))
-                share = self._one_by_one if last else self._with_far_ones
-                result[:, here] = share(ordered[here], count)
-            begin = max(begin, end)
-        if ascending:
-            return result
-        back = np.empty_like(result)
-        back[:, order] = result
-        return back
-
-    def _one_by_one(self, omega, count):
-        """The share of the lowest modes."""
-        k, square = self._static.size, omega**2
-        size = self._square[:count, None] - square
-        size *= size
-        size += (self._drag[:count] ** 2)[:, None] * square
-        np.divide(1.0, size, out=size)
-        sums = self._weights[:, :count] @ size
-        result = np.empty((k, len(omega)), dtype=complex)
-        sums[:k] *= square
-        sums[:k] += sums[k : 2 * k]
-        np.multiply(sums[:k], square, out=result.real)
-        np.multiply(sums[2 * k :], omega, out=result.imag)
+        size = max(BLOCK // max(len(self._square), 1), 16)
+        for i in range(0, len(omega), size):
+            self._in_block(omega[i : i + size], result[:, i : i + size])
         return result
 
-    def _with_far_ones(self, omega, count):
-        """The same, and the others by their series."""
-        k, ratio = self._static.size, omega / self._omega[count]
-        powers = np.empty((TERMS, len(omega)))
-        powers[0], powers[1:] = ratio, ratio**2
-        np.multiply.accumulate(powers, axis=0, out=powers)
-        sums = self._far(count) @ powers
-        result = np.empty((k, len(omega)), dtype=complex)
-        np.multiply(sums[:k], ratio, out=result.real)
-        result.imag = sums[k:]
-        return result + self._one_by_one(omega, count) if count else result
-
-    def _far(self, count):
-        """Coefficients of the series of the modes from `count` on: of the real parts, and of the imaginary ones."""
-        if count not in self._series:
-            scale = (self._omega[count] / self._omega[0]) ** np.arange(1, 2 * TERMS + 1)
-            sums = (self._terms[:, count:] @ self._products[count:]) * scale[:, None]
-            self._series[count] = np.concatenate([sums[1::2].T, sums[::2].T])
-        return self._series[count]
-
-    @cached_property
-    def _terms(self):
-        """Of x (x + 2 zeta)/(1 + x (x + 2 zeta)), x = i w/W, for each mode, over powers of w/W of the lowest one."""
-        # -sum of U_k(-zeta) x^k, with Chebyshev's polynomials
-        ratio = self._ratio[:1] if (self._ratio == self._ratio[0]).all() else self._ratio
-        chebyshev = [np.ones_like(ratio), -2 * ratio]
-        for _ in range(2 * TERMS - 1):
-            chebyshev.append(-2 * ratio * chebyshev[-1] - chebyshev[-2])
-        signs = np.resize([-1.0, 1.0, 1.0, -1.0], 2 * TERMS)
-        powers = np.multiply.accumulate(np.tile(self._omega[0] / self._omega, (2 * TERMS, 1)), axis=0)
-        return signs[:, None] * np.stack(chebyshev[1:]) * powers
+    def _in_block(self, omega, result):
+        k, powers = self._static.size, np.ones((2, len(omega)))
+        square = np.multiply(omega, omega, out=powers[1])
+        size = self._apart @ powers  # W^2 - w^2, as a product in a third of the time
+        size *= size
+        size += self._damped @ powers
+        np.divide(1.0, size, out=size)
+        sums = self._weights @ size
+        sums[:k] *= square
+        sums[:k] += sums[k : 2 * k]
+        sums[:k] -= self._own.reshape(k, 1)
+        sums[:k] *= square
+        np.add(sums[:k], self._static.reshape(k, 1), out=result.real)
+        np.multiply(sums[2 * k :], omega, out=result.imag)
 
 
 class Several:
@@ -163,7 +101,7 @@ class Several:
         # those with equally many modes are one group
         (self._kind, self._place), groups = np.empty((2, len(transfers)), dtype=int), {}
         for index, transfer in enumerate(transfers):
-            alike = len(transfer._omega) if transfer._model.strain is None else (index,)
+            alike = len(transfer._square) if transfer._model.strain is None else (index,)
             number, members = groups.setdefault(alike, (len(groups), []))
             self._kind[index], self._place[index] = number, len(members)
             members.append(transfer)
@@ -189,7 +127,7 @@ class Several:
         if stack is None:
             value = transfer._model.strained(s[:, None], transfer._rows, transfer._columns)
             return value.reshape(len(s), self._static.shape[1]).T
-        size = max(BLOCK // max(len(transfer._omega), 1), 16)
+        size = max(BLOCK // max(len(transfer._square), 1), 16)
         if len(s) <= size:
             return _in_plane(stack, place, s)
         starts = range(0, len(s), size)
@@ -201,7 +139,7 @@ def _stacked(transfers):
     if transfers[0]._model.strain is not None:
         return None
     squares, drags = (np.stack([getattr(t, name) for t in transfers], axis=1) for name in ("_square", "_drag"))
-    products = np.stack([t._products.T for t in transfers], axis=2)
+    products = np.stack([t._products for t in transfers], axis=2)
     return squares, drags, products
 
 

@@ -158,7 +158,7 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     marks = np.concatenate([BELOW, centre[~near], (np.abs(faint) + np.abs(faint.real) * BESIDE).ravel() / (2 * np.pi)])
     edges = rms.breakpoints(calm, high, centre[near], width[near], marks[(calm < marks) & (marks < high)], main)
     slow = [mark for mark in BELOW if calm * SLOWER[0] < mark < calm * (1 - 1e-9)]
-    edges = np.concatenate([np.unique([*(calm * SLOWER), *slow]), edges])
+    edges = np.concatenate([np.sort([*(calm * SLOWER), *slow]), edges])
     found = rms.integrate(spectra, edges, tolerance)
     # below the range a loop without gain is flat, as in the lowest panel
     first, second = found.edges[:2]

@@ -5,6 +5,7 @@ from its half-width, so that the first generation already sees each peak.
 """
 
 from dataclasses import dataclass
+from math import ceil, floor, log10
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from cablestudy.errors import ConvergenceError
 EPSILON = np.finfo(float).eps
 MAX_GENERATIONS = 40
 MAX_PANELS = 200_000
-# breakpoints beside a resonance, in half-widths: so far that a rule of 15 points cannot step over a flank
-LADDER = np.concatenate([[1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
+# breakpoints at a resonance and beside it, in half-widths: so that a rule of 15 points cannot step over a flank
+LADDER = np.concatenate([[0.0, 1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
+LADDER = np.concatenate([-LADDER[:0:-1], LADDER])
+OUTER, OUTERMOST = 0.3, 0.5  # of the frequency: up to where these are taken, and the one after the last of them
+ALIKE = 0.5  # of the half-width: distance of two poles up to which one has the boundaries of the other
 
 # Gauss-Kronrod 7-15 on [-1, 1]: positive nodes, Kronrod weights, Gauss weights (Piessens et al., QUADPACK, 1983)
 _NODES = np.array([
@@ -81,17 +85,20 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
         Ascending, from low to high; at least two a decade. [Hz]
     """
     anchor = low if anchor is None else anchor
-    first, last = 2 * np.log10(low / anchor), 2 * np.log10(high / anchor)
-    decades = anchor * 10.0 ** (np.arange(np.ceil(first), np.floor(last) + 1) / 2)
-    points = [decades, np.asarray(marks, dtype=float), np.array([low, high])]
-    centre, width = np.asarray(resonances, dtype=float), np.asarray(half_widths, dtype=float)
-    if len(centre):
-        steps = np.maximum(width, 1e-12 * centre)[:, None] * LADDER
-        steps = np.where(steps < 0.5 * centre[:, None], steps, 0.0)
-        points += [centre, (centre[:, None] + steps).ravel(), (centre[:, None] - steps).ravel()]
+    first, last = ceil(2 * log10(low / anchor)), floor(2 * log10(high / anchor))
+    points = [anchor * 10.0 ** (np.arange(first, last + 1) / 2), marks, (low, high)]
+    if len(resonances):
+        centre, width = np.array([resonances, half_widths], dtype=float)
+        pole = centre + 1j * width
+        alike = np.abs(pole[:, None] - pole) <= ALIKE * np.minimum(width[:, None], width)
+        chosen = alike.argmax(axis=1) == np.arange(len(pole))  # the first of those that are alike
+        centre = centre[chosen, None]
+        steps = np.maximum(width[chosen, None], 1e-12 * centre) * LADDER
+        steps = np.where(np.abs(steps) < OUTER * centre, steps, OUTERMOST * np.sign(LADDER) * centre)
+        points.append((centre + steps).ravel())
     every = np.sort(np.concatenate(points))
-    every = every[(every >= low) & (every <= high)]
-    kept = every[np.concatenate([[True], every[1:] > every[:-1] * (1 + 1e-13)])]
+    every = every[every.searchsorted(low) : every.searchsorted(high, "right")]
+    kept = every[np.append(True, every[1:] > every[:-1] * (1 + 1e-13))]
     kept[-1] = high  # and not a neighbour that is the same but for rounding
     return kept
 
@@ -129,8 +136,8 @@ def integrate(function, edges, tolerance=1e-6):
             break
         # a panel may have its share of the error by length, of a total that is no better known than the panels
         share = allowed[:, None] * (high - low) / (edges[-1] - edges[0])
-        floor = np.maximum(noise, 1e-15 * total[:, None])  # halving a panel does not help below
-        poor = (error > np.maximum(share, floor))[missing].any(axis=0)
+        least = np.maximum(noise, 1e-15 * total[:, None])  # halving a panel does not help below
+        poor = (error > np.maximum(share, least))[missing].any(axis=0)
         if not poor.any():
             break
         middle, good = (low[poor] + high[poor]) / 2, ~poor
@@ -147,7 +154,7 @@ def integrate(function, edges, tolerance=1e-6):
         )
     else:
         raise ConvergenceError("response spectrum: the integral does not settle")
-    total, error = value.sum(axis=1), (error + noise).sum(axis=1)
+    error = (error + noise).sum(axis=1)
     if (error > tolerance * total).any():
         reached = np.max(error[total > 0] / total[total > 0])
         raise ConvergenceError(f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} was wanted")
