@@ -6,12 +6,13 @@ from functools import cache
 import mpmath
 import numpy as np
 import pytest
+from references import loop_matrix
 from scenes import scene
 
 from cablestudy.control import nyquist, plant, roots, winch
 from cablestudy.control.ends import EndModel
 from cablestudy.control.gondola import coupled_modes_of
-from cablestudy.control.together import Together
+from cablestudy.control.together import Notch, Together
 from cablestudy.control.transfer import Several, Transfer
 from cablestudy.errors import CablestudyError
 from cablestudy.study import loops, windrms
@@ -179,7 +180,53 @@ def test_a_changed_gain_shares_the_plant_and_a_changed_cable_does_not():
     assert replace(loop, notch=None).plant is not loop.plant
 
 
-# the curve that is cut short against the whole one
+# the curve that is cut short against the whole one, and against eigenvalues
+
+
+def random_plant(seed):
+    """Modes in clusters or in equal steps, damped alike or not, with or without notch."""
+    draw = np.random.default_rng(seed)
+    count = int(draw.integers(1, 40))
+    steps = np.cumsum(draw.uniform(0.3, 1.7, count)) * 10 ** draw.uniform(0, 2)
+    omega = steps if draw.random() < 0.5 else np.sort(10 ** draw.uniform(0, 3.5, count))
+    ratio = 10 ** (draw.uniform(-4, -0.6, count) if draw.random() < 0.5 else np.full(count, draw.uniform(-4, -0.6)))
+    # what moves in a mode: the sum of its squares stays below the mass of the cable
+    moved = draw.normal(size=(count, 6)) * 10 ** draw.uniform(-2, 0, (count, 1))
+    total = 10 ** draw.uniform(-1, 1)
+    moved *= np.sqrt(total / (moved**2).sum(axis=0).max())
+    inertia = moved.T @ moved + np.diag(10 ** draw.uniform(-3, -1, 6))
+    spring = 10 ** draw.uniform(1, 4) * np.kron([[1, -1], [-1, 1]], np.eye(3))
+    mass = 10 ** draw.uniform(0, 2.5) + 2 * total
+    slow = np.sqrt(spring[0, 0] / mass)
+    notch = Notch(slow * 10 ** draw.uniform(-0.2, 0.5), 10 ** draw.uniform(-2, 0),
+                  slow * 10 ** draw.uniform(0.3, 2.5), 10 ** draw.uniform(-1.5, 0.3))  # fmt: skip
+    cable = EndModel(omega, moved * (omega**2)[:, None], ratio, spring, inertia)
+    location = "ground" if draw.random() < 0.6 else "gondola"
+    return plant.Plant(cable, mass, location, notch if draw.random() < 0.7 else None)
+
+
+RANDOM = range(30)
+
+
+@pytest.mark.parametrize("seed", RANDOM)
+def test_a_random_loop_has_as_many_poles_to_the_right_as_eigenvalues(seed):
+    own = random_plant(seed)
+    loop = winch.Loop(own.felt, own.mass, own.location, notch=own.notch)
+    limit = loop.largest_gain or 1 / max(loop.passages.depth, default=1.0)
+    for gain in limit * np.array([0.01, 0.3, 0.9, 1 - 1e-6, 1 + 1e-6, 1.1, 2, 5, 20, 100, 1000]):
+        assert loop.passages.unstable_poles(gain) == loop_matrix.unstable(loop, gain), gain
+
+
+def test_curves_of_many_plants_are_those_of_each_alone():
+    several = [*map(random_plant, RANDOM), *plants()]
+    several += [plant.Plant(one.cable, 1.5 * one.mass, one.location, one.notch) for one in several]
+    curves = nyquist.curves_of(several)
+    assert sum(curve.circle > 0 for curve in curves) > len(curves) / 2
+    for one, curve in zip(several, curves, strict=True):
+        (alone,) = nyquist.curves_of([one])
+        assert curve.circle == alone.circle
+        assert np.array_equal(curve.omega, alone.omega)
+        assert np.array_equal(curve.value, alone.value)
 
 
 @pytest.mark.parametrize("ratio", [1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.25])
@@ -196,7 +243,7 @@ def test_the_short_curve_decides_as_the_whole_one(sets, ratio):
 
 
 def test_beyond_its_end_the_curve_stays_in_the_circle():
-    for own in plants():
+    for own in [*plants(), *map(random_plant, RANDOM)]:
         curve = own.curve
         if not curve.circle:
             continue
@@ -206,6 +253,7 @@ def test_beyond_its_end_the_curve_stays_in_the_circle():
         beyond = beyond[beyond > curve.omega[-1]]
         assert np.abs(own.unit_gain(1j * beyond)).max() <= curve.circle
     assert sum(own.curve.circle > 0 for own in plants()) >= 4  # and it is short for most that are lightly damped
+    assert sum(random_plant(seed).curve.circle > 0 for seed in RANDOM) >= 20
 
 
 # zeros

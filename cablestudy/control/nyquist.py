@@ -146,23 +146,17 @@ def _light(plant):
 
 
 def _short(plants):
-    """Curves of plants with equally many modes, alike in location and in whether there is a notch; None for a long one.
-
-    Where a curve ends it surely stays within a circle from there on. Between two places |r/(r + W^2)| over w^2 is at
-    most sqrt(1 + (2 zeta/y)^2)/W^2 with y = w/W at the lower one, times the largest 1/|1 - y^2 + 2 i zeta y| between
-    them. k_xu is bounded by the sum over the modes, k_xx from below.
-    """
-    cables, notch = [plant.felt for plant in plants], Notch.stacked([plant.notch for plant in plants])
-    omega, ratio, participation, stiffness, inertia = (
-        np.array([getattr(cable, name) for cable in cables])
-        for name in ("omega", "damping_ratio", "participation", "stiffness", "residual_inertia")
+    """Curves of plants with equally many modes, alike in location and in having a notch; None for a long one."""
+    cables, location = [plant.felt for plant in plants], plants[0].location
+    omega, ratio, participation = (
+        np.array([getattr(cable, name) for cable in cables]) for name in ("omega", "damping_ratio", "participation")
     )
-    mass, square = np.array([[plant.mass] for plant in plants]), omega**2
-    column = GONDOLA if plants[0].location == "gondola" else GROUND
-    strength = participation[..., GONDOLA] / square
-    first, second = (np.abs(strength * participation[..., k]) for k in (GONDOLA, column))
     values = np.array([plant.stiffness(1j * own) for plant, own in zip(plants, omega, strict=True)])
-    whole, driven = values[:, 0] - mass * square, values[:, 1]
+    notch, mass = Notch.stacked([plant.notch for plant in plants]), np.array([[plant.mass] for plant in plants])
+    whole, driven = values[:, 0] - mass * omega**2, values[:, 1]
+    strength = participation[..., GONDOLA] / omega**2
+    columns = GONDOLA, GONDOLA if location == "gondola" else GROUND
+    first, second = (np.abs(strength * participation[..., column]) for column in columns)
     with np.errstate(divide="ignore", invalid="ignore"):
         curve = (1 if notch is None else notch(1j * omega)) * driven / (1j * omega * whole)
         added = (first / np.abs(whole) + second / np.abs(driven)) / (2 * ratio)
@@ -171,38 +165,55 @@ def _short(plants):
         circle = CIRCLE * size.max(axis=1, keepdims=True)
         low, high = np.where(size > circle, omega, 0.0).max(axis=1), BEYOND * omega.max(axis=1)
         places = (low * np.exp(np.linspace(0.01, 1.0, ENDS)[:, None] * np.log(high / low))).T
-        control, far = 1 / places, True
-        if notch is not None:
-            far = places > 1.2 * notch.rolloff_omega
-            below = notch.omega / places
-            control *= 1 + below**2 + 2 * notch.damping_ratio * below
-            control *= (notch.rolloff_omega / notch.omega) ** 2 / (1 - (notch.rolloff_omega / places) ** 2)
-        relative = np.append(places, np.full((len(plants), 1), np.inf), axis=1)[..., None] ** 2 / square[:, None]
-        damping = 4 * ratio[:, None] ** 2
-        apart = (1 - relative) ** 2 + damping * relative
-        before = relative < 1 - damping / 2
-        peak = before[:, :-1] & ~before[:, 1:]
-        least = np.where(peak, damping * (1 - damping / 4), np.minimum(apart[:, :-1], apart[:, 1:]))
-        largest = np.sqrt((1 + damping / relative[:, :-1]) / least) / square[:, None]
-        sums = largest @ np.stack([first, second], axis=-1)
-        static, moving = (np.abs(part[:, GONDOLA, [GONDOLA, column]])[:, None] for part in (stiffness, inertia))
-        sums += static / places[..., None] ** 2 + moving
-        least = mass - sums[..., 0]
-        inside = far & (least > 0) & (control * sums[..., 1] <= circle * least)
-    trailing = np.logical_and.accumulate(inside[:, ::-1], axis=1).sum(axis=1)
-    found = []
-    for number, count in enumerate(trailing):
-        if not count:
-            found.append(None)
-            continue
-        chosen, end = strong[number], float(places[number, -count])
+        driven, own = _bounds(cables, places, first, second, columns)
+        own = mass - own
+        filtered, far = _control(notch, places)
+        inside = far & (own > 0) & (filtered * driven <= circle * own)
+    beyond, found = np.logical_and.accumulate(inside[:, ::-1], axis=1).sum(axis=1), [None] * len(plants)
+    for number in np.flatnonzero(beyond):
+        plant, chosen, end = plants[number], strong[number], float(places[number, -beyond[number]])
         poles = omega[number, chosen] * (1j - ratio[number, chosen])
-        poles = np.concatenate([plants[number].seen_poles, poles, _filter(plants[number])])
+        poles = np.concatenate([plant.seen_poles, poles, _filter(plant)])
         lowest = min(float(np.abs(poles).min()), end)
         poles = poles[np.abs(poles) * (1 - REACH) < end]
         decades = [_decades(1e-4 * lowest, lowest / 3, PER_CALM_DECADE)[:-1], _decades(lowest / 3, end, PER_DECADE)]
-        found.append(_sampled(plants[number], poles, decades, float(circle[number, 0]), end))
+        found[number] = _sampled(plant, poles, decades, float(circle[number, 0]), end)
     return found
+
+
+def _bounds(cables, places, first, second, columns):
+    """Bounds of |k_xu| and |k_xx| over w^2 from each place to the next, and from the last on, shape (p, m) each. [kg]
+
+    The sums over the modes: |r/(r + W^2)| over w^2 is at most sqrt(1 + (2 zeta/y)^2)/W^2 with y = w/W at the place,
+    times the largest 1/|1 - y^2 + 2 i zeta y| up to the next one.
+    """
+    omega, damping = (
+        np.array([getattr(cable, name) for cable in cables])[:, None] for name in ("omega", "damping_ratio")
+    )
+    damping = 4 * damping**2
+    until = np.append(places, np.full((len(places), 1), np.inf), axis=1)
+    square = (until[..., None] / omega) ** 2
+    size = (1 - square) ** 2 + damping * square
+    before = square < 1 - damping / 2
+    peak = before[:, :-1] & ~before[:, 1:]
+    least = np.where(peak, damping * (1 - damping / 4), np.minimum(size[:, :-1], size[:, 1:]))
+    largest = np.sqrt((1 + damping / square[:, :-1]) / least) / omega**2
+    sums = largest @ np.stack([first, second], axis=-1)
+    static, moving = (
+        np.abs([getattr(cable, name)[GONDOLA] for cable in cables]) for name in ("stiffness", "residual_inertia")
+    )
+    for k, column in enumerate(columns):
+        sums[..., k] += static[:, [column]] / places**2 + moving[:, [column]]
+    return sums[..., 1], sums[..., 0]
+
+
+def _control(notch, places):
+    """A bound of |C| from each place on, and whether it is one there."""
+    if notch is None:
+        return 1 / places, True
+    below, gone = notch.omega / places, 1 - (notch.rolloff_omega / places) ** 2
+    size = (1 + below**2 + 2 * notch.damping_ratio * below) * (notch.rolloff_omega / notch.omega) ** 2
+    return size / (gone * places), places > 1.2 * notch.rolloff_omega
 
 
 def _decades(low, high, count):
