@@ -229,6 +229,10 @@ class Batch:
         place = self._solved(index)
         return self._travel[0][place], self._travel[1][place]
 
+    def middle_of(self, index):
+        """Arc length at mid-span of one cable; see `Catenary.middle`. [-]"""
+        return self.catenary.middle[self._solved(index)]
+
     def frame_of(self, index):
         """Rows: the chord frame of one cable in global coordinates, shape (3, 3). [-]"""
         return self.span.frame[self._solved(index)]

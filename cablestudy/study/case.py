@@ -369,7 +369,8 @@ class DiscreteStatics:
     @property
     def sag(self):
         """[m]"""
-        return equilibrium.sag(self._case.span, self._case.state, float(self._case.catenary.middle))
+        case = self._case
+        return equilibrium.sag(case.span, case.state, case.batch.middle_of(case.place))
 
     def shape(self, positions):
         """As `ClosedStatics.shape`."""
