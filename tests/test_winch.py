@@ -169,6 +169,21 @@ def test_a_mode_that_damped_strain_hardly_reaches_is_lost_where_dense_bars_lose_
     assert float(growth) == pytest.approx(expected.real, rel=5e-3)
 
 
+def test_poles_that_the_winch_hardly_moves_are_laid_out_once():
+    added = []
+    for gain in (1e-4, 0.02, 0.325, 3.0):
+        loop = replace(loop_of("thick"), gain=gain)
+        without, seen = loop.plant.seen_poles, loop.seen_poles
+        assert (seen[: len(without)] == without).all()
+        for pole in loop.plant.visible(loop.closed_poles):
+            beside = without[np.argmin(np.abs(pole - without))]
+            near = abs(pole - beside) <= 0.5 * min(abs(pole.real), abs(beside.real))
+            assert near != (pole in seen)
+        added.append(len(seen) - len(without))
+    assert added[0] == 0
+    assert added[-1] > 0
+
+
 def test_modes_that_nothing_feels_change_nothing():
     for name in CABLES:
         case = Case(scene(*CABLES[name]))

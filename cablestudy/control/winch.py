@@ -25,6 +25,7 @@ __all__ = ["NEAR", "Loop", "Notch", "Passages", "prepare"]
 FOLLOWED = 300  # steps at most in which a pole is followed over the gain
 REMEMBERED, ARRAYS = 5000, 12  # frequencies of an array, and arrays, whose response is kept for the next wind
 ALIKE = 1e-9  # relative distance of poles that are one
+APART = 0.5  # of the half-width: distance of two poles up to which a grid around the one serves the other
 MOVED = 0.03  # of the gain that a passage stands for: below it none of the poles is far from an open one
 
 
@@ -133,10 +134,13 @@ class Loop:
 
     @cached_property
     def seen_poles(self):
-        """Poles without and with control that no pole of the cable cancels. [rad/s]"""
+        """Poles without control that no pole of the cable cancels, and those with control apart from them. [rad/s]"""
+        seen = self.plant.seen_poles
         if not self.gain:
-            return self.plant.seen_poles
-        return np.concatenate([self.plant.seen_poles, self.plant.visible(self.closed_poles)])
+            return seen
+        moved = self.plant.visible(self.closed_poles)
+        width = np.minimum(np.abs(moved.real)[:, None], np.abs(seen.real))
+        return np.concatenate([seen, moved[(np.abs(moved[:, None] - seen) > APART * width).all(axis=1)]])
 
     def _growing(self):
         """Poles to the right, each followed from where it passes the imaginary axis. [rad/s]"""

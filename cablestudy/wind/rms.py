@@ -18,7 +18,6 @@ MAX_PANELS = 200_000
 LADDER = np.concatenate([[0.0, 1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
 LADDER = np.concatenate([-LADDER[:0:-1], LADDER])
 OUTER, OUTERMOST = 0.3, 0.5  # of the frequency: up to where these are taken, and the one after the last of them
-ALIKE = 0.5  # of the half-width: distance of two poles up to which one has the boundaries of the other
 
 # Gauss-Kronrod 7-15 on [-1, 1]: positive nodes, Kronrod weights, Gauss weights (Piessens et al., QUADPACK, 1983)
 _NODES = np.array([
@@ -89,11 +88,8 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     points = [anchor * 10.0 ** (np.arange(first, last + 1) / 2), marks, (low, high)]
     if len(resonances):
         centre, width = np.array([resonances, half_widths], dtype=float)
-        pole = centre + 1j * width
-        alike = np.abs(pole[:, None] - pole) <= ALIKE * np.minimum(width[:, None], width)
-        chosen = alike.argmax(axis=1) == np.arange(len(pole))  # the first of those that are alike
-        centre = centre[chosen, None]
-        steps = np.maximum(width[chosen, None], 1e-12 * centre) * LADDER
+        centre = centre[:, None]
+        steps = np.maximum(width[:, None], 1e-12 * centre) * LADDER
         steps = np.where(np.abs(steps) < OUTER * centre, steps, OUTERMOST * np.sign(LADDER) * centre)
         points.append((centre + steps).ravel())
     every = np.sort(np.concatenate(points))
