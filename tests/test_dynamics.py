@@ -296,6 +296,23 @@ def test_the_error_that_a_model_tells_is_true_and_not_idle(a, b, length, order):
                 assert error < (1e3 if length < 103 or chord > 105 else 1e4) * true, (kind, k)
 
 
+@pytest.mark.parametrize("order", range(6, 25))
+@pytest.mark.parametrize("elements", [1, 2, 3])
+def test_the_error_of_a_taut_string_is_told_sharply(elements, order):
+    """Of its k-th mode, k sqrt(T/m)/(2 l): at most what is told, and for some mode of a high order not a third."""
+    span = chord_span(100.0, 20.0, 1e-3, EA, MASS, gravity=0.0)
+    start = catenary.solve(span)
+    model = Dynamics(equilibrium.from_catenary(start, mesh_pieces((0.0, 1.0), (elements,), order)), 100 / 1.001, MASS)
+    waves = np.arange(1, int((elements * order - 3) / 1.7) + 1)
+    # per unstretched length: mass MASS, stiffness T/(1 + strain)
+    exact = waves / 2 * np.sqrt(1e-3 * EA / (MASS * 1.001)) / (100 / 1.001)
+    found, told, _ = model.frequencies(tuple((k, "out-of-plane", None) for k in waves.tolist()), errors=True)
+    true = np.abs(np.array(found) / exact - 1)
+    assert np.all(true <= np.maximum(told, 2e-13))
+    seen = true > 1e-11
+    assert order < 10 or np.min(np.array(told)[seen] / true[seen]) < 3
+
+
 # ---- the two solvers ------------------------------------------------------------------------------------------------
 
 

@@ -1,14 +1,18 @@
 """One row: what is modelled, how far the order is raised, and what is told about it."""
 
+import re
+
 import numpy as np
 import pytest
-from command import SLACK
+from command import CARLINA, SLACK
 from scenes import SAGGING, cells, scene
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate, modes
+from cablestudy.study.row import Wanted, evaluate, modes
+
+ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) models"
 
 
 def row_of(scene, *names):
@@ -58,6 +62,31 @@ def test_an_axial_mode_of_a_straight_cable_needs_no_transverse_waves():
     speed = np.sqrt(7e17 / upright.cable.density)
     assert row.cells["axial_frequency_1_Hz"] == pytest.approx(speed / 2 / row.cells["unstretched_length_m"], rel=1e-8)
     assert row.cells["dof"] < 100
+
+
+@pytest.mark.parametrize("base", [CARLINA, SLACK], ids=["taut", "sagging"])
+@pytest.mark.parametrize("name", ["inplane_frequency", "outofplane_frequency", "symmetric_frequency"])
+def test_the_first_model_suffices_and_hardly_a_coarser_one(base, name):
+    """Over accuracies and waves: the ladder begins where the error that models tell first is below the accuracy."""
+    tried, spare = [], []
+    for number in (1, 2, 5, 10):
+        column = find(f"{name}_{number}")
+        told = {}
+        for order in range(4, 48):
+            try:
+                told[order] = Wanted([column]).sample(Case(scene("model.accuracy=1e-3", base=base)).refined(1, order))[
+                    1
+                ]
+            except NoSolutionError:
+                continue  # too coarse to have such a mode
+        for accuracy in (1e-3, 1e-6, 1e-10):
+            row = row_of(scene(f"model={{accuracy: {accuracy}}}", base=base), column.name)
+            used, models = (int(re.search(pattern, " ".join(row.notes))[1]) for pattern in ORDER_AND_MODELS)
+            tried.append(models)
+            spare.append(used - min(order for order in told if told[order][column.header] <= accuracy))
+    assert np.mean(tried) < 1.2
+    assert np.median(spare) <= 2
+    assert max(spare) <= 5
 
 
 def test_what_cannot_be_had_says_so():

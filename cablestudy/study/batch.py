@@ -6,6 +6,7 @@ import numpy as np
 
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.element import pieces
+from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, SHAPELESS
@@ -189,6 +190,17 @@ class Batch:
         span, tension = self.span, self.statics.mean_tension
         time = span.unstretched_length * np.sqrt(span.mass * (1 / tension + 1 / span.axial_stiffness))
         return time.tolist(), np.sqrt(span.axial_stiffness / tension).tolist()
+
+    @cached_property
+    def _sagging(self):
+        return (np.sqrt(lambda_squared(self.span, self.statics.mean_tension)) / np.pi).tolist()
+
+    def sagging_of(self, index):
+        """Up to about how many half-waves the symmetric in-plane modes of one cable have more than of a taut one. [-]
+
+        By Irvine's parameter: stretching by the sag lifts each such mode by two half-waves at most, to these.
+        """
+        return self._sagging[self._solved(index)]
 
     def pieces_of(self, index):
         """Pieces of one cable along which it bends little; see `element.pieces`.

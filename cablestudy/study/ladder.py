@@ -16,7 +16,8 @@ IN_VAIN, LOST = 2, 1e-5  # models without gain after which the search ends, wher
 GROWTH = 1.3
 TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
-PER_DIGIT, ALONE = 0.9, 1.15  # orders for each digit more, where models are compared and where one tells its error
+PER_DIGIT, ALONE = 0.9, 1.0  # orders for each digit more, where models are compared and where one tells its error
+BESIDES = 0.75  # orders besides, so that few first models are too coarse and few finer than is needed
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
 # of the difference of two neighbours, both resolved, at least the error of the finer one is:
@@ -25,18 +26,19 @@ FLAT, NOISY = 1.0, 3.0  # above NOISE and below it
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
-def rungs(first):
+def rungs(waves, besides):
     """Yield (elements for each smooth piece, order), finer and finer.
 
     Parameters
     ----------
-    first : float
-        About how many orders there should be in all to begin with.
+    waves, besides : float
+        How many orders there should be to begin with: for the half-waves in all, and in each element besides.
     """
+    first = waves + besides * max(1, ceil(waves / max(HIGHEST - 5 - besides, 1)))
     total = min(max(ceil(first), LOWEST), FINEST)
     while True:
-        elements = ceil(total / (HIGHEST - 4))
-        order = ceil(total / elements)
+        elements = ceil(total / (HIGHEST - 5))
+        order = ceil(total / elements) | 1  # by the size of their matrices, odd orders cost what the even ones below do
         for more in (0, 2, 4):  # an odd step may leave the symmetric shapes as they are
             yield elements, order + more
         if total >= FINEST:
@@ -74,38 +76,37 @@ class Feeling:
     alone: bool = False
 
 
-def felt_by(case, columns):
+def felt_by(case, wanted):
     """What columns that need motion feel of a case.
 
     Parameters
     ----------
     case : Case
-    columns : list of Column
+    wanted : Wanted
+        With at least one such column.
 
     Returns
     -------
     Feeling
     """
-    own = [column for column in columns if column.needs == "modes"]
-    axial = max((column.mode[0] for column in own if column.mode[1] == "axial"), default=0)
-    waves = [column.mode[0] for column in own]
+    waves, axial, body = wanted.waves, wanted.axial, wanted.body
+    if wanted.sagging > waves:
+        waves = max(waves, min(wanted.sagging, case.batch.sagging_of(case.place)))
     if axial and UNSEEN * case.refined(1, LOWEST).waves(0.0)[1] > case.scene.model.accuracy:
-        waves.append(axial * case.axial_waves)  # a cable that turns moves across beside them
-    body = len(own) < len(columns)
+        waves = max(waves, axial * case.axial_waves)  # a cable that turns moves across beside them
     if body:
-        waves.append(2 * case.gondola_frequency_static * case.travel_time)
+        waves = max(waves, 2 * case.gondola_frequency_static * case.travel_time)
 
     def highest(other, values):
-        found = max((values[column.header] for column in own), default=0.0)
+        found = max((values[name] for name in wanted.named), default=0.0)
         return max(found, other.gondola_frequency) if body else found
 
     def surely(other):
         # half of k c/(2 L): what lies beside an axial mode shifts it
-        alone = axial * case.axial_waves / (4 * case.travel_time)
+        alone = axial * case.axial_waves / (4 * case.travel_time) if axial else 0.0
         return max(alone, other.gondola_frequency) if body else alone
 
-    damped = any(column.needs in ("loop", "wind") for column in columns)
-    return Feeling(max(waves), highest, surely, damped, not body)
+    return Feeling(waves, highest, surely, wanted.damped, not body)
 
 
 def climb(case, sample, feeling):
@@ -151,21 +152,23 @@ def climb(case, sample, feeling):
 
     def waves_at(finer, frequency):
         """Error by transverse waves that are not resolved, 0 where they are; and how many half-waves there are."""
+        if not frequency:
+            return 0.0, 0.0
         waves, turn = finer.waves(frequency)
         return UNSEEN * turn if resolving(waves) > finer.rung[0] * finer.rung[1] else 0.0, waves
 
     needed, rounding = 0.0, case.batch.rounding_of(case.place)
     reached, best, in_vain = "the finest model is too coarse", inf, 0
     longest = case.batch.longest_of(case.place)
-    per_digit = ALONE if feeling.alone else PER_DIGIT
-    for rung in rungs(PER_WAVE * feeling.waves * longest + per_digit * -log10(accuracy) + 1):
+    besides = (ALONE if feeling.alone else PER_DIGIT) * -log10(accuracy) + BESIDES
+    for rung in rungs(PER_WAVE * feeling.waves * longest, besides):
         if rung[0] * rung[1] < needed:
             continue
         finer = case.refined(*rung)
         yield finer
         tried += 1
         many = feeling.waves > MANY
-        if finer.felt.dof > (DENSE if many or feeling.damped else MOST) and (history or many):
+        if (history or many) and finer.felt.dof > (DENSE if many or feeling.damped else MOST):
             reached = f"about {feeling.waves:.3g} waves along the cable, and {finer.felt.dof} unknowns, are too many"
             break
         try:

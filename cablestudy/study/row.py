@@ -1,7 +1,7 @@
 """One row of a table: the columns of one case, its accuracy and its status."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from cablestudy.study.shelf import Shelf
 from cablestudy.study.spans import load_count
 
 REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
-NUMBERS = 2_000_000  # of their modes, about
-TOGETHER = 64  # rows whose models are solved at once
+NUMBERS = 300_000  # of their modes, about: what a cache holds
+TOGETHER = 200  # rows whose models are solved at once
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 # notes on what takes no elements: without a cable, and with one
@@ -112,8 +112,17 @@ class Wanted:
         All but those that tell of the computation.
     closed : list of Column
         Those in closed form that are computed for many scenes at once.
-    motion, still : list of Column
-        The physical ones that need the cable's motion, and those that do not.
+    single : list of Column
+        Those in closed form, or of the scene, that are computed case by case.
+    keyed : list of Column
+        The physical ones that need a key of the scene.
+    motion : list of Column
+        The physical ones that need the cable's motion.
+    named : list of str
+        Headers of the frequencies of cable modes.
+    waves, sagging, axial : int
+        Most half-waves that these have along a taut cable, and along one that sags; the largest number of an axial
+        one. 0 without any.
     body, damped : bool
         Whether the motion is that of the gondola too; whether damping matters.
     scene_only : bool
@@ -132,11 +141,16 @@ class Wanted:
         self.motion = [column for column in self.physical if column.needs in DISCRETE]
         self.body = any(column.needs in ("gondola", "loop", "wind") for column in self.motion)
         self.damped = any(column.needs in ("loop", "wind") for column in self.motion)
-        self.still = [column for column in self.physical if column not in self.motion]
+        self.single = [column for column in self.physical if column.each and column.needs in CLOSED]
+        self.keyed = [column for column in self.physical if column.key]
         inside = [column for column in self.motion if column.mode and column.mode[1] != "out-of-plane"]
         outside = [column for column in self.motion if column.mode and column.mode[1] == "out-of-plane"]
         self._modes = tuple(tuple(column.mode for column in part) for part in (inside, outside))
-        self._named = [column.header for column in (*inside, *outside)]
+        self.named = [column.header for column in (*inside, *outside)]
+        waves = [(2 * number - 1, 2) if symmetry else (number, 1) for number, _, symmetry in sum(self._modes, ())]
+        self.waves = max((taut for taut, _ in waves), default=0)
+        self.sagging = max((taut + more for taut, more in waves[: len(inside)]), default=0)
+        self.axial = max((column.mode[0] for column in inside if column.mode[1] == "axial"), default=0)
         self._others = [column for column in self.motion if not column.mode]
         self.scene_only = all(column.needs == "scene" for column in self.physical)
         self.estimate = any(column.name == "error_estimate" for column in columns)
@@ -148,9 +162,9 @@ class Wanted:
     def sample(self, case):
         """Numbers of the columns that need motion, and errors of those that tell it: as `climb` takes them."""
         frequencies, errors = case.frequencies(self._modes)
-        numbers = dict(zip(self._named, frequencies, strict=True))
+        numbers = dict(zip(self.named, frequencies, strict=True))
         numbers.update((column.header, value(column, case)) for column in self._others)
-        return numbers, dict(zip(self._named, errors, strict=True))
+        return numbers, dict(zip(self.named, errors, strict=True))
 
 
 def _group(scenes, wanted, exact, shelf):
@@ -172,7 +186,7 @@ def _group(scenes, wanted, exact, shelf):
         for case, row in zip(cases, run_together(rows, wanted), strict=True):
             # of many rows none keeps its modes
             light = Case(case.scene, batch, case.place) if wanted.motion and len(scenes) > 1 else row.case
-            yield row if light is row.case else replace(row, case=light)
+            yield Row(row.cells, light, row.notes, row.errors)
 
 
 def run_together(generators, wanted):
@@ -203,12 +217,13 @@ def run_together(generators, wanted):
     for index in range(len(generators)):
         advance(index)
     while waiting:
-        rung = next(iter(waiting.values())).rung
+        rung = min((case.rung for case in waiting.values()), key=lambda rung: rung or ())  # finer ones may follow
         chosen = [index for index, case in waiting.items() if case.rung == rung]
+        chosen = chosen[: max(1, NUMBERS // waiting[chosen[0]].size)]
         if len(chosen) > 1:
             cases = [waiting[index] for index in chosen]
             models.prepare(cases)
-            if wanted.body and cases[0].size * len(cases) <= NUMBERS:
+            if wanted.body:
                 loops.prepare(cases, wanted.damped)
         for index in chosen:
             advance(index)
@@ -306,15 +321,12 @@ def _row(case, wanted, known, failure, exact, spent):
         cells.update(numbers)
     except CablestudyError as problem:
         status = " ".join(str(problem).split())
-    run = {
-        "dof": dof,
-        "solve_time_ms": 1e3 * (time.perf_counter() - begin),
-        "error_estimate": None if None in errors.values() else max(errors.values(), default=0.0),
-        "status": status,
-    }
-    for header, number in run.items():
-        if header in cells and (status == "ok" or header in ("solve_time_ms", "status")):
-            cells[header] = number
+    if wanted.timed:
+        run = {"solve_time_ms": 1e3 * (time.perf_counter() - begin)}
+        if status == "ok":
+            run["dof"] = dof
+            run["error_estimate"] = None if None in errors.values() else max(errors.values(), default=0.0)
+        cells.update((header, number) for header, number in run.items() if header in cells)
     cells["status"] = status
     return Row(cells, used, tuple(notes), errors)
 
@@ -326,12 +338,12 @@ def _values(case, wanted, known, exact):
     """
     if len(known) == len(wanted.physical):
         return known, case, 0, exact, CHEAPEST[wanted.scene_only]
-    for column in wanted.physical:
+    for column in wanted.keyed:
         if lacks(case.scene, column):
             raise without(case.scene, column)
-    rest = [column for column in wanted.still if column.header not in known]
     if wanted.scene_only:
-        return {column.header: value(column, case) for column in rest}, case, 0, wanted.exact, CHEAPEST[True]
+        numbers = {column.header: value(column, case) for column in wanted.physical}
+        return numbers, case, 0, wanted.exact, CHEAPEST[True]
     if not case.exact_statics:
         numbers = {column.header: value(column, case) for column in wanted.physical}
         model = case.scene.model
@@ -339,24 +351,25 @@ def _values(case, wanted, known, exact):
         notes.append(f"statics: {case.model.convergence}")
         errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
         return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
-    numbers = {**known, **{column.header: value(column, case) for column in rest}}
+    numbers = {**known, **{column.header: value(column, case) for column in wanted.single}}
     if not wanted.motion:
         return numbers, case, 0, exact, CHEAPEST[False]
     if wanted.damped and case.scene.cable.damping.model == "modal":
         raise NoSolutionError(MODAL)
-    finer, moving, errors, tried = yield from climb(case, wanted.sample, felt_by(case, wanted.motion))
+    finer, moving, errors, tried = yield from climb(case, wanted.sample, felt_by(case, wanted))
     for column in wanted.motion:
         if column.needs == "wind":
             errors[column.header] += finer.integration_error
-    notes = (CLOSED_FORM, *_about(finer, max(errors.values()), tried))
-    return {**numbers, **moving}, finer, finer.dof, {**exact, **errors}, notes
+    dof = finer.dof
+    notes = (CLOSED_FORM, *_about(finer, dof, max(errors.values()), tried))
+    return {**numbers, **moving}, finer, dof, {**exact, **errors}, notes
 
 
-def _about(case, error, tried):
+def _about(case, dof, error, tried):
     """What was chosen for the motion, what was left out, and what it cost."""
     mesh = case.model.mesh
     yield (
-        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
+        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
     planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.__dict__]
@@ -424,7 +437,7 @@ def modes(case, count=None, upto=None):
 
     (found,) = run_together([climb(case, sample, feeling)], Wanted(()))
     finer, _, errors, tried = found
-    return finer, wanted(finer), tuple(_about(finer, max(errors.values(), default=0.0), tried))
+    return finer, wanted(finer), tuple(_about(finer, finer.dof, max(errors.values(), default=0.0), tried))
 
 
 def _errors_of_fixed(case, columns, values):

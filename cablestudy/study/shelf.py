@@ -4,6 +4,7 @@ from functools import cached_property
 
 ROOM = 256  # cables whose parts are kept
 NUMBERS = 4_000_000  # in all of them together, about
+PLAIN = (float, int, str)
 
 
 class Shelf:
@@ -78,6 +79,6 @@ def shared(*keys):
 
 def frozen(value):
     """A model of the scene, or a tuple of them, as plain tuples that can be compared and hashed."""
-    if isinstance(value, tuple | list):
-        return tuple(map(frozen, value))
-    return tuple(map(frozen, value.__dict__.values())) if hasattr(value, "model_fields_set") else value
+    if value is None or isinstance(value, PLAIN):
+        return value
+    return tuple(map(frozen, value if isinstance(value, tuple | list) else value.__dict__.values()))
