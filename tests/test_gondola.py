@@ -62,6 +62,22 @@ def test_all_modes_together_are_the_whole_eigenproblem(gondola):
     assert share == pytest.approx(gondola * (psi[-1] / root[-1]) ** 2, rel=1e-9)
 
 
+@pytest.mark.parametrize("rounding", [-4e-15, 0.0, 4e-15])
+def test_a_light_gondola_does_not_feel_the_rounding_of_the_moments(rounding):
+    """Its frequency is far above the cable's first one, and what all modes leave of a moment grows with w^6."""
+    n, mass, spring, gondola = 79, 0.1, 50.0, 1e-5
+    number = np.arange(1, n + 1)  # modes of equal masses on equal springs between two walls
+    omega = 2 * math.sqrt(spring / mass) * np.sin(number * np.pi / (2 * (n + 1)))
+    participation = -spring * math.sqrt(2 / ((n + 1) * mass)) * np.sin(n * number * np.pi / (n + 1))
+    moments = [math.fsum(participation**2 / omega ** (4 + 2 * j)) * (1 + rounding * (j > 0)) for j in range(3)]
+    found, share = coupled_modes(gondola, spring / (n + 1), omega / (2 * np.pi), participation, moments)
+    K, M = chain([mass] * n + [gondola], [spring] * (n + 1))
+    root = np.sqrt(np.diag(M))
+    value, psi = np.linalg.eigh(K / np.outer(root, root))
+    assert found[-1] == pytest.approx(np.sqrt(value[-1]) / (2 * np.pi), rel=1e-12)
+    assert np.argmax(share) == np.argmax(np.abs(psi[-1]))
+
+
 def test_omitted_modes_are_made_up_for():
     masses, springs = [0.1] * 30 + [0.05], [50.0] * 31
     K, M = chain(masses, springs)

@@ -6,6 +6,7 @@ import numpy as np
 
 NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode does not feel the gondola
 COINCIDENT = 1e-11  # relative distance of squared frequencies that count as one
+ROUNDING = 2e-14  # of a moment of inertia: times w^6 it would be more than a light gondola weighs
 SETTLED = 1e-12, 1e-15  # change of a root over its distance from the pole, or over itself, that ends its search
 STEPS = 200  # of each root; few take more than four
 
@@ -76,7 +77,8 @@ class _Balances:
         carried = np.abs(participation) / every  # p itself grows with the stiffness, and would hide all but axial modes
         felt = carried > NEGLIGIBLE * carried.max(axis=-1, initial=0.0, keepdims=True)
         carried = np.where(felt, carried, 0.0) ** 2
-        left = [np.maximum(s - (carried / every**j).sum(axis=-1), 0.0) for j, s in enumerate(inertia.T)]
+        left = [s - (carried / every**j).sum(axis=-1) for j, s in enumerate(inertia.T)]
+        left = [np.where(part > ROUNDING * s, part, 0.0) for part, s in zip(left, inertia.T, strict=True)]
         self._mass, self._stiffness, self._left = mass, stiffness, (mass + left[0], left[1], left[2])
         # a pole at infinity, without strength, stands for none: after the last one and before the first
         self._pole, self._strength = (np.full((len(mass), every.shape[-1] + 1), fill) for fill in (np.inf, 0.0))
