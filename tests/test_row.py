@@ -37,6 +37,13 @@ def test_high_modes_are_reached_by_raising_the_order():
     assert too_many.cells["status"] == "the model has 39 out-of-plane modes, not 60"
 
 
+@pytest.mark.parametrize("accuracy", [1e-1, 1e-3, 1e-6])
+def test_the_twentieth_symmetric_mode_has_39_half_waves(accuracy):
+    """A taut string again; models that have no such mode are not where the search begins, nor where it ends."""
+    found = cells(scene(f"model={{accuracy: {accuracy}}}", "gravity=0"), "symmetric_frequency_20", "cable_frequency")
+    assert found["symmetric_frequency_20"] == pytest.approx(39 * found["cable_frequency"], rel=2 * accuracy)
+
+
 def test_a_cable_without_a_gondola_has_its_frequencies():
     """And none of a gondola is asked for on the way."""
     plain = scene().model_copy(update={"gondola": None, "winch": None, "wind": None, "model": scene(

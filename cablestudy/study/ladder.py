@@ -16,8 +16,8 @@ IN_VAIN, LOST = 2, 1e-5  # models without gain after which the search ends, wher
 GROWTH = 1.3
 TRIALS = 6  # models without an answer, one after the other, until there is none
 PER_WAVE, MARGIN = 1.7, 3  # orders for each half-wave, and besides, from which the error falls fast
-PER_DIGIT, ALONE = 0.9, 1.0  # orders for each digit more, where models are compared and where one tells its error
-BESIDES = 0.75  # orders besides, so that few first models are too coarse and few finer than is needed
+# orders for each digit more, and besides: where models are compared, and where one tells its error
+COMPARED, ALONE = (0.9, 1.0), (1.0, 0.75)
 UNSEEN = 10  # error over the angle by which the cable turns, where its transverse waves are not resolved
 NOISE = 1e-8  # difference below which rounding may hide how the error falls
 # of the difference of two neighbours, both resolved, at least the error of the finer one is:
@@ -26,19 +26,20 @@ FLAT, NOISY = 1.0, 3.0  # above NOISE and below it
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
-def rungs(waves, besides):
+def rungs(first, odd):
     """Yield (elements for each smooth piece, order), finer and finer.
 
     Parameters
     ----------
-    waves, besides : float
-        How many orders there should be to begin with: for the half-waves in all, and in each element besides.
+    first : float
+        About how many orders there should be in all to begin with.
+    odd : bool
+        Whether orders are odd: by the size of their matrices, these cost what the even ones below do.
     """
-    first = waves + besides * max(1, ceil(waves / max(HIGHEST - 5 - besides, 1)))
     total = min(max(ceil(first), LOWEST), FINEST)
     while True:
-        elements = ceil(total / (HIGHEST - 5))
-        order = ceil(total / elements) | 1  # by the size of their matrices, odd orders cost what the even ones below do
+        elements = ceil(total / (HIGHEST - 4 - odd))
+        order = ceil(total / elements) | odd
         for more in (0, 2, 4):  # an odd step may leave the symmetric shapes as they are
             yield elements, order + more
         if total >= FINEST:
@@ -160,8 +161,11 @@ def climb(case, sample, feeling):
     needed, rounding = 0.0, case.batch.rounding_of(case.place)
     reached, best, in_vain = "the finest model is too coarse", inf, 0
     longest = case.batch.longest_of(case.place)
-    besides = (ALONE if feeling.alone else PER_DIGIT) * -log10(accuracy) + BESIDES
-    for rung in rungs(PER_WAVE * feeling.waves * longest, besides):
+    per_digit, more = ALONE if feeling.alone else COMPARED
+    orders, besides, several = PER_WAVE * feeling.waves * longest, per_digit * -log10(accuracy) + more, 1
+    if feeling.alone:  # each element needs its digits; models that are compared may begin coarse
+        several = max(1, ceil(orders / max(HIGHEST - 5 - besides, 1)))
+    for rung in rungs(orders + several * besides, feeling.alone):
         if rung[0] * rung[1] < needed:
             continue
         finer = case.refined(*rung)
