@@ -26,20 +26,18 @@ FLAT, NOISY = 1.0, 3.0  # above NOISE and below it
 SAFETY, LEAST = 10, 0.03  # of the error that is left, held against random scenes by tests/test_extremes.py
 
 
-def rungs(first, odd):
+def rungs(first):
     """Yield (elements for each smooth piece, order), finer and finer.
 
     Parameters
     ----------
     first : float
         About how many orders there should be in all to begin with.
-    odd : bool
-        Whether orders are odd: by the size of their matrices, these cost what the even ones below do.
     """
     total = min(max(ceil(first), LOWEST), FINEST)
     while True:
-        elements = ceil(total / (HIGHEST - 4 - odd))
-        order = ceil(total / elements) | odd
+        elements = ceil(total / (HIGHEST - 4))
+        order = ceil(total / elements)
         for more in (0, 2, 4):  # an odd step may leave the symmetric shapes as they are
             yield elements, order + more
         if total >= FINEST:
@@ -164,8 +162,8 @@ def climb(case, sample, feeling):
     per_digit, more = ALONE if feeling.alone else COMPARED
     orders, besides, several = PER_WAVE * feeling.waves * longest, per_digit * -log10(accuracy) + more, 1
     if feeling.alone:  # each element needs its digits; models that are compared may begin coarse
-        several = max(1, ceil(orders / max(HIGHEST - 5 - besides, 1)))
-    for rung in rungs(orders + several * besides, feeling.alone):
+        several = max(1, ceil(orders / max(HIGHEST - 4 - besides, 1)))
+    for rung in rungs(orders + several * besides):
         if rung[0] * rung[1] < needed:
             continue
         finer = case.refined(*rung)
