@@ -112,7 +112,7 @@ class Dynamics:
         """
         if self.small:
             # so many in each model of a batch, however many another one wants
-            count = min(1 << max(count - 1, 7).bit_length(), self.dof) if self._few else self.dof
+            count = min(_step(count), self.dof) if self._few else self.dof
             count = self.dof if 2 * count > self.dof else count
         else:
             # just so many, whatever was found before: the last digits of a mode depend on how many are asked for
@@ -242,6 +242,12 @@ def _motion(system, inner, sign=0):
     shapes = np.zeros((*lead, nodes, axes, count))
     shapes[..., 1:-1, :, :] = inner.reshape(*lead, nodes - 2, axes, count)
     return Motion(system, shapes, sign)
+
+
+def _step(count):
+    """The next of 8, 12, 16, 24, 32, 48 ... modes."""
+    power = 1 << max(count - 1, 7).bit_length()
+    return 3 * power // 4 if 8 < count <= 3 * power // 4 else power
 
 
 def _spectrum(system, part):

@@ -120,6 +120,7 @@ class Case:
     def keep(self, model):
         """Take elements that were made together with those of others."""
         self.shelf.put(*part_key(self, "model"), self.size, model)
+        self.__dict__["model"] = model
 
     @property
     def state(self):

@@ -173,12 +173,19 @@ def _group(scenes, wanted, exact, shelf):
     batch = Batch(scenes)
     known, errors, coarse = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {}, {})
     spent = (time.perf_counter() - begin) / len(scenes)
+    done = exact and not wanted.timed and len(wanted.closed) == len(wanted.physical)
+    notes = CHEAPEST[wanted.scene_only]
     width = 1 if wanted.clock else TOGETHER  # a time is that of a row alone
     if not exact:
         width = min(width, max(1, NUMBERS // max(Case(scene).size for scene in scenes)))
     for first in range(0, len(scenes), width):
         block = range(first, min(first + width, len(scenes)))
         cases = [Case(scenes[i], batch, i, shelf=shelf) for i in block]
+        if done and errors.keys().isdisjoint(block):  # nothing is left to compute
+            for i, case in zip(block, cases, strict=True):
+                cells = {**wanted.empty, **known[i], "status": "ok"}
+                yield Row(cells, case, notes, coarse.get(i, wanted.exact))
+            continue
         rows = (
             _row(case, wanted, known[i], errors.get(i), coarse.get(i, wanted.exact), spent)
             for i, case in zip(block, cases, strict=True)
@@ -186,7 +193,7 @@ def _group(scenes, wanted, exact, shelf):
         for case, row in zip(cases, run_together(rows, wanted), strict=True):
             # of many rows none keeps its modes
             light = Case(case.scene, batch, case.place) if wanted.motion and len(scenes) > 1 else row.case
-            yield Row(row.cells, light, row.notes, row.errors)
+            yield row if light is row.case else Row(row.cells, light, row.notes, row.errors)
 
 
 def run_together(generators, wanted):
@@ -305,8 +312,6 @@ def _row(case, wanted, known, failure, exact, spent):
     spent : float
         On the row's part of the closed forms. [s]
     """
-    if failure is None and not wanted.timed and len(known) == len(wanted.physical):
-        return Row({**wanted.empty, **known, "status": "ok"}, case, CHEAPEST[wanted.scene_only], exact)
     begin, cells = time.perf_counter() - spent, dict(wanted.empty)
     status, used, dof, errors, notes = "ok", case, 0, {}, ()
     try:

@@ -1,5 +1,6 @@
 """Some cases of a study, computed wherever there is room: in this process, in another, on another machine."""
 
+import gc
 import json
 import pickle
 import time
@@ -75,6 +76,7 @@ def compute(chunk):
         This worker runs another version of the program.
     """
     begin = time.perf_counter()
+    _settle()
     here = program()
     if here != chunk.program:
         other = ", ".join(f"{name} {here[name]}, not {chunk.program[name]}" for name in here
@@ -100,6 +102,12 @@ def compute(chunk):
                 line_of(case, key_of(scenes[case]), row.cells, row.notes * chunk.explain, errors=larger(row.errors))
             )
     return Done(b"".join(lines), len(lines), time.perf_counter() - begin)
+
+
+@lru_cache(maxsize=1)
+def _settle():
+    """Once in a process: modules and study stay, and need not be looked through for garbage over and over."""
+    gc.freeze()
 
 
 @lru_cache(maxsize=2)
