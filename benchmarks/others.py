@@ -149,7 +149,8 @@ def section():
     yield from (f"* {line}" for line in missing)
     yield (
         "* cablestudy: `evaluate_cases` of `study/row.py`, the inner loop of a sweep, on scenes that are read already; "
-        f"for statics {REPEATED * len(cables)} in one call."
+        f"for statics {REPEATED * len(cables)} in one call, with modes {len(cables)}; modules are frozen for the "
+        "garbage collector, as a sweep does."
     )
     yield ""
     yield (
