@@ -10,7 +10,7 @@ from scenes import SAGGING, cells, scene
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import Wanted, evaluate, modes
+from cablestudy.study.row import Wanted, evaluate, evaluate_cases, modes
 
 ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) models"
 
@@ -137,3 +137,16 @@ def test_an_empty_row_is_possible():
 def test_columns_of_the_scene_need_no_equilibrium():
     row = row_of(scene("cable.preload=1 N"), "chord", "area")  # this preload has no answer, but nobody asks
     assert (row.cells["status"], row.cells["chord_m"]) == ("ok", 185.8)
+
+
+@pytest.mark.parametrize("gravity", [1e-90, 1e-120, 1e-200])
+def test_a_cable_with_hardly_any_weight_troubles_no_other(gravity):
+    """Squares and cubes of its tension are no numbers."""
+    cable = "{chord: 10, area: 1e-4, elastic_modulus: 1e9, density: 1e3, unstretched_length: 11}"
+    settings = [f"cable={cable}", "model={accuracy: 1e-3}"]
+    scenes = [scene(f"gravity={value}", *settings) for value in (gravity, 9.81)]
+    wanted = [find(name) for name in ("inplane_frequency_2", "lambda_squared")]
+    light, heavy = evaluate_cases(scenes, wanted)
+    assert heavy.cells == evaluate(scenes[1], wanted).cells
+    assert heavy.cells["status"] == "ok"
+    assert light.cells == evaluate(scenes[0], wanted).cells

@@ -166,7 +166,7 @@ def _deep(tension, cosine, sine, kernel):
     q, n, y = tension
     h, total = kernel.horizontal, kernel.sum_of_tensions
     i0 = 2 * total / np.maximum(kernel.product, TINY)
-    first = 2 * (q * sine + n * cosine) / (total * np.maximum(kernel.tensions[0] * kernel.tensions[1], TINY))
+    first = 2 * (q * sine + n * cosine) / np.maximum(total * (kernel.tensions[0] * kernel.tensions[1]), TINY)
     second = 2 * (1 + kernel.excess) / total - (h * h + y * y) * i0
     hh, vv, hv = second + y * y * i0, (h * h + y * y) * i0, -h * first
     hy, vy = -h * y * i0, -y * first

@@ -28,7 +28,8 @@ def lambda_squared(span, tension):
     across = span.weight_per_length * span.cosine
     sag = across * span.chord**2 / (8 * tension)
     effective = span.chord * (1 + 8 * (sag / span.chord) ** 2)
-    return across**2 * span.chord**3 * span.axial_stiffness / (tension**3 * effective)
+    # in ratios: the cube of a tension might be no number
+    return (across * span.chord / tension) ** 2 * (span.chord / effective) * (span.axial_stiffness / tension)
 
 
 def per_deformed_length(span):
