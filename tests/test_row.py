@@ -10,7 +10,8 @@ from scenes import SAGGING, cells, scene
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import Wanted, evaluate, evaluate_cases, modes
+from cablestudy.study.row import evaluate, evaluate_cases, modes
+from cablestudy.study.wanted import Wanted
 
 ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) models"
 
