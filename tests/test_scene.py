@@ -126,6 +126,31 @@ def test_diameter_and_area_describe_the_same_section():
     assert scene_of(GOOD, f"cable.area={math.pi * 1e-6!r}").cable.section_diameter == pytest.approx(0.002, rel=1e-15)
 
 
+# model, ratio, loss_factor, time and viscous of the scene that is read
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        ("{}", ("modal", 0.01, None, None, 0.0)),
+        ("{viscous: 0.02 N s/m^2}", ("modal", 0.0, None, None, 0.02)),
+        ("{viscous: 0.02}", ("modal", 0.0, None, None, 0.02)),
+        ("{model: modal, viscous: 20 mN s/m^2}", ("modal", 0.01, None, None, 0.02)),
+        ("{ratio: 1 %, viscous: 0.02 Pa*s}", ("modal", 0.01, None, None, 0.02)),  # N s/m^2 is Pa s
+        ("{loss_factor: 0.1, viscous: 0}", ("hysteretic", None, 0.1, None, 0.0)),
+        ("{model: kelvin_voigt, time: 1 ms, viscous: 1e6}", ("kelvin_voigt", None, None, 0.001, 1e6)),
+    ],
+)
+def test_viscous_damping_is_added_to_any_model_or_stands_alone(written, read):
+    damping = scene_of(GOOD, f"cable.damping={written}").cable.damping
+    assert (damping.model, damping.ratio, damping.loss_factor, damping.time, damping.viscous) == read
+
+
+def test_viscous_damping_set_in_an_upper_layer_keeps_the_model_below():
+    damping = scene_of(GOOD, "cable.damping.viscous=0.02").cable.damping
+    assert (damping.model, damping.ratio, damping.viscous) == ("modal", 0.01, 0.02)
+    damping = scene_of(GOOD, "cable.damping={viscous: 0.1}", "cable.damping.loss_factor=0.2").cable.damping
+    assert (damping.model, damping.ratio, damping.viscous) == ("hysteretic", None, 0.1)
+
+
 def test_a_material_gives_what_is_not_given_and_replaces_what_is_below():
     steel = scene_of(GOOD, "cable.material=steel").cable  # Table 9: 210 GPa, 7800 kg/m^3, 1500 to 2000 MPa
     assert (steel.elastic_modulus, steel.density, steel.strength) == (210e9, 7800, 1500e6)
@@ -255,6 +280,13 @@ BAD = [
     ("location: ground", "location: sky", '12:19: winch.location: got "sky" (allowed: ground, gondola)'),
     ("model: modal", "model: modl", '9:20: cable.damping.model: got "modl" (did you mean modal?)'),
     ("ratio: 0.01", "ratio: -1", "9:34: cable.damping.ratio: must be from 0 to 2, got -1"),
+    ("ratio: 0.01", "viscous: -1", "9:36: cable.damping.viscous: must be from 0 to 1e+06, got -1"),
+    (
+        "ratio: 0.01",
+        "viscous: 1 N/m",
+        "9:36: cable.damping.viscous: expected a viscous damping per length in N s/m^2 "
+        '(a number, or text such as "0.02 N s/m^2"), got "1 N/m" (stiffness)',
+    ),
     (
         "model: modal",
         "model: hysteretic",

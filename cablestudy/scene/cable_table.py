@@ -22,6 +22,7 @@ MASS_RANGE = (1e-18, 1e12)
 CHORD_RANGE = (1e-9, 1e12)
 PRESTRAIN_RANGE = (1e-18, 10.0)
 MAX_FORCE = 1e30
+MAX_VISCOUS = 1e6
 
 Coordinate = Annotated[float, Quantity("m")]
 Length = Annotated[float, Quantity("m", positive=True)]
@@ -64,18 +65,20 @@ class _Material(Word):
 
 
 class Damping(Table):
-    """How the cable loses energy. `model` follows from the parameter when it is not given.
+    """How the cable loses energy.
 
     Attributes
     ----------
     model : str
-        `modal` (default, with ratio 0.01), `hysteretic` or `kelvin_voigt`.
+        `modal`, `hysteretic` or `kelvin_voigt`; by default that of the parameter given, else `modal`.
     ratio : float or None
-        Modal damping ratio. [-]
+        Modal damping ratio; by default 0.01, or 0 when nothing but `viscous` is given. [-]
     loss_factor : float or None
         Hysteretic: EA (1 + i loss_factor). [-]
     time : float or None
         Kelvin-Voigt: EA (1 + i omega time). [s]
+    viscous : float
+        Force per length and velocity against all motion of the cable, in addition to the model. [N s/m^2]
     """
 
     table: ClassVar[str] = "cable.damping"
@@ -94,6 +97,9 @@ class Damping(Table):
     time: Annotated[float, Quantity("s", low=0)] | None = Field(
         None, description="Kelvin-Voigt: axial stiffness EA (1 + i omega time)"
     )
+    viscous: Annotated[float, Quantity("N s/m^2", low=0, high=MAX_VISCOUS)] = Field(
+        0.0, description="Force per length and velocity against all motion, with any model; alone: no other damping"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -102,7 +108,8 @@ class Damping(Table):
             return data
         if "model" not in data:
             named = [model for model, parameter in cls.parameters.items() if parameter in data]
-            data = {"model": named[0] if named else "modal", **data}
+            viscous_alone = not named and "viscous" in data
+            data = {"model": named[0] if named else "modal", **({"ratio": 0.0} if viscous_alone else {}), **data}
         return {"ratio": 0.01, **data} if data["model"] == "modal" and not cls._has_parameter(data) else data
 
     @classmethod

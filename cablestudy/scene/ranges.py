@@ -282,7 +282,7 @@ def _range(written):
 
 def _list(written):
     """Values between commas, as in a list of YAML."""
-    node = compose(f"[{written}]", "")
-    if not isinstance(node.content, list) or not node.content:
+    values, _ = compose(f"[{written}]", "")
+    if not isinstance(values, list) or not values:
         raise ValueError(_VARY)
-    return node.plain()
+    return values

@@ -248,7 +248,7 @@ TABLES = {
 
 def is_study(document):
     """Whether a file is a study rather than a scene."""
-    return any(key in document.value for key in STUDY_KEYS)
+    return any(key in document.given for key in STUDY_KEYS)
 
 
 def read_scene(document):

@@ -269,11 +269,11 @@ def study_of(source, sets=(), vary=()):
     Study
     """
     for key in ("cable", "gravity"):
-        if key in source.value:
+        if key in source.given:
             place = source.key_place((key,))
             raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'")
     try:
-        table = StudyTable.model_validate(_listed(source.value))
+        table = StudyTable.model_validate(_listed(source.given))
     except ValidationError as error:
         raise collect(error, source, TABLES) from None
     entries, found = entries_of(table, source)

@@ -28,6 +28,7 @@ DIMENSIONS = {
     "m/s": ("speed", "6 m/s"),
     "m/s^2": ("acceleration", "9.81 m/s^2"),
     "N/m": ("stiffness", "1 kN/m"),
+    "N s/m^2": ("viscous damping per length", "0.02 N s/m^2"),
     "dB": ("level", "6 dB"),
     "": ("pure number", "5 %"),
 }
