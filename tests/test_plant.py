@@ -10,7 +10,7 @@ from references import loop_matrix
 from scenes import scene
 
 from cablestudy.control import nyquist, plant, roots, winch
-from cablestudy.control.ends import EndModel
+from cablestudy.system.superelement import EndModel
 from cablestudy.control.gondola import coupled_modes_of
 from cablestudy.control.together import Notch, Together
 from cablestudy.control.transfer import Several, Transfer

@@ -12,8 +12,8 @@ from references import bars, loop_matrix
 from scenes import scene
 from scipy.optimize import brentq
 
-from cablestudy.control.ends import EndModel, Strain
-from cablestudy.control.winch import Loop, Notch, Passages
+from cablestudy.system.superelement import Superelement, Strain
+from cablestudy.control.winch import Loop, Notch
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 
@@ -33,7 +33,7 @@ def loop_of(name, where="ground", notch="static", *more):
     """A loop of 40 bars, with only the modes that it feels."""
     filtered = f"winch.controller.notch.frequency={notch}" if notch else "winch.controller.notch=none"
     loop = Case(scene(*CABLES[name], f"winch.location={where}", filtered, *more)).loop
-    return replace(loop, cable=loop.felt)
+    return replace(loop, cable=loop.excited)
 
 
 def rigid(mass, stiffness, location="ground", gain=0.0, notch=None, time=0.0):
@@ -41,7 +41,7 @@ def rigid(mass, stiffness, location="ground", gain=0.0, notch=None, time=0.0):
     spring = np.zeros((6, 6))
     spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
     strain = Strain("kelvin_voigt", time, np.zeros((0, 0)), np.zeros((0, 6)), spring) if time else None
-    cable = EndModel(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)), strain)
+    cable = Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)), strain)
     return Loop(cable, mass, location, gain, notch)
 
 
@@ -187,7 +187,7 @@ def test_poles_that_the_winch_hardly_moves_are_laid_out_once():
 def test_modes_that_nothing_feels_change_nothing():
     for name in CABLES:
         case = Case(scene(*CABLES[name]))
-        assert len(case.loop.felt.omega) < len(case.end_model.omega)
+        assert len(case.loop.excited.omega) < len(case.end_model.omega)
         assert loop_matrix.unstable(case.loop, 2 * case.loop.largest_gain) == loop_matrix.unstable(
             loop_of(name), 2 * case.loop.largest_gain
         )

@@ -65,10 +65,10 @@ class Moved:
     elastic : complex
         Derivative of it with respect to c. [N/m]
     inertia : complex
-        Derivative of it with respect to s^2, at constant c. [kg]
+        Derivative of it with respect to g = s^2 + viscous s, at constant c. [kg]
     strain, bend, carried : float
         Of the shape u: strain energy without damping and energy of the tension [N/m], and mass [kg], with |u|^2:
-        where M s^2 + `stiffness` is zero, (M + carried) s^2 + bend + (1 + c) strain is zero too, a sum of positive
+        where M s^2 + `stiffness` is zero, M s^2 + carried g + bend + (1 + c) strain is zero too, a sum of positive
         numbers.
     """
 
@@ -89,10 +89,12 @@ class ComplexStiffness:
         The motion that a movement of end 2 in that direction stirs.
     direction : ndarray, shape (3,)
         Unit vector in the chord frame. [-]
+    viscous : float
+        Viscous damping per length over mass per length. [1/s]
     """
 
-    def __init__(self, dynamics, direction):
-        state = dynamics.state
+    def __init__(self, dynamics, direction, viscous=0.0):
+        self.viscous, state = viscous, dynamics.state
         self._unit, self._mass = state.force / dynamics.length, dynamics.mass * dynamics.length
         self._planes = [
             _Plane(state, system.axes, direction[list(system.axes)])
@@ -113,7 +115,7 @@ class ComplexStiffness:
         Moved
         """
         unit, mass = self._unit, self._mass
-        moved = [plane.moved(s * s * mass / unit, loss) for plane in self._planes]
+        moved = [plane.moved(s * (s + self.viscous) * mass / unit, loss) for plane in self._planes]
         units = (unit, unit, mass, unit, unit, mass)
         return Moved(*(of * sum(part) for of, part in zip(units, zip(*moved, strict=True), strict=True)))
 
@@ -258,15 +260,20 @@ def damping_ratio(stiffness, mass, omega, law, amount):
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
         raise NoSolutionError(LOST) from None
-    whole, strain = moved.bend + moved.strain, moved.strain
+    whole, strain, drag = moved.bend + moved.strain, moved.strain, stiffness.viscous * moved.carried
     if strain <= STRAINLESS * whole:
+        strain = 0.0
+    if not strain and not drag:
         return 0.0
-    if law == "hysteretic":
-        ratio = np.sin(np.arctan2(amount * strain, whole) / 2)
-    elif not here.imag:
+    if not here.imag:
         return 1.0
+    total = mass + moved.carried
+    if law == "hysteretic":
+        # the root of total s^2 + drag s + whole + i loss strain, its real part a sum of positive numbers
+        root = np.sqrt(complex(4 * total * whole - drag**2, 4 * total * amount * strain))
+        ratio = (drag + root.imag) / abs(complex(drag + root.imag, root.real))
     else:
-        ratio = amount * strain / (2 * np.sqrt((mass + moved.carried) * whole))
+        ratio = (amount * strain + drag) / (2 * np.sqrt(total * whole))
     if not abs(ratio + here.real / abs(here)) < TRUSTED:
         raise NoSolutionError(f"the gondola's damping ratio, about {ratio:.3g}, is spoilt by rounding")
     return float(ratio)
@@ -276,13 +283,15 @@ class _Path:
     """A pole of a mass on a cable, while a share of the damping grows from none to all."""
 
     def __init__(self, stiffness, mass, law, amount):
-        self._stiffness, self._mass, self._amount, self._viscous = stiffness, mass, amount, law == "kelvin_voigt"
+        self._stiffness, self._mass, self._amount, self._rate = stiffness, mass, amount, law == "kelvin_voigt"
 
     def at(self, s, share):
         """The cable, what is left of the balance, and its slopes with respect to s and to the share."""
-        rate = self._amount * (s if self._viscous else 1j)
+        rate = self._amount * (s if self._rate else 1j)
         moved = self._stiffness(s, share * rate)
-        slope = 2 * s * (self._mass + moved.inertia) + (moved.elastic * share * self._amount if self._viscous else 0.0)
+        slope = 2 * s * (self._mass + moved.inertia) + self._stiffness.viscous * moved.inertia
+        if self._rate:
+            slope += moved.elastic * share * self._amount
         return moved, self._mass * s * s + moved.stiffness, slope, moved.elastic * rate
 
     def settled(self, s, share, reach):

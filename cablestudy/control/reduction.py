@@ -12,13 +12,13 @@ def truncated(model, chosen):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
         With all modes.
     chosen : ndarray of int
 
     Returns
     -------
-    EndModel
+    Superelement
         With `stiffness` and `inertia` as the truncation has them.
     """
     kept = model.select(chosen)
@@ -44,7 +44,7 @@ def share_omitted(model, rows, columns):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
         With all modes.
     rows, columns : sequence of int
         Forces and displacements, of the six.

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA, GROUND, NAMES
+from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 from cablestudy.control.reduction import ENDS, elastic_matrix, truncated
 
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
@@ -110,7 +110,7 @@ def cable(model, chosen=None, residual=True, forces=None):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
         With all modes.
     chosen : ndarray of int, optional
         The modes to keep; all without it.

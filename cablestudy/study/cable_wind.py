@@ -12,7 +12,7 @@ from math import ceil, floor
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.control.ends import GONDOLA, GROUND
+from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.control.reach import modal_shares
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices

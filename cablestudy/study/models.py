@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments
-from cablestudy.control.ends import Ends
+from cablestudy.system.superelement import Ends
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.batch import along
 
@@ -132,7 +132,7 @@ class Model:
         return self._models.dynamics(planes).take(self._place)
 
     def end_model(self, planes, damping):
-        """`EndModel` of this cable."""
+        """`Superelement` of this cable."""
         return self._models.ends(planes).model(damping, self._place)
 
     def end_moments(self, planes):

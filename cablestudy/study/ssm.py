@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.control import export, reduction, statespace
-from cablestudy.control.ends import GONDOLA, NAMES
+from cablestudy.system.superelement import GONDOLA, NAMES
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
@@ -151,7 +151,7 @@ class Choice:
 
     @property
     def kept(self):
-        """EndModel of the chosen modes."""
+        """Superelement of the chosen modes."""
         model = self.case.end_model
         return model.select(self.chosen) if self.wish.residual else reduction.truncated(model, self.chosen)
 

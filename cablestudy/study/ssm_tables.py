@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 
 from cablestudy.control import response
-from cablestudy.control.ends import GONDOLA, GROUND
+from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.study.ssm import PLACES
 from cablestudy.study.table import Field, Table
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.control import reduction
-from cablestudy.control.ends import Ends
+from cablestudy.system.superelement import Ends
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
