@@ -97,7 +97,7 @@ def test_modes_that_do_not_feel_the_gondola_are_left_out():
 
 
 @pytest.mark.parametrize(
-    ("twin", "guess"), [(PAPER, 0.7188), (SAGGING, 2.3309), (Twin(30.0, 183.0, 186.0, 24.2e-6), None)]
+    ("twin", "guess"), [(PAPER, 0.7188), (SAGGING, 0.2501), (Twin(30.0, 183.0, 186.0, 24.2e-6), None)]
 )
 def test_the_column_is_the_root_of_the_continuous_cable(twin, guess):
     found = cells(twin.scene("model.accuracy=1e-8"), "gondola_frequency")["gondola_frequency"]
@@ -202,14 +202,14 @@ def test_extreme_gondolas_and_cables_in_long_arithmetic(mass, seed):
 
 
 SLACK = ("cable.ends=[[0, 0, 0], [60, 0, 10]]", "cable.unstretched_length=80 m", "cable.area=2.5 cm^2",
-         "cable.strength=null", "gondola.mass=6 kg")  # fmt: skip
+         "cable.strength=null")  # fmt: skip
 
 
 def test_the_gondola_frequency_of_a_light_gondola_on_a_slack_cable_does_not_depend_on_the_accuracy():
     """A gondola of 6 kg on a cable of 29 kg: its mass is spread over many modes, its compliance is not."""
     names, found = ("gondola_frequency", "gondola_share"), []
     for digits in range(3, 11):
-        found.append(cells(scene(*SLACK, f"model.accuracy=1e-{digits}"), *names))
+        found.append(cells(scene(*SLACK, "gondola.mass=6 kg", f"model.accuracy=1e-{digits}"), *names))
     frequencies = np.array([row["gondola_frequency"] for row in found])
     for digits, value in zip(range(3, 11), frequencies, strict=True):
         assert value == pytest.approx(frequencies[-1], rel=10.0**-digits)

@@ -6,6 +6,7 @@ from cablestudy.system.linear import LinearSystem
 
 NEGLIGIBLE = 1e-10  # p/W^2, relative to the largest, below which a mode and the gondola do not move each other
 ROUNDING = 2e-14  # of a moment of inertia: what is left of it below is rounding
+CLOSE = 1e-8  # relative change of a squared frequency that is a correction of rounding
 TIE = 1e-6  # relative difference of two shares that are one: the lower mode is the gondola's
 
 
@@ -64,9 +65,21 @@ def coupled_modes(mass, stiffness, frequency, participation, moments):
     n = len(omega)
     inertia, rigidity = np.eye(n + 1), np.diag(np.append(omega**2, stiffness))
     inertia[:n, n] = inertia[n, :n] = carried
-    inertia[n, n] = mass + max(moments[0], (carried**2).sum())
+    own = moments[0] - (carried**2).sum()
+    own = mass + (own if own > ROUNDING * moments[0] else 0.0)
+    inertia[n, n] = own + (carried**2).sum()
     modes = LinearSystem(inertia, np.zeros_like(inertia), rigidity, ()).modes
-    return modes.omega / (2 * np.pi), modes.shares[0]
+    return _polished(modes.omega, own, stiffness, omega, carried) / (2 * np.pi), modes.shares[0]
+
+
+def _polished(natural, own, stiffness, omega, carried):
+    """Modes by a Newton step on k - w^2 (M + sum of m^2 W^2/(W^2 - w^2)), in which a light gondola does not cancel."""
+    square = natural**2
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        near = 1 / (1 - square[:, None] / omega**2)
+        rest = stiffness - square * (own + near @ carried**2)
+        change = rest / (own + near**2 @ carried**2) / square
+    return natural * np.sqrt(1 + np.where(np.abs(change) < CLOSE, change, 0.0))
 
 
 def gondola_mode(share):

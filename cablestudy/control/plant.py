@@ -174,7 +174,7 @@ class Plant:
     @cached_property
     def _pole_model(self):
         """The cable with the modes that matter for where poles are."""
-        return self.excited.select(self.needed(self.excited, *POLES))
+        return self.excited.condense(self.needed(self.excited, *POLES))
 
     @cached_property
     def main(self):
@@ -247,14 +247,14 @@ class Plant:
     def gondola_pole(self):
         """The pole without control with the largest share in the static compliance of the gondola. [rad/s]"""
         poles, shares = self._open
-        return self._newton(complex(poles[np.argmax(shares)]))
+        return self.pole_near(complex(poles[np.argmax(shares)]), self.excited)
 
-    def _newton(self, s):
-        """A pole without control near a place, by the secant method; the place itself where it does not settle."""
+    def pole_near(self, s, cable, gain=0.0):
+        """A pole near a place with a model of the cable, by the secant method; the place where it does not settle."""
         begin, before = s, s * (1 + 1e-6)
-        last = complex(self.balance_of(self.excited, np.array([before]), 0.0)[0])
+        last = complex(self.balance_of(cable, np.array([before]), gain)[0])
         for _ in range(NEWTON_STEPS):
-            value = complex(self.balance_of(self.excited, np.array([s]), 0.0)[0])
+            value = complex(self.balance_of(cable, np.array([s]), gain)[0])
             if value == last:
                 return s
             change = value * (s - before) / (value - last)

@@ -26,13 +26,14 @@ UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
 NEGLIGIBLE = 1e-9  # growth over frequency that is not called instability: twofold in 1e8 oscillations
 DRIVEN = 0.02  # share of its decay by which a gain must move a mode for the mode to be taken along
 SAFETY = 4  # over which the guaranteed decay counts beyond the modes that are taken along
-NEEDED = 1e-6, 1.0  # error of the poles by modes that are left out; what these have in the wind does not matter
+NEEDED, EXACT = (1e-6, 1.0), (1e-11, 1.0)  # error of the poles by modes that are left out, at first and in the end
+NEAR_AXIS, FEW = 1e-4, 6  # decay over frequency below which a pole is looked at again, and how many at most
 FEWEST = 5  # times the gondola's frequency up to which modes are always looked at
-MOST_MODES = 300  # that one verdict takes along
-SCAN = np.array([0.05, 0.15, 0.3, 0.5, 0.7, 0.85, 1.0, 1.2, 1.6, 2.5, 4.0])  # gains over the first-order limit
+MOST_MODES = 200  # that one verdict takes along
+SCAN = np.array([0.1, 0.4, 0.8, 1.1, 1.6, 4.0])  # gains over the first-order limit
 WIDE = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])  # further ones, over the last
 LEAST, MOST = 1e-15, 1e9  # gains over the gondola's frequency between which a limit is looked for
-BRACKET, EXACT = 1e-6, 1e-12  # relative width at which the limit is polished, and at which it is known
+BRACKET, SETTLED = 0.02, 1e-12  # relative width at which the limit is polished, and at which it is known
 STEPS = 60
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
 PER_DECADE = 40
@@ -142,11 +143,15 @@ class _Found:
 
     def __init__(self, plant, gain):
         whole, limit = (plant.cable, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
-        self.plant, self.gain, self.whole = plant, gain, whole
+        self.plant, self.gain = plant, gain
         chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
         if chosen.sum() > MOST_MODES:
             raise too_many(gain, int(chosen.sum()), float(whole.omega[chosen].max()))
-        self.cable = whole.select(np.flatnonzero(chosen))
+        self.cable = whole.condense(np.flatnonzero(chosen))
+        self.exact = whole
+        if whole.strain is not None:
+            chosen[plant.needed(whole, *EXACT)] = True
+            self.exact = whole.condense(np.flatnonzero(chosen))
         self.fixed, self.scaled = plant.closed_of(self.cable)
         self.open_poles = plant.system_of(self.cable).poles
 
@@ -164,9 +169,21 @@ class _Found:
 
     def verdict(self, gain):
         """See `Verdict`."""
-        (ratio,), (pole,) = self.growth([gain])
-        open_ratio = self.open_ratio(pole)
-        return Verdict(bool(ratio <= (NEGLIGIBLE if open_ratio < UNDAMPED else 0.0)), complex(pole), open_ratio)
+        (poles,) = self.poles([gain])
+        ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
+        order = np.argsort(-ratio)
+        verdicts = []
+        for place in order[:FEW]:
+            pole = complex(poles[place])
+            if verdicts and ratio[place] < -NEAR_AXIS:
+                break
+            if pole.imag > 0:  # with all modes that matter
+                pole = self.plant.pole_near(pole, self.exact, gain)
+            open_ratio = self.open_ratio(pole)
+            growth = pole.real / max(abs(pole), np.finfo(float).tiny)
+            verdicts.append((growth, Verdict(bool(growth <= allowed(open_ratio)), pole, open_ratio)))
+        growing = [part for part in verdicts if not part[1].stable]
+        return max(growing or verdicts, key=lambda part: part[0])[1]
 
     def open_ratio(self, pole):
         """Damping ratio without control of the mode that a pole belongs to. [-]"""
@@ -174,6 +191,11 @@ class _Found:
             return 1.0
         mode = self.open_poles[np.argmin(np.abs(self.open_poles - pole))]
         return float(max(-mode.real / abs(mode), 0.0))
+
+
+def allowed(open_ratio):
+    """Growth over frequency that is no instability, of a mode with a damping ratio without control. [-]"""
+    return NEGLIGIBLE if open_ratio < UNDAMPED else 0.0
 
 
 def _driven(plant, cable, gain):
@@ -210,18 +232,18 @@ def largest_gain(plant):
     found, low, high = _bracket(plant)
     if found is None:
         return None
-    while True:
+    for _ in range(STEPS):
         low, high, pole = _narrowed(found, low, high)
-        ratio = found.open_ratio(pole)
-        if ratio < UNDAMPED:
-            raise undamped(pole, ratio, f"no largest gain: at {high:.4g} rad/s ")
-        limit = _polished(plant, found.whole, pole, high)
-        # just below it another pole may be out already, which came back before the next gain that was looked at
-        before = 0.999 * min(limit, high)
-        (growth,), _ = found.growth([before])
-        if growth <= 0 or before <= low:
+        limit, pole, ratio = _polished(found, pole, high)
+        # just below it another pole may be out already, or one that came back before the next gain that was looked at
+        before = (1 - BRACKET) * min(limit, high)
+        verdict = found.verdict(before)
+        if verdict.stable or before <= low * (1 - BRACKET):
+            if ratio < UNDAMPED:
+                raise undamped(pole, ratio, f"no largest gain: at {limit:.4g} rad/s ")
             return limit
-        low, high = LEAST * plant.main, before
+        low, high = 0.0, before
+    raise NoSolutionError("no largest gain: the search for it does not settle")
 
 
 def _bracket(plant):
@@ -263,6 +285,7 @@ def _first_order(found):
 
 def _narrowed(found, low, high):
     """A narrower bracket, and the pole that grows at its upper end: false position on the growth."""
+    low = max(low, LEAST * found.plant.main)
     (below, above), poles = found.growth([low, high])
     below, above, pole, side = below - NEGLIGIBLE, above - NEGLIGIBLE, complex(list(poles)[1]), 0
     for step in range(STEPS):
@@ -284,25 +307,25 @@ def _narrowed(found, low, high):
     return low, high, pole
 
 
-def _polished(plant, cable, pole, gain):
-    """The gain at which a pole crosses the imaginary axis, with every mode: where the loop gain is real and negative."""
-    def turned(omega):
-        return complex(plant.unit_gain_of(cable, np.array([1j * omega]))[0])
+def _polished(found, pole, gain):
+    """The gain at which a pole is no longer stable, with all modes that matter; the pole, and its open damping ratio."""
+    ratio = found.open_ratio(pole)
 
-    before, omega = pole.imag * (1 + 1e-9), pole.imag
-    last = turned(before)
+    def excess(gain, near):
+        pole = found.plant.pole_near(near, found.exact, gain)
+        return pole.real / abs(pole) - allowed(ratio), pole
+
+    last, pole = excess(gain, complex(pole))
+    before, here = gain, gain * (1 + (BRACKET / 10 if last < 0 else -BRACKET / 10))
     for _ in range(STEPS):
-        value = turned(omega)
-        if value.imag == last.imag:
+        value, pole = excess(here, pole)
+        if value == last:
             break
-        change = value.imag * (omega - before) / (value.imag - last.imag)
-        before, last, omega = omega, value, omega - change
-        if not abs(omega - pole.imag) < 1e-2 * pole.imag:
-            return gain
-        if abs(change) <= EXACT * 1e-2 * omega:
-            break
-    found = -1 / turned(omega).real
-    return float(found) if abs(found - gain) < 0.02 * gain else gain
+        step = value * (here - before) / (value - last)
+        before, last, here = here, value, here - float(np.clip(step, -0.3 * here, 0.3 * here))
+        if abs(step) <= SETTLED * here:
+            return here, pole, ratio
+    return gain, pole, ratio
 
 
 def undamped(pole, ratio, begin=""):

@@ -63,13 +63,15 @@ class LinearSystem:
         """
         lower = np.linalg.cholesky(self.stiffness.real)
         half = np.linalg.solve(lower, self.mass)
-        square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.swapaxes(-1, -2)))
-        square, vectors = np.maximum(square[::-1], np.finfo(float).tiny), vectors[:, ::-1]
-        shapes = np.linalg.solve(lower.T, vectors) / np.sqrt(square)
+        _, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
+        shapes = np.linalg.solve(lower.T, vectors[:, ::-1])
+        # unit strain energy; the quotient has all digits of the high modes too
+        square = 1 / np.maximum((shapes * (self.mass @ shapes)).sum(axis=0), np.finfo(float).tiny)
+        order = np.argsort(square, kind="stable")
+        square, shapes = square[order], shapes[:, order]
         body = slice(len(self.mass) - self.bodies, None)
         compliance = (np.linalg.inv(lower) ** 2)[:, body].sum(axis=0)
-        shares = shapes[body] ** 2 * square / compliance[:, None]
-        return Modes(1 / np.sqrt(square), shapes, shares)
+        return Modes(np.sqrt(square), shapes * np.sqrt(square), shapes[body] ** 2 / compliance[:, None])
 
     @cached_property
     def unit(self):

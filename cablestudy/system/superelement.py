@@ -31,6 +31,7 @@ GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacement
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
 TRUSTED = 1e-11  # difference between the sum over poles and solved systems up to which the sum is used
 MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
+FEW = 4  # places up to which solving is cheaper than finding the poles
 AT_ONCE = 64  # systems of equations that are solved in one call
 
 
@@ -88,6 +89,8 @@ class Superelement:
         None for modal damping.
     viscous : float
         Viscous damping per length over mass per length. [1/s]
+    residual_damping : ndarray, shape (6, 6), or 0
+        What the modal damping of omitted modes adds at the ends, where it was kept. [N s/m]
     """
 
     omega: np.ndarray
@@ -97,6 +100,7 @@ class Superelement:
     inertia: np.ndarray
     strain: Strain | None = None
     viscous: float = 0.0
+    residual_damping: np.ndarray | float = 0.0
 
     @property
     def feedthrough(self):
@@ -142,6 +146,16 @@ class Superelement:
             strain=strain,
         )
 
+    def condense(self, chosen):
+        """As `select`, but with the modal damping of the omitted modes as slow movements of the ends meet it."""
+        kept = self.select(chosen)
+        if self.strain is not None:
+            return kept
+        omitted = np.ones(len(self.omega), dtype=bool)
+        omitted[chosen] = False
+        left, rate = self.coupling[omitted], (2 * self.damping_ratio * self.omega)[omitted]
+        return replace(kept, residual_damping=self.residual_damping + left.T @ (rate[:, None] * left))
+
     def matrices(self):
         """M, C and K of the modes and the six ends, each of shape (n + 6, n + 6); K is complex where hysteretic."""
         n, coupling = len(self.omega), self.coupling
@@ -153,6 +167,7 @@ class Superelement:
         if self.strain is None:
             absolute = np.concatenate([np.eye(n), coupling], axis=1)
             damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
+            damping[n:, n:] += self.residual_damping
         elif self.strain.law == "kelvin_voigt":
             damping = damping + self.strain.amount * self.strain.matrix
         else:
@@ -193,6 +208,8 @@ class Superelement:
         products = left[:, :, None] * right[:, None, :]
         rate = inertial[:, None] + s[:, None] * (2 * self.damping_ratio * self.omega)
         value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
+        if np.any(self.residual_damping):
+            value = value + s[:, None, None] * self.residual_damping[rows][:, columns]
         modal = (rate / (rate + square)) @ products.reshape(len(square), value[0].size if len(s) else 0)
         return value + modal.reshape(value.shape)
 
@@ -204,7 +221,8 @@ class Superelement:
         value = self.stiffness[rows][:, columns] + factor * ends + inertial * inertia
         if len(self.omega):
             left, right = ((strain.coupling[:, part], self.coupling[:, part]) for part in (rows, columns))
-            if self.resolvent is None:
+            few = len(s) <= FEW and "resolvent" not in self.__dict__
+            if few or self.resolvent is None:
                 value = value - self._by_solving(s, factor, inertial, left, right)
             else:
                 value = value - self._by_poles(self.resolvent, s, factor, inertial, left, right)
