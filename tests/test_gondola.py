@@ -54,7 +54,9 @@ def test_all_modes_together_are_the_whole_eigenproblem(gondola):
     root = np.sqrt(np.diag(M))
     value, psi = np.linalg.eigh(K / np.outer(root, root))
     # to the rounding of the lowest one: all digits for the gondola's
-    assert frequency**-2.0 == pytest.approx((2 * np.pi) ** 2 / value, rel=1e-12, abs=1e-14 * (2 * np.pi) ** 2 / value[0])
+    assert frequency**-2.0 == pytest.approx(
+        (2 * np.pi) ** 2 / value, rel=1e-12, abs=1e-14 * (2 * np.pi) ** 2 / value[0]
+    )
     # phi^2/w^2 of the last mass over what it moves for a force of one
     assert share == pytest.approx((psi[-1] / root[-1]) ** 2 / value / np.linalg.inv(K)[-1, -1], rel=1e-9)
     assert share.sum() == pytest.approx(1, rel=1e-12)

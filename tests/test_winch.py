@@ -12,11 +12,11 @@ from references import bars, loop_matrix
 from scenes import scene
 from scipy.optimize import brentq
 
-from cablestudy.system.superelement import Superelement, Strain
 from cablestudy.control import stability
 from cablestudy.control.winch import Loop, Notch
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
+from cablestudy.system.superelement import Strain, Superelement
 
 CABLES = {
     "carlina": (),

@@ -4,8 +4,8 @@ With x the gondola's place, u the winch's and F a force on the gondola:
 
     (M s^2 + k_xx) x + k_xu u = F,    u = -C(s) x on the ground,  u = +C(s) x on the gondola
 
-C = (gain/s) N(s). On the ground the winch moves end 1; on the gondola end 2 stands at x + u, so that k_xu = k_xx. Either
-way the loop gain is L = gain L1 with L1 = C1 G, G(0) = 1.
+C = (gain/s) N(s). On the ground the winch moves end 1; on the gondola end 2 stands at x + u, so that k_xu = k_xx.
+Either way the loop gain is L = gain L1 with L1 = C1 G, G(0) = 1.
 """
 
 from collections.abc import Callable
@@ -77,8 +77,8 @@ class Plant:
     tolerance : float
         Relative error of the response that modes may cause which are left out of it; 0 keeps all. [-]
     resolved : callable or None
-        (Plant, gain [rad/s]) -> Superelement whose modes are right as far as the gain could drive them, and up to where [rad/s];
-        for stability; without it all modes of `cable`.
+        For stability: (Plant, gain [rad/s]) -> Superelement whose modes are right as far as the gain could drive them,
+        and the frequency up to which they are [rad/s]. Without it all modes of `cable` count.
     """
 
     cable: Superelement

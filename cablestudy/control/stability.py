@@ -5,14 +5,14 @@ For a mode of frequency W far above the gondola's, the winch moves the pole by a
 
     ds = gain |N(i W)| F_1 F_2 / (2 M W^4)
 
-at most, with F the forces of the mode, of unit modal mass, on the ends along x. A wave that runs to and fro along the cable
-has F^2 = 2 W^2 Z n^2/t, Z being the impedance of the end (sqrt(T m) across, sqrt(EA m) along the cable), n the direction
-cosine and t the travel time from end to end. Beyond the frequency where this falls below the decay that damping guarantees
-(strain damping for waves along the cable, viscous damping for all), no mode can be driven.
+at most, with F the forces of the mode, of unit modal mass, on the ends along x. A wave that runs to and fro along the
+cable has F^2 = 2 W^2 Z n^2/t, Z being the impedance of the end (sqrt(T m) across, sqrt(EA m) along the cable), n the
+direction cosine and t the travel time from end to end. Beyond the frequency where this falls below the decay that
+damping guarantees (strain damping for waves along the cable, viscous damping for all), no mode can be driven.
 
-Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is not
-called instability: no material is known to be that undamped. A mode whose damping ratio without control is below UNDAMPED
-and which the gain drives by more is refused by name, since cable.damping.viscous decides then and not the strain.
+Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is
+not called instability: no material is known to be that undamped. A mode whose damping ratio without control is below
+UNDAMPED and which the gain drives by more is refused by name: cable.damping.viscous decides then, and not the strain.
 """
 
 from dataclasses import dataclass
@@ -127,8 +127,8 @@ def judge(plant, gain):
     NoSolutionError
         The gain could drive too many modes.
     """
-    found = _Found(plant, gain)
-    return found.verdict(gain)
+    gain = min(gain, MOST * plant.main)  # beyond it nothing changes
+    return _Found(plant, gain).verdict(gain)
 
 
 class _Found:
@@ -207,7 +207,9 @@ def _driven(plant, cable, gain):
     moved = force[0] > 1e-9 * force[0].max(initial=0.0)
     if plant.mass < cable.inertia[plant.ends[0], plant.ends[0]]:
         return moved | chosen  # a light gondola is moved by every mode
-    held = np.maximum(np.abs(plant.mass * omega**2 - cable.stiffness[plant.ends[0], plant.ends[0]]), plant.mass * main**2)
+    held = np.maximum(
+        np.abs(plant.mass * omega**2 - cable.stiffness[plant.ends[0], plant.ends[0]]), plant.mass * main**2
+    )
     push = gain * np.abs(plant.controller(1j * omega)) * force[0] * force[1] / (2 * omega * held)
     return chosen | (push > DRIVEN * np.maximum(cable.decay, NEGLIGIBLE * omega))
 
@@ -253,7 +255,7 @@ def _bracket(plant):
     first = min(max(_first_order(found), 10 * LEAST * main), main * 1e3)
     gains, low = first * SCAN, 0.0
     while gains[0] < MOST * main:
-        found = _Found(plant, gains[-1])
+        found, gains = _as_far_as_possible(plant, gains)
         growth, _ = found.growth(gains)
         out = growth > NEGLIGIBLE
         if out.any():
@@ -267,6 +269,17 @@ def _bracket(plant):
         low = float(gains[-1])
         gains = low * WIDE
     return None, None, None
+
+
+def _as_far_as_possible(plant, gains):
+    """The closed loop for some gains, without the largest ones where these could drive too many modes."""
+    while True:
+        try:
+            return _Found(plant, gains[-1]), gains
+        except NoSolutionError:
+            if len(gains) == 1:
+                raise
+            gains = gains[:-1]
 
 
 def _first_order(found):
@@ -308,7 +321,7 @@ def _narrowed(found, low, high):
 
 
 def _polished(found, pole, gain):
-    """The gain at which a pole is no longer stable, with all modes that matter; the pole, and its open damping ratio."""
+    """The gain that makes a pole unstable, with all modes that matter; the pole, and its damping ratio without control."""
     ratio = found.open_ratio(pole)
 
     def excess(gain, near):
@@ -324,8 +337,8 @@ def _polished(found, pole, gain):
         step = value * (here - before) / (value - last)
         before, last, here = here, value, here - float(np.clip(step, -0.3 * here, 0.3 * here))
         if abs(step) <= SETTLED * here:
-            return here, pole, ratio
-    return gain, pole, ratio
+            return float(here), pole, ratio
+    return float(gain), pole, ratio
 
 
 def undamped(pole, ratio, begin=""):

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 from cablestudy.control.reduction import ENDS, elastic_matrix, truncated
+from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 

@@ -54,6 +54,11 @@ class Loop:
         """The same with the winch held."""
         return replace(self, gain=0.0)
 
+    @cached_property
+    def whole(self):
+        """The same with every mode in its response."""
+        return Loop.of(replace(self.plant, tolerance=0.0), self.gain) if self.plant.tolerance else self
+
     @property
     def excited(self):
         """See `Plant`, like all that follows."""
@@ -128,8 +133,9 @@ class Loop:
     @property
     def gain_margin(self):
         """Largest stable gain over the gain; None when there is no limit. [dB]"""
-        limit = self.largest_gain
-        return None if limit is None or not self.gain else float(20 * np.log10(limit / self.gain))
+        self.check_damped()
+        limit = self.largest_gain if self.gain else None
+        return None if limit is None else float(20 * np.log10(limit / self.gain))
 
     @property
     def phase_margin(self):

@@ -12,8 +12,8 @@ from math import ceil, floor
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.control.reach import modal_shares
+from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.spectrum import speed_spectrum

@@ -8,7 +8,6 @@ from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.control import gondola
-from cablestudy.errors import NoSolutionError
 from cablestudy.study import loops, windrms
 from cablestudy.study.batch import Batch, ClosedStatics
 from cablestudy.study.models import MAX_MODES, model_of

@@ -8,9 +8,9 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments
-from cablestudy.system.superelement import Ends
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.batch import along
+from cablestudy.system.superelement import Ends
 
 MAX_MODES = 600  # of a large model, for its dynamics
 

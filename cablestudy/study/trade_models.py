@@ -9,7 +9,6 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.control import reduction
-from cablestudy.system.superelement import Ends
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
@@ -17,6 +16,7 @@ from cablestudy.study.case import Case
 from cablestudy.study.columns import find, value
 from cablestudy.study.row import evaluate
 from cablestudy.study.wanted import DISCRETE
+from cablestudy.system.superelement import Ends
 
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)

@@ -103,7 +103,7 @@ def cable_force_of(case):
 
     def force(frequency):
         found = [size**2 * spectrum(frequency) for spectrum in spectra]
-        moved = [np.trapezoid(spectra_of(case.loop, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
+        moved = [np.trapezoid(spectra_of(case.loop.whole, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
         return found[int(np.argmax(moved))] if found else np.zeros_like(frequency)
 
     return force
@@ -227,7 +227,8 @@ def cable_response_of(case, loop):
     wind, reach = case.scene.wind, CableWind(case)
     spectra = filter(None, [reach.spectrum(direction) for direction in DIRECTIONS])
     corner, tolerance = wind.speed / wind.length_scale, tolerance_of(case.scene)
-    found = [respond(loop, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
+    # the wind on the cable shakes modes that a force on the gondola hardly does
+    found = [respond(loop.whole, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
     if not found:  # a straight cable without weight does not pass on what is normal to it
         return Response(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW), 0)
     worst = max(found, key=lambda response: response.displacement)

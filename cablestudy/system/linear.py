@@ -2,9 +2,9 @@
 
     M z'' + C z' + K z = f - (K1 v + C1 v' + M1 v'')
 
-z are the modal amplitudes of all cables and then the displacements of the bodies; f forces on them; v the displacements
-that winches impose. The ends of cable i move by u_i = G_i x + H_i v, x being the displacements of the bodies: G_i and H_i
-say where it is attached, and the matrices of the system are sums over the superelements.
+z are the modal amplitudes of all cables and then the displacements of the bodies; f forces on them; v the
+displacements that winches impose. The ends of cable i move by u_i = G_i x + H_i v, x being the displacements of the
+bodies: G_i and H_i say where it is attached, and the matrices of the system are sums over the superelements.
 """
 
 from dataclasses import dataclass

@@ -214,6 +214,11 @@ class Superelement:
         return value + modal.reshape(value.shape)
 
     def _strained(self, s, rows, columns):
+        if np.abs(self.strain.factor(1j * self.omega.min(initial=np.inf))) > MOST_DAMPED and len(self.omega):
+            raise NoSolutionError(
+                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
+                f"response: cable.damping must be less"
+            )
         strain, below = self.strain, (np.imag(s) < 0) & (self.strain.law == "hysteretic")
         s = np.where(below, np.conj(s), s)
         factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
@@ -239,7 +244,9 @@ class Superelement:
             return (weight @ products.reshape(len(value), shape[1] * shape[2])).reshape(shape)
 
         mixed = summed(left[0], right[1]) + summed(left[1], right[0])
-        return factor**2 * summed(left[0], right[0]) + factor * inertial * mixed + inertial**2 * summed(left[1], right[1])
+        return (
+            factor**2 * summed(left[0], right[0]) + factor * inertial * mixed + inertial**2 * summed(left[1], right[1])
+        )
 
     def _by_solving(self, s, factor, inertial, left, right):
         """The same by a system of equations for each s."""
@@ -256,17 +263,7 @@ class Superelement:
         """(values, left, right) of damped strain; None where rounding spoils the sum.
 
         (W^2 + c E + g)^-1 is the sum of left right over (g + value), or over (s - value) for Kelvin-Voigt.
-
-        Raises
-        ------
-        NoSolutionError
-            So much damped strain that rounding spoils the response.
         """
-        if np.abs(self.strain.factor(1j * self.omega.min())) > MOST_DAMPED:
-            raise NoSolutionError(
-                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
-                f"response: cable.damping must be less"
-            )
         try:
             with np.errstate(all="ignore"):  # the check below finds what is not finite
                 poles = self._slow_poles()
