@@ -184,22 +184,24 @@ class Plant:
         modes = self.system_of(self.excited).modes
         return float(modes.omega[np.argmax(modes.shares[0])])
 
-    def needed(self, cable, shift, variance):
+    def needed(self, cable, shift, variance, about=None):
         """Modes of a cable that change the gondola's motion.
 
         Parameters
         ----------
         cable : Superelement
         shift : float
-            Relative change of the stiffness near the gondola's frequency that the others may make together.
+            Relative change of the gondola's motion near its frequency that the others may make together.
         variance : float
             Share of the variance in the wind that the others may have at their resonances.
+        about : float
+            Another frequency than the gondola's. [rad/s]
 
         Returns
         -------
         ndarray of int
         """
-        main = self.main
+        main = about or self.main
         omega, static = cable.omega, float(cable.stiffness[GONDOLA, GONDOLA])
         own, other = (np.abs(cable.coupling[:, end]) for end in (GONDOLA, self.winch_end))
         total = self.mass + max(float(cable.inertia[GONDOLA, GONDOLA]), 0.0)

@@ -26,14 +26,15 @@ UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
 NEGLIGIBLE = 1e-9  # growth over frequency that is not called instability: twofold in 1e8 oscillations
 DRIVEN = 0.02  # share of its decay by which a gain must move a mode for the mode to be taken along
 SAFETY = 4  # over which the guaranteed decay counts beyond the modes that are taken along
-NEEDED, EXACT = (1e-6, 1.0), (1e-11, 1.0)  # error of the poles by modes that are left out, at first and in the end
-NEAR_AXIS, FEW = 1e-4, 6  # decay over frequency below which a pole is looked at again, and how many at most
+NEEDED = 1e-4  # error of the poles by modes that are left out,
+EXACT = 0.1  # and where it decides, over that of the response
+TAKEN, FEW = 0.5, 8  # share of its damping that a gain takes from a pole that is looked at again; how many at most
 FEWEST = 5  # times the gondola's frequency up to which modes are always looked at
 MOST_MODES = 200  # that one verdict takes along
-SCAN = np.array([0.1, 0.4, 0.8, 1.1, 1.6, 4.0])  # gains over the first-order limit
-WIDE = np.array([2.0, 4.0, 8.0, 16.0, 32.0, 64.0])  # further ones, over the last
+SCAN = np.array([0.3, 0.8, 1.2, 3.0])  # gains over the first-order limit
+WIDE = np.array([2.0, 5.0, 12.0, 30.0])  # further ones, over the last
 LEAST, MOST = 1e-15, 1e9  # gains over the gondola's frequency between which a limit is looked for
-BRACKET, SETTLED = 0.02, 1e-12  # relative width at which the limit is polished, and at which it is known
+BELOW, SETTLED = 0.02, 1e-12  # by which a gain below the limit must be stable; step after which the limit is known
 STEPS = 60
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
 PER_DECADE = 40
@@ -148,12 +149,20 @@ class _Found:
         if chosen.sum() > MOST_MODES:
             raise too_many(gain, int(chosen.sum()), float(whole.omega[chosen].max()))
         self.cable = whole.condense(np.flatnonzero(chosen))
-        self.exact = whole
-        if whole.strain is not None:
-            chosen[plant.needed(whole, *EXACT)] = True
-            self.exact = whole.condense(np.flatnonzero(chosen))
+        self._whole, self._chosen, self._exact = whole, chosen, {}
         self.fixed, self.scaled = plant.closed_of(self.cable)
         self.open_poles = plant.system_of(self.cable).poles
+
+    def exact(self, pole):
+        """The cable with every mode that matters for a pole."""
+        plant, about = self.plant, int(np.ceil(np.log2(max(abs(pole) / self.plant.main, 1.0))))
+        if self._whole.strain is None or not plant.tolerance:
+            return self._whole
+        if about not in self._exact:
+            chosen = self._chosen.copy()
+            chosen[plant.needed(self._whole, EXACT * plant.tolerance, 1.0, plant.main * 2.0**about)] = True
+            self._exact[about] = self._whole.condense(np.flatnonzero(chosen))
+        return self._exact[about]
 
     def poles(self, gains):
         """Eigenvalues for some gains, shape (k,) -> (k, n). [rad/s]"""
@@ -165,22 +174,19 @@ class _Found:
         poles = self.poles(gains)
         ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
         place = np.argmax(ratio, axis=1)[:, None]
-        return (np.take_along_axis(values, place, axis=1)[:, 0] for values in (ratio, poles))
+        return tuple(np.take_along_axis(values, place, axis=1)[:, 0] for values in (ratio, poles))
 
     def verdict(self, gain):
         """See `Verdict`."""
         (poles,) = self.poles([gain])
         ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
-        order = np.argsort(-ratio)
         verdicts = []
-        for place in order[:FEW]:
-            pole = complex(poles[place])
-            if verdicts and ratio[place] < -NEAR_AXIS:
-                break
-            if pole.imag > 0:  # with all modes that matter
-                pole = self.plant.pole_near(pole, self.exact, gain)
+        for place in np.argsort(-ratio)[:FEW]:
+            growth, pole = float(ratio[place]), complex(poles[place])
             open_ratio = self.open_ratio(pole)
-            growth = pole.real / max(abs(pole), np.finfo(float).tiny)
+            if pole.imag > 0 and growth > -TAKEN * open_ratio:  # with all modes that matter
+                pole = self.plant.pole_near(pole, self.exact(pole), gain)
+                growth = pole.real / abs(pole)
             verdicts.append((growth, Verdict(bool(growth <= allowed(open_ratio)), pole, open_ratio)))
         growing = [part for part in verdicts if not part[1].stable]
         return max(growing or verdicts, key=lambda part: part[0])[1]
@@ -201,7 +207,7 @@ def allowed(open_ratio):
 def _driven(plant, cable, gain):
     """Which modes of a cable a gain could drive, or matter for the motion of the gondola."""
     chosen = np.zeros(len(cable.omega), dtype=bool)
-    chosen[plant.needed(cable, *NEEDED)] = True
+    chosen[plant.needed(cable, NEEDED, 1.0)] = True
     omega, main = cable.omega, plant.main
     force = [np.abs(cable.participation[:, end]) for end in plant.ends]
     moved = force[0] > 1e-9 * force[0].max(initial=0.0)
@@ -231,43 +237,40 @@ def largest_gain(plant):
     NoSolutionError
         It depends on modes that are as good as undamped, or on too many.
     """
-    found, low, high = _bracket(plant)
+    found, pole, high = _unstable(plant)
     if found is None:
         return None
     for _ in range(STEPS):
-        low, high, pole = _narrowed(found, low, high)
         limit, pole, ratio = _polished(found, pole, high)
         # just below it another pole may be out already, or one that came back before the next gain that was looked at
-        before = (1 - BRACKET) * min(limit, high)
-        verdict = found.verdict(before)
-        if verdict.stable or before <= low * (1 - BRACKET):
+        high = (1 - BELOW) * min(limit, high)
+        verdict = found.verdict(high)
+        if verdict.stable:
             if ratio < UNDAMPED:
                 raise undamped(pole, ratio, f"no largest gain: at {limit:.4g} rad/s ")
             return limit
-        low, high = 0.0, before
+        pole = verdict.pole
     raise NoSolutionError("no largest gain: the search for it does not settle")
 
 
-def _bracket(plant):
-    """The closed loop, a stable gain and an unstable one above it, no other unstable one between them looked at."""
+def _unstable(plant):
+    """The closed loop, a pole that is out and its gain, the least of those that are looked at; None without any."""
     main = plant.main
     found = _Found(plant, main * 1e-3)
-    first = min(max(_first_order(found), 10 * LEAST * main), main * 1e3)
-    gains, low = first * SCAN, 0.0
+    gains = SCAN * min(max(_first_order(found), 10 * LEAST * main), main * 1e3)
+    low = 0.0
     while gains[0] < MOST * main:
         found, gains = _as_far_as_possible(plant, gains)
-        growth, _ = found.growth(gains)
+        growth, poles = found.growth(gains)
         out = growth > NEGLIGIBLE
+        place = int(np.argmax(out))
+        if out.any() and (place or low or gains[0] < LEAST * main):
+            return found, complex(poles[place]), float(gains[place])
         if out.any():
-            place = int(np.argmax(out))
-            if place or low:
-                return found, float(gains[place - 1] if place else low), float(gains[place])
-            if gains[0] < LEAST * main:
-                return found, 0.0, float(gains[0])
             gains = gains[0] * SCAN / (2 * SCAN[-1])
-            continue
-        low = float(gains[-1])
-        gains = low * WIDE
+        else:
+            low = float(gains[-1])
+            gains = low * WIDE
     return None, None, None
 
 
@@ -296,40 +299,16 @@ def _first_order(found):
     return float(limits.min(initial=np.inf)) if len(limits) else found.plant.main
 
 
-def _narrowed(found, low, high):
-    """A narrower bracket, and the pole that grows at its upper end: false position on the growth."""
-    low = max(low, LEAST * found.plant.main)
-    (below, above), poles = found.growth([low, high])
-    below, above, pole, side = below - NEGLIGIBLE, above - NEGLIGIBLE, complex(list(poles)[1]), 0
-    for step in range(STEPS):
-        if high - low <= BRACKET * high:
-            break
-        gain = (low * above - high * below) / (above - below)
-        if step % 4 == 3 or not low < gain < high:
-            gain = (low + high) / 2
-        (growth,), (there,) = found.growth([gain])
-        growth -= NEGLIGIBLE
-        if growth > 0:
-            high, above, pole = gain, growth, complex(there)
-            below = below / 2 if side == 1 else below
-            side = 1
-        else:
-            low, below = gain, growth
-            above = above / 2 if side == -1 else above
-            side = -1
-    return low, high, pole
-
-
 def _polished(found, pole, gain):
-    """The gain that makes a pole unstable, with all modes that matter; the pole, and its damping ratio without control."""
-    ratio = found.open_ratio(pole)
+    """The gain that makes a pole unstable, with all modes that matter; the pole, and its open damping ratio."""
+    ratio, cable = found.open_ratio(pole), found.exact(pole)
 
     def excess(gain, near):
-        pole = found.plant.pole_near(near, found.exact, gain)
+        pole = found.plant.pole_near(near, cable, gain)
         return pole.real / abs(pole) - allowed(ratio), pole
 
     last, pole = excess(gain, complex(pole))
-    before, here = gain, gain * (1 + (BRACKET / 10 if last < 0 else -BRACKET / 10))
+    before, here = gain, gain * (1.01 if last < 0 else 0.99)
     for _ in range(STEPS):
         value, pole = excess(here, pole)
         if value == last:

@@ -18,6 +18,7 @@ PER_WAVE = 1.7  # orders for each half-wave
 HIGHEST, MOST_ORDERS = 44, 600  # of an element, and of the longest smooth piece
 FINER = 1.3  # models that follow each other, in orders
 TRIALS = 4
+LIMIT_STEP = 2.0  # of the frequency up to which modes are resolved
 RESPONSE_SHARE = 0.01  # of the accuracy: error by modes that the response leaves out
 NO_DAMPING, CREEPING = 1e-12, 1e-6  # ratio that is none, and imaginary part over size of a pole that creeps back
 LIGHT, DISTINCT = (1e-4, 0.1), 0.8  # damping ratios, and share, with which the gondola's pole is found at once
@@ -217,12 +218,17 @@ def _notch(case, notch):
 
 def _resolution(case):
     """What gives a plant the cable with every mode right that a gain could drive: see `Plant.resolved`."""
-    found = {}
+    found, known = {}, []
 
     def resolved(plant, gain):
-        waves = _waves(case)
-        limit = driven_up_to(plant, waves, gain)
-        return _resolved(case, gain, limit, waves.time_across, found), limit
+        if not known:
+            known.append(_waves(case))
+        limit = driven_up_to(plant, known[0], gain)
+        # in steps, so that gains that are alike share a model
+        limit = float(plant.main * LIMIT_STEP ** np.ceil(np.log(limit / plant.main) / np.log(LIMIT_STEP)))
+        if limit not in found:
+            found[limit] = _resolved(case, gain, limit, known[0].time_across)
+        return found[limit], limit
 
     return resolved
 
@@ -238,9 +244,9 @@ def _waves(case):
     return Waves(float(across.max()), float(along.max()), case.travel_time, time)
 
 
-def _resolved(case, gain, limit, time, found):
+def _resolved(case, gain, limit, time):
     """The superelement of a case whose modes up to a frequency [rad/s] are resolved."""
-    half_waves = limit / np.pi * time
+    half_waves = limit / np.pi * time if np.isfinite(limit) else np.inf
     longest = case.batch.longest_of(case.place)
     orders = PER_WAVE * half_waves * longest
     if not orders <= MOST_ORDERS:
@@ -253,9 +259,7 @@ def _resolved(case, gain, limit, time, found):
         elements = ceil(total / HIGHEST)
         order = ceil(total / elements)
         rung = case.rung if total == own else (elements, order)
-        if rung not in found:
-            found[rung] = case if rung == case.rung else case.refined(*rung)
-        finer = found[rung]
+        finer = case if rung == case.rung else case.refined(*rung)
         modes = finer.felt.modes(finer.felt.dof)
         errors = modes.errors[2 * np.pi * modes.frequency <= limit]
         if errors.max(initial=0.0) <= RESOLVED:
