@@ -51,7 +51,8 @@ def random_scene(seed):
     notch = "none"
     if draw.random() > 0.2:
         notch = {"frequency": "coupled", "damping_ratio": float(draw.uniform(0.03, 0.3)),
-                 "rolloff_frequency": spread(1, 100), "rolloff_damping_ratio": float(draw.uniform(0.3, 1.2))}  # fmt: skip
+                 "rolloff_frequency": spread(1, 100),
+                 "rolloff_damping_ratio": float(draw.uniform(0.3, 1.2))}  # fmt: skip
     mass = cable["density"] * cable["area"] * chord * spread(1, 300)
     where = str(draw.choice(["ground", "gondola"]))
     return Scene.model_validate({

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.stability import UNDAMPED, largest_gain
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import assemble
@@ -21,6 +22,7 @@ from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
 
 POLES = 1e-5, 1e-9  # error of the poles by modes that are left out, and variance that these have at resonance
 CANCELLED = 0.1  # distance of a pole from a zero, over its width, up to which they cancel
+LARGE = 0.3  # of the largest share in the gondola's static compliance
 NEWTON_STEPS = 30
 NEAR = 20  # times the gondola's frequency: beyond it resonances need no breakpoints of their own
 
@@ -176,13 +178,19 @@ class Plant:
         """The cable with the modes that matter for where poles are."""
         return self.excited.condense(self.needed(self.excited, *POLES))
 
+    @property
+    def coupled(self):
+        """Undamped frequencies of gondola and cable [Hz], and their shares in the gondola's static compliance."""
+        modes = self.system_of(self.excited).modes
+        return modes.omega / (2 * np.pi), modes.shares[0]
+
     @cached_property
     def main(self):
         """Undamped frequency of the gondola's mode. [rad/s]"""
         if self.natural is not None:
             return self.natural
-        modes = self.system_of(self.excited).modes
-        return float(modes.omega[np.argmax(modes.shares[0])])
+        frequency, share = self.coupled
+        return float(2 * np.pi * frequency[gondola_mode(share)])
 
     def needed(self, cable, shift, variance, about=None):
         """Modes of a cable that change the gondola's motion.
@@ -247,9 +255,11 @@ class Plant:
 
     @cached_property
     def gondola_pole(self):
-        """The pole without control with the largest share in the static compliance of the gondola. [rad/s]"""
+        """Of the poles without control with a large share in the static compliance of the gondola the one nearest to
+        the gondola's undamped frequency. [rad/s]"""
         poles, shares = self._open
-        return self.pole_near(complex(poles[np.argmax(shares)]), self.excited)
+        poles = poles[shares >= LARGE * shares.max()]
+        return self.pole_near(complex(poles[np.argmin(np.abs(np.abs(poles) - self.main))]), self.excited)
 
     def pole_near(self, s, cable, gain=0.0):
         """A pole near a place with a model of the cable, by the secant method; the place where it does not settle."""

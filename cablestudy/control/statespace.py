@@ -253,11 +253,11 @@ def _parts(model, chosen, residual, forces):
     mass = np.block([[np.eye(n), empty], [empty.T, source.residual_inertia]])
     squares = np.diag(source.omega**2)
     stiffness = np.block([[squares, source.participation], [source.participation.T, source.feedthrough]])
-    damping, hysteretic = np.zeros_like(mass), None
+    damping, hysteretic = source.viscous * mass, None
     if source.strain is None:
-        damping[:n, :n] = np.diag(2 * source.damping_ratio * source.omega)
+        damping[:n, :n] += np.diag(2 * source.damping_ratio * source.omega)
     elif source.strain.law == "kelvin_voigt":
-        damping = source.strain.amount * elastic_matrix(source)
+        damping = damping + source.strain.amount * elastic_matrix(source)
     else:
         hysteretic = source.strain.amount * elastic_matrix(source)
     labels, acting = (), np.zeros((n + ENDS, 0))
@@ -289,7 +289,8 @@ def _first_order(parts, free, driven, inputs, gondola=None):
         mass[-1] += gondola
     damping = parts.damping
     if parts.hysteretic is not None:
-        damping = free @ _equivalent(free.T @ parts.hysteretic @ free, mass, free.T @ parts.stiffness @ free) @ free.T
+        elastic, stiffness = (free.T @ matrix @ free for matrix in (parts.hysteretic, parts.stiffness))
+        damping = damping + free @ _equivalent(elastic, mass, stiffness) @ free.T
     k, c = (free.T @ matrix @ free / mass[:, None] for matrix in (parts.stiffness, damping))
     given = [-(free.T @ matrix @ driven) / mass[:, None] for matrix in (parts.stiffness, damping, parts.mass)]
     body = np.eye(moving)[:, moving - (gondola is not None) :]

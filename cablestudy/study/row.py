@@ -285,12 +285,14 @@ def _values(case, wanted, known, exact):
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
         notes.append(f"statics: {case.model.convergence}")
+        notes += loops.gondola_notes(case) if wanted.body else ()
         errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
         return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
     numbers = {**known, **{column.header: value(column, case) for column in wanted.single}}
     if not wanted.motion:
         return numbers, case, 0, exact, CHEAPEST[False]
-    if wanted.damped and case.scene.cable.damping.model == "modal":
+    damping = case.scene.cable.damping
+    if wanted.damped and damping.model == "modal" and damping.ratio:
         raise NoSolutionError(MODAL)
     finer, moving, errors, tried = yield from climb(case, wanted.sample, felt_by(case, wanted))
     for column in wanted.motion:
@@ -298,6 +300,7 @@ def _values(case, wanted, known, exact):
             errors[column.header] += finer.integration_error
     dof = finer.dof
     notes = (CLOSED_FORM, *_about(finer, dof, max(errors.values()), tried))
+    notes += tuple(loops.gondola_notes(finer)) if wanted.body else ()
     return {**numbers, **moving}, finer, dof, {**exact, **errors}, notes
 
 

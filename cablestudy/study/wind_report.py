@@ -7,6 +7,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study.cable_wind import modes_between
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.fields import STATUS, field_of
+from cablestudy.study.loops import gondola_notes
 from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, together
@@ -66,7 +67,7 @@ def wind_table(document, scene, on="gondola"):
             cells[name] = share
         fields.append(Field("integration_error", "integration error"))
         cells["integration_error"] = response.error
-        remarks = tuple(_vortices(row.case))
+        remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
