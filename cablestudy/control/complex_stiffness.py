@@ -28,7 +28,7 @@ CLOSER = 0.3  # of the one before
 FARTHEST = 0.3  # of its distance from zero that a pole goes in one step
 NEAR = 1e-7  # of that distance: taken for the same pole
 SETTLED = 1e-8  # relative step of Newton after which nothing is left but rounding
-HALF = 0.5  # share of the mass in a motion above which no other has more
+HALF = 0.5  # share in the static compliance above which no other pole has more
 GUESSES = 6  # of where else the mass may move
 SHARES = (0.05, 0.2, 0.5, 1.0)  # of the damping
 CREEPING = 0.03  # imaginary part of a pole, over its size, below which it may meet its conjugate
@@ -256,7 +256,7 @@ def damping_ratio(stiffness, mass, omega, law, amount):
     path = _Path(stiffness, mass, law, amount)
     try:
         with np.errstate(all="ignore"):  # what is not finite is not settled
-            here = path.most_felt(path.follow(1j * omega), omega)
+            here = path.largest_share(path.follow(1j * omega), omega)
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
         raise NoSolutionError(LOST) from None
@@ -284,6 +284,7 @@ class _Path:
 
     def __init__(self, stiffness, mass, law, amount):
         self._stiffness, self._mass, self._amount, self._rate = stiffness, mass, amount, law == "kelvin_voigt"
+        self._static = abs(stiffness(0j, 0.0).stiffness)
 
     def at(self, s, share):
         """The cable, what is left of the balance, and its slopes with respect to s and to the share."""
@@ -309,13 +310,13 @@ class _Path:
             last = CLOSER * size
         return None
 
-    def felt(self, s):
-        """Share of the mass in the motion at a pole with all of the damping, by the slope of the balance there. [-]"""
-        return abs(2 * s * self._mass / self.at(s, 1.0)[2])
+    def share(self, s):
+        """Share of a pole with all of the damping in the static compliance of the mass. [-]"""
+        return abs(2 * self._static / (s * self.at(s, 1.0)[2]))
 
-    def most_felt(self, s, omega):
-        """The followed pole, or where the mass has passed its motion on to another one on the way, that one."""
-        if not s.imag or self.felt(s) >= HALF:
+    def largest_share(self, s, omega):
+        """The followed pole, or where it has passed its share on to another one on the way, that one."""
+        if not s.imag or self.share(s) >= HALF:
             return s
         found = [s]
         for first in (s, 1j * omega):
@@ -328,7 +329,7 @@ class _Path:
         for share in SHARES:  # in steps that are long against what the motions share
             here = here and self.settled(here, share, abs(here))
         found.append(here)
-        return max((one for one in found if one is not None and one.imag > 0), key=self.felt, default=s)
+        return max((one for one in found if one is not None and one.imag > 0), key=self.share, default=s)
 
     def follow(self, s):
         """The pole at all of the damping, from a place near the one without any.

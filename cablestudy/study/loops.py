@@ -158,8 +158,11 @@ def gondola_damping_ratio(case):
     """
     damping, omega = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency
     plant = case.plant
-    pole = plant.gondola_pole
-    ratio = -pole.real / abs(pole)
+    try:
+        pole = plant.gondola_pole
+        ratio = -pole.real / abs(pole)
+    except NoSolutionError:  # so much damped strain that modes are spoilt by rounding
+        pole, ratio = -omega + 0j, 1.0
     if damping.model == "modal":
         if abs(ratio) < NO_DAMPING:
             return 0.0
