@@ -8,7 +8,7 @@ from command import SLACK
 from scenes import CHORD, LENGTH, SAGGING, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study import batch, models
+from cablestudy.study import models, results
 from cablestudy.study.case import Case
 
 
@@ -34,7 +34,7 @@ def test_a_wanted_tension_or_sag_is_had(wanted, column, model):
 
 def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
     with pytest.raises(NoSolutionError, match="ends before its last load, at 185 m"):
-        Case(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]")).batch.span_of(0)
+        _ = Case(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]")).span
 
 
 def test_results_are_computed_once(monkeypatch):
@@ -49,7 +49,7 @@ def test_results_are_computed_once(monkeypatch):
 
         return call
 
-    for place, name in ((batch, "solve"), (models, "Dynamics")):
+    for place, name in ((results, "solve"), (models, "Dynamics")):
         monkeypatch.setattr(place, name, counted(place, name))
     case = Case(scene())
     for _ in range(3):

@@ -218,7 +218,7 @@ def _candidates(case, wish):
     size, reached = wish.count or DEFAULT_MODES, ""
     while True:
         try:
-            finer, some, notes = row.modes(case, None if wish.upto else size, wish.limit)
+            finer, some, notes, _ = row.modes(case, None if wish.upto else size, wish.limit)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{reached}{failure}") from None
         found = finer.dynamics.modes(min(finer.dynamics.dof, MAX_MODES))

@@ -16,10 +16,10 @@ from cablestudy.errors import CablestudyError, ConvergenceError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
+from cablestudy.study.column_requirements import DISCRETE
 from cablestudy.study.columns import ROUNDING, broken, find, lacks
 from cablestudy.study.row import MODAL
 from cablestudy.study.trade_models import Answer, choices, integrate_by, read, with_accuracy
-from cablestudy.study.wanted import DISCRETE
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 RUNGS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order

@@ -1,0 +1,74 @@
+"""Values of many scenes as arrays with an axis of cases."""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.span import merged_loads
+from cablestudy.study.columns import lacks, without
+
+
+class SceneValues:
+    """Values of scenes whose cables carry loads at equally many places.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    """
+
+    def __init__(self, scenes):
+        self.scenes, self._known = scenes, {}
+
+    def __len__(self):
+        return len(self.scenes)
+
+    def given(self, path):
+        """A number of each scene.
+
+        Parameters
+        ----------
+        path : str
+            Attribute of `Scene` with dots, for example `cable.section_area`.
+
+        Returns
+        -------
+        ndarray of float, shape (n,)
+            In SI; not a number where a scene has none.
+        """
+        if path not in self._known:
+            names = path.split(".")
+            self._known[path] = np.array([_value(scene, names) for scene in self.scenes], dtype=float)
+        return self._known[path]
+
+    def lacking(self, column):
+        """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
+        if not column.keys:
+            return {}
+        return {case: without(scene, column) for case, scene in enumerate(self.scenes) if lacks(scene, column)}
+
+    @cached_property
+    def end_distance(self):
+        """From end 1 to end 2 along x, y, z, shape (n, 3). [m]"""
+        ends = np.array([(*scene.cable.end_1, *scene.cable.end_2) for scene in self.scenes], dtype=float)
+        return ends[:, 3:] - ends[:, :3]
+
+    @cached_property
+    def loads(self):
+        """Arc lengths, shape (n, k) [m], and global forces, shape (n, k, 3) [N], of the point loads."""
+        cables = [scene.cable for scene in self.scenes]
+        if not cables[0].loads:
+            return np.zeros((len(cables), 0)), np.zeros((len(cables), 0, 3))
+        merged = [merged_loads((load.at, load.force) for load in cable.loads) for cable in cables]
+        positions, forces = ([[load[part] for load in loads] for loads in merged] for part in (0, 1))
+        return np.array(positions), np.array(forces)
+
+
+def _value(scene, names):
+    for name in names:
+        scene = getattr(scene, name, None)
+    return scene
+
+
+def load_count(scene):
+    """At how many places the cable of a scene carries loads. [-]"""
+    return len({load.at for load in scene.cable.loads})
