@@ -1,18 +1,21 @@
 """One row: what is modelled, how far the order is raised, and what is told about it."""
 
+import json
 import re
 
 import numpy as np
 import pytest
-from command import CARLINA, SLACK
-from scenes import SAGGING, cells, scene
+from command import CARLINA, SLACK, run
+from references import catenary_mp
+from scenes import CHORD, PAPER, SAGGING, G, Twin, cells, scene
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.column_requirements import ColumnRequirements
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate, evaluate_cases, modes
+from cablestudy.study.row import evaluate, evaluate_cases, modes, tension_error
 
+DEEP = Twin(CHORD, 0.0, 371.6)  # twice the chord
 ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) models"
 
 
@@ -147,3 +150,97 @@ def test_a_cable_with_hardly_any_weight_troubles_no_other(gravity):
     assert heavy.cells == evaluate(scenes[1], wanted).cells
     assert heavy.cells["status"] == "ok"
     assert light.cells == evaluate(scenes[0], wanted).cells
+
+
+# what cannot be had leaves the rest of its row standing
+
+OPEN_LOOP = ("preload", "cable_frequency", "gondola_frequency", "gondola_rms_open_loop")
+HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
+
+
+@pytest.mark.parametrize("model", ["model={elements: 40}", "model={accuracy: 1e-4}"])
+@pytest.mark.parametrize(("sets", "gone", "reason"), [
+    (["winch.controller.gain=100"], "gondola_rms", "unstable loop at a gain of 100 rad/s"),
+    (["winch=null"], "largest_gain", "largest_gain needs the key winch.controller, which this case does not have"),
+    ([], "inplane_frequency_900", "modes, not 900"),
+])  # fmt: skip
+def test_a_column_that_cannot_be_had_leaves_the_others(model, sets, gone, reason):
+    whole = row_of(scene(model, HYSTERETIC), *OPEN_LOOP)
+    row = row_of(scene(model, HYSTERETIC, *sets), *OPEN_LOOP, gone)
+    assert reason in row.cells["status"]
+    assert row.cells[find(gone).header] is None
+    assert whole.cells["status"] == "ok"
+    for name in OPEN_LOOP:
+        header = find(name).header
+        assert row.cells[header] == pytest.approx(whole.cells[header], rel=1e-6)
+    assert find(gone).header not in row.errors
+
+
+def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
+    def no_limit(self, margin):
+        raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
+
+    monkeypatch.setattr("cablestudy.control.winch.Loop.with_margin", no_limit)
+    row = row_of(scene("winch.controller.gain={auto: {gain_margin: 6 dB}}"), *OPEN_LOOP, "gondola_rms", "gain_margin")
+    assert row.cells["status"].startswith("no gain follows from a gain margin")
+    assert [row.cells[name] for name in ("gondola_rms_mm", "gain_margin_dB")] == [None, None]
+    assert row.cells["gondola_rms_open_loop_mm"] == pytest.approx(
+        row_of(scene(), "gondola_rms_open_loop").cells["gondola_rms_open_loop_mm"], rel=1e-6
+    )
+
+
+def test_modal_damping_with_an_accuracy_leaves_what_has_no_damping():
+    row = row_of(scene("model={accuracy: 1e-4}"), "sag", "gondola_frequency", "gondola_damping_ratio")
+    assert row.cells["status"].startswith("modal damping grows with the number of modes")
+    assert row.cells["gondola_damping_ratio"] is None
+    assert row.cells["sag_m"] > 0
+    assert row.cells["gondola_frequency_Hz"] == pytest.approx(0.71876, rel=1e-4)
+
+
+def test_without_an_equilibrium_what_the_scene_says_stands():
+    row = row_of(scene("cable.preload=1 N"), "chord", "sag", "cable_frequency")
+    assert "below the least that this cable can have" in row.cells["status"]
+    assert [row.cells[name] for name in ("chord_m", "sag_m", "cable_frequency_Hz")] == [185.8, None, None]
+
+
+# fixed elements say how far they are off
+
+
+def bars_off(twin, elements):
+    """Relative error of the mean tension of bars against the catenary of 50 digits."""
+    chain = twin.chain(elements)
+    H, V0 = catenary_mp.solve(twin.a, twin.b, twin.length, twin.stiffness, twin.mass * G)
+    exact = float(catenary_mp.mean_tension(H, V0, twin.length, twin.mass * G))
+    return abs(chain.tensions.mean() / exact - 1)
+
+
+@pytest.mark.parametrize(("twin", "elements", "warns"), [(PAPER, 40, False), (DEEP, 10, True), (DEEP, 200, False)])
+def test_the_statics_of_fixed_elements_state_their_error(twin, elements, warns):
+    row = row_of(twin.scene(f"model.elements={elements}"), "preload", "sag", "chord")
+    assert row.errors["preload_N"] == pytest.approx(bars_off(twin, elements), rel=1e-3, abs=1e-12)
+    assert row.errors["chord_m"] == 0
+    assert bool(row.warnings) == warns
+    if warns:
+        assert re.search(r"the tensions of 10 elements of order 1 are [\d.]+ % off", row.warnings[0])
+        assert f"tensions within {tension_error(row.case):.1e}" in " ".join(row.notes)
+
+
+def test_the_motion_of_fixed_elements_states_its_error_when_asked():
+    columns = [find("cable_frequency"), find("sag")]
+    silent, asked = (evaluate(scene("model.elements=40"), columns, estimate=estimate) for estimate in (False, True))
+    assert silent.errors["cable_frequency_Hz"] is None
+    assert silent.errors["sag_m"] < 1e-3
+    # a taut string of bars with lumped mass: sin(x)/x of x = pi/80 below
+    assert asked.errors["cable_frequency_Hz"] == pytest.approx((np.pi / 80) ** 2 / 6, rel=0.01)
+    assert "motion: estimated error 2.6e-04" in asked.notes
+    assert asked.cells == silent.cells
+
+
+def test_a_poor_model_is_said_on_the_command_line():
+    sets = ("--set", "model={elements: 6}", "--set", "cable.unstretched_length=300", "--format", "json")
+    for command in ("static", "modes", "windrms"):
+        assert "warning: the tensions of 6 elements of order 1 are" in run(command, CARLINA, *sets, code=None).err
+        assert "warning" not in run(command, CARLINA).err
+    assert "motion: estimated error 2.6e-04, of mode" in run("modes", CARLINA, "-n", 1, "--explain").err
+    (errors,) = json.loads(run("windrms", CARLINA, "--format", "json").out)["errors"]
+    assert errors["gondola_frequency_Hz"] < 1e-3

@@ -271,6 +271,11 @@ class Case:
         """The winch loop: `control.winch.Loop`."""
         return loops.loop_of(self)
 
+    @shared("damping_key", "mass_key", "winch_key")
+    def loop_at_rest(self):
+        """The same with the winch held, also where the gain cannot be had."""
+        return loops.loop_at_rest_of(self)
+
     @cached_property
     def gondola_frequency_static(self):
         """sqrt(k/M)/(2 pi). [Hz]"""
@@ -349,8 +354,8 @@ class Case:
 
     @cached_property
     def open_response(self):
-        """The same with the winch at rest, also where the loop is unstable."""
-        return self.response if self.loop.stable else windrms.response_of(self, self.loop.at_rest)
+        """The same with the winch at rest, whatever the loop."""
+        return self._at_rest("response", windrms.response_of)
 
     @cached_property
     def cable_response(self):
@@ -359,8 +364,17 @@ class Case:
 
     @cached_property
     def open_cable_response(self):
-        """The same with the winch at rest, also where the loop is unstable."""
-        return self.cable_response if self.loop.stable else windrms.cable_response_of(self, self.loop.at_rest)
+        """The same with the winch at rest, whatever the loop."""
+        return self._at_rest("cable_response", windrms.cable_response_of)
+
+    def _at_rest(self, name, compute):
+        """A response with the winch at rest: that of a stable loop holds both, from one integration."""
+        try:
+            if self.loop.stable:
+                return getattr(self, name)
+        except NoSolutionError:
+            pass  # of the gain, or of the loop with it
+        return compute(self, self.loop_at_rest)
 
     @property
     def integration_error(self):

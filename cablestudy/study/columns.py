@@ -278,7 +278,7 @@ def lacks(scene, column):
         value = scene
         for part in key.split("."):
             value = getattr(value, part, None)
-        if value is None or value == ():
+        if value is None or (isinstance(value, tuple) and not value):
             return key
     return ""
 

@@ -69,6 +69,20 @@ def loop_of(case):
     return found
 
 
+def loop_at_rest_of(case):
+    """The loop of a case with the winch held, also where no gain follows from a margin.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Loop
+    """
+    return _without_gain(case).at_rest
+
+
 def prepare(cases, loops=True):
     """Let cases know their coupled modes and their loops, poles and passages with them, by one iteration for all.
 

@@ -63,6 +63,47 @@ class SceneValues:
         return np.array(positions), np.array(forces)
 
 
+class TableValues:
+    """Values of many scenes that differ in numbers only; attributes as of `SceneValues`.
+
+    Parameters
+    ----------
+    scene : Scene
+        Each number that varies is an array of shape (n,), in SI; so are the properties that follow from it.
+    count : int
+        n.
+    """
+
+    def __init__(self, scene, count):
+        self.scene, self._count = scene, count
+
+    def __len__(self):
+        return self._count
+
+    def given(self, path):
+        """See `SceneValues.given`."""
+        return self._array(_value(self.scene, path.split(".")))
+
+    def lacking(self, column):
+        """See `SceneValues.lacking`."""
+        return dict.fromkeys(range(len(self)), without(self.scene, column)) if lacks(self.scene, column) else {}
+
+    @property
+    def end_distance(self):
+        """See `SceneValues.end_distance`."""
+        cable = self.scene.cable
+        ends = zip(cable.end_1, cable.end_2, strict=True)
+        return np.stack([self._array(end_2) - self._array(end_1) for end_1, end_2 in ends], axis=-1)
+
+    @property
+    def loads(self):
+        """See `SceneValues.loads`."""
+        return tuple(np.repeat(part, len(self), axis=0) for part in SceneValues([self.scene]).loads)
+
+    def _array(self, value):
+        return np.broadcast_to(np.array(np.nan if value is None else value, dtype=float), (len(self),))
+
+
 def _value(scene, names):
     for name in names:
         scene = getattr(scene, name, None)

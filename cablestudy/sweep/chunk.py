@@ -90,7 +90,7 @@ def compute(chunk):
             _, scenes[case] = study.case(case)
         except SceneError as error:  # of many cases only some are checked before: the others fail alone
             refused[case] = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in error.mistakes)
-    rows = dict(zip(scenes, evaluate_cases(list(scenes.values()), columns), strict=True))
+    rows = dict(zip(scenes, evaluate_cases(list(scenes.values()), columns, chunk.explain), strict=True))
     lines = []
     for case in chunk.cases:
         if case in refused:
@@ -121,10 +121,8 @@ def key_of(scene):
 
 
 def larger(errors):
-    """Those of the estimated errors of a row that exceed the rounding of closed forms; None where there are none."""
-    if None in errors.values():
-        return None
-    return {name: error for name, error in errors.items() if error > ROUNDING}
+    """The estimated errors of a row that exceed the rounding of closed forms, and None for those that are not known."""
+    return {name: error for name, error in errors.items() if error is None or error > ROUNDING}
 
 
 def line_of(case, key, cells, notes=(), kind="row", errors=None):

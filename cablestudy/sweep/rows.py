@@ -40,9 +40,10 @@ class Rows(Sequence):
         """Yield the estimated error of each cell that has one, of all rows or of some: header -> number."""
         for case in self._cases if places is None else (self._cases[place] for place in places):
             row = self._journal.row(case)
-            known, cells = row.get("errors", {}), row["cells"]
+            known, cells = row.get("errors") or {}, row["cells"]
             there = [c for c in self._columns if c.least_error is not None and cells[c.header] is not None]
-            yield {} if known is None else {c.header: known.get(c.header, c.least_error) for c in there}
+            errors = {c.header: known.get(c.header, c.least_error) for c in there}
+            yield {header: error for header, error in errors.items() if error is not None}
 
 
 def table_of(study, columns, reference, journal, cases):
