@@ -54,7 +54,10 @@ class Case:
         self.scene, self.index, self.level = scene, index, level
         self.results = results or Results(SceneValues([scene]))
         self.cache, self.known = cache or Cache(), {}
-        self._closed = _ClosedForm(scene, self.results, index)
+
+    @cached_property
+    def _closed(self):
+        return _ClosedForm(self.scene, self.results, self.index)
 
     def refined(self, elements, order):
         """The same case with spectral elements about the closed form, so many along the piece with most waves."""

@@ -1,5 +1,7 @@
 """What the columns of a study need, found once for all of its rows."""
 
+from functools import cached_property
+
 from cablestudy.errors import CablestudyError
 from cablestudy.study.columns import value
 
@@ -50,19 +52,19 @@ class ColumnRequirements:
         names = {column.name for column in columns if column.needs == "run"}
         self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
         self.modes = [column for column in self.motion if column.mode]
+        self._planes = _by_plane(self.modes)
 
-    @property
+    @cached_property
     def waves(self):
         """Most half-waves that the modes have along a taut cable, 0 without modes. [-]"""
         return max((_half_waves(column) for column in self.modes), default=0)
 
-    @property
+    @cached_property
     def sagging_waves(self):
         """The same of the in-plane modes of a cable that sags: up to two half-waves more. [-]"""
-        in_plane = _by_plane(self.modes)[0]
-        return max((_half_waves(column) + (2 if column.mode[2] else 1) for column in in_plane), default=0)
+        return max((_half_waves(column) + (2 if column.mode[2] else 1) for column in self._planes[0]), default=0)
 
-    @property
+    @cached_property
     def axial(self):
         """Largest number of an axial mode, 0 without one."""
         return max((column.mode[0] for column in self.modes if column.mode[1] == "axial"), default=0)
@@ -85,10 +87,12 @@ class ColumnRequirements:
         failures : dict
             Header -> CablestudyError of a column that cannot be had.
         """
-        columns = [column for column in self.motion if column.header not in refused]
-        values, errors, failures = _frequencies(case, [column for column in columns if column.mode])
-        for column in columns:
-            if column.mode:
+        planes = self._planes
+        if refused:
+            planes = _by_plane([column for column in self.modes if column.header not in refused])
+        values, errors, failures = _frequencies(case, planes)
+        for column in self.motion:
+            if column.mode or column.header in refused:
                 continue
             try:
                 values[column.header] = value(column, case)
@@ -97,26 +101,26 @@ class ColumnRequirements:
         return values, errors, failures
 
 
-def _frequencies(case, columns):
-    """As `ColumnRequirements.sample`, of columns of modes only: in one call, or one by one where one is missing."""
+def _frequencies(case, planes):
+    """As `ColumnRequirements.sample`, of columns of modes by plane: in one call, or one by one where one is missing."""
+    columns = planes[0] + planes[1]
     if not columns:
         return {}, {}, {}
-    planes = _by_plane(columns)
     try:
-        found, errors = case.frequencies(tuple(tuple(column.mode for column in plane) for plane in planes))
+        found, errors = case.frequencies(tuple(tuple([column.mode for column in plane]) for plane in planes))
     except CablestudyError as error:
         if len(columns) == 1:
             return {}, {}, {columns[0].header: error}
-        parts = [_frequencies(case, [column]) for column in columns]
+        parts = [_frequencies(case, _by_plane([column])) for column in columns]
         return tuple({header: entry for part in parts for header, entry in part[k].items()} for k in range(3))
-    headers = [column.header for plane in planes for column in plane]
+    headers = [column.header for column in columns]
     return dict(zip(headers, found, strict=True)), dict(zip(headers, errors, strict=True)), {}
 
 
 def _by_plane(columns):
-    """Columns of modes in the plane, and of those out of plane."""
-    outside = [column.mode[1] == "out-of-plane" for column in columns]
-    return tuple([column for column, out in zip(columns, outside, strict=True) if out == which] for which in (0, 1))
+    """Columns of modes in the plane, and of those out of plane: two lists."""
+    across = [column for column in columns if column.mode[1] == "out-of-plane"]
+    return [column for column in columns if column not in across], across
 
 
 def _half_waves(column):

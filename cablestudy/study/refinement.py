@@ -153,10 +153,9 @@ def needs_of(case, required):
         waves = max(waves, axial * axial_waves)  # an axial mode of a curved cable excites the transverse waves
     if body:
         waves = max(waves, 2 * case.gondola_frequency_static * travel_time)
-    headers = [column.header for column in required.modes]
 
     def highest(finer, values):
-        found = max((values[header] for header in headers if header in values), default=0.0)
+        found = max([values.get(column.header, 0.0) for column in required.modes], default=0.0)
         return max(found, finer.gondola_frequency) if body else found
 
     def least(finer):

@@ -18,6 +18,7 @@ from cablestudy.study.scene_values import SceneValues, load_count
 
 REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
+MAX_REASONS = 3  # in a status
 POOR_STATICS = 0.01  # relative error of the tensions of fixed elements above which a warning is given
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
@@ -61,13 +62,13 @@ class Row:
 
 @dataclass
 class _Answer:
-    """What is known of a row while it is computed; attributes as of `Row`."""
+    """A row while it is computed; attributes as of `Row`, values as its cells, failures by header."""
 
     case: Case
     values: dict
     failures: dict
     errors: dict
-    notes: tuple = STATIC
+    notes: tuple
     dof: int = 0
     warnings: tuple = ()
 
@@ -77,14 +78,24 @@ class _Answer:
             if column.header not in self.values:
                 self.failures.setdefault(column.header, error)
 
+    def compute(self, columns):
+        """Compute columns of this case alone; those that cannot be had fail."""
+        for column in columns:
+            if column.header in self.failures:
+                continue
+            try:
+                self.values[column.header] = value(column, self.case)
+            except CablestudyError as error:
+                self.failures[column.header] = error
+
     def row(self, required, seconds=None):
         """The finished row; seconds is the time that it took. [s]"""
         cells = {**required.empty, **self.values}
         errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:
-            run = {"dof": self.dof, "error_estimate": None, "solve_time_ms": None if seconds is None else 1e3 * seconds}
-            if cells and None not in errors.values() and (errors or not self.failures):
-                run["error_estimate"] = max(errors.values(), default=0.0)
+            known = None not in errors.values() and (errors or not self.failures)
+            run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if known else None}
+            run["solve_time_ms"] = 1e3 * seconds if required.clock else None
             cells.update((header, number) for header, number in run.items() if header in cells)
         cells["status"] = status_of(self.failures)
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
@@ -98,7 +109,9 @@ def status_of(failures):
     failures : dict
         Header -> CablestudyError.
     """
-    return "; ".join(dict.fromkeys(" ".join(str(error).split()) for error in failures.values())) or "ok"
+    reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
+    more = len(reasons) - MAX_REASONS
+    return "; ".join(reasons[:MAX_REASONS] + ([f"and {more} more reasons"] if more > 0 else [])) or "ok"
 
 
 def evaluate(scene, columns, estimate=False):
@@ -144,41 +157,45 @@ def _rows_alike(scenes, required, exact, cache, estimate):
     begin = time.perf_counter()
     results = Results(SceneValues(scenes))
     closed = closed_form(results, required, breakable=exact)
-    cells, failures = closed.cells(), closed.failures
+    cells = closed.cells()
     closed_time = (time.perf_counter() - begin) / len(scenes)
     solve = _solve_to_accuracy if exact else _solve_fixed
-    finished = required.scene_only or (exact and not required.motion and not required.single)
-    notes = NOTHING if required.scene_only else STATIC
+    if required.scene_only or (exact and not required.motion and not required.single):
+        solve = None
     width = 1 if required.clock else AT_ONCE  # a time is that of a row alone
     for first in range(0, len(scenes), width):
         begin, indices = time.perf_counter(), range(first, min(first + width, len(scenes)))
-        cases = [Case(scenes[index], results, index, cache=cache) for index in indices]
-        if finished and not required.run and failures.keys().isdisjoint(indices):
-            for index, case in zip(indices, cases, strict=True):
-                yield Row({**required.empty, **cells[index], "status": "ok"}, case, notes, closed.errors_of(index))
+        if not (solve or required.run):
+            yield from _closed_rows(indices, results, closed, cells, required, cache)
             continue
-        answers = []
-        for index, case in zip(indices, cases, strict=True):
-            known = {header: number for header, number in cells[index].items() if header not in failures.get(index, ())}
-            answers.append(_Answer(case, known, dict(failures.get(index, {})), dict(closed.errors_of(index)), notes))
-        if not finished:
+        answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
+                   for index in indices]  # fmt: skip
+        if solve:
             solve(answers, required, estimate or required.estimate)
-        seconds = closed_time + time.perf_counter() - begin if required.clock else None
-        for answer, case in zip(answers, cases, strict=True):
+        seconds = closed_time + time.perf_counter() - begin
+        for index, answer in zip(indices, answers, strict=True):
             if required.motion and len(scenes) > 1:  # of many rows none keeps its modes
-                answer.case = Case(case.scene, results, case.index)
+                answer.case = Case(scenes[index], results, index)
             yield answer.row(required, seconds)
 
 
-def _compute(answer, columns):
-    """Compute columns of one case; those that cannot be had are among the failures."""
-    for column in columns:
-        if column.header in answer.failures:
-            continue
-        try:
-            answer.values[column.header] = value(column, answer.case)
-        except CablestudyError as error:
-            answer.failures[column.header] = error
+def _closed_rows(indices, results, closed, cells, required, cache):
+    """Yield the rows of cases of which nothing but closed forms is wanted."""
+    notes = NOTHING if required.scene_only else STATIC
+    for index in indices:
+        failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
+        if failures:
+            errors = {name: error for name, error in errors.items() if name not in failures}
+        row = {**required.empty, **cells[index], "status": status_of(failures) if failures else "ok"}
+        yield Row(row, Case(results.values.scenes[index], results, index, cache=cache), notes, errors)
+
+
+def _answer(case, closed, cells, required):
+    """What the closed form gives of a row."""
+    failures = dict(closed.failures.get(case.index, {}))
+    values = {header: number for header, number in cells.items() if header not in failures}
+    errors = dict(closed.errors_of(case.index))
+    return _Answer(case, values, failures, errors, NOTHING if required.scene_only else STATIC)
 
 
 def _solve_models(cases, required):
@@ -195,7 +212,7 @@ def _solve_to_accuracy(answers, required, _):
     """Compute what is not known in closed form, with models refined to the accuracy of each case."""
     searches = []
     for answer in answers:
-        _compute(answer, required.single)
+        answer.compute(required.single)
         if not required.motion:
             continue
         answer.notes = ()
@@ -276,7 +293,7 @@ def _fixed_answer(answer, required):
     except CablestudyError as error:
         answer.fail(columns, error)
         return
-    _compute(answer, columns)
+    answer.compute(columns)
     for column in columns:
         name = column.header
         if column.least_error is not None and name in answer.values:
