@@ -12,9 +12,18 @@ class CablestudyError(Exception):
     exit_code = 3
 
 
+LONGEST = {"where": 300, "key": 100, "message": 600}  # characters of each part of a mistake
+
+
+def shorten(text, limit):
+    """Text of at most `limit` characters: the middle of a longer one is replaced by `...`."""
+    half = (limit - 3) // 2
+    return text if len(text) <= limit else f"{text[: limit - 3 - half]}...{text[-half:]}"
+
+
 @dataclass(frozen=True)
 class Mistake:
-    """One mistake in what the user wrote.
+    """One mistake in what the user wrote. Long parts are cut, since they may quote a value of any length.
 
     Attributes
     ----------
@@ -29,6 +38,10 @@ class Mistake:
     where: str
     key: str
     message: str
+
+    def __post_init__(self):
+        for name, limit in LONGEST.items():
+            object.__setattr__(self, name, shorten(getattr(self, name), limit))
 
     def __str__(self):
         return ": ".join(part for part in (self.where, self.key, self.message) if part)

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from cablestudy.scene.fields import Count, Word
+from cablestudy.scene.fields import Count
 from cablestudy.scene.ranges import MAX_COUNT
 from cablestudy.scene.tables import Table
 
@@ -31,7 +31,7 @@ class Sample(Table):
         Dotted key -> {from, to, spacing}.
     """
 
-    method: Annotated[str, Word(METHODS)] = Field(
+    method: Literal[METHODS] = Field(
         description="sobol or latin_hypercube: count cases; saltelli: count x (keys + 2), for --sensitivity"
     )
     count: Annotated[int, Count(1, MAX_COUNT)] = Field(description="How many points; a power of two is best for sobol")
@@ -53,10 +53,10 @@ class Sample(Table):
         """How many numbers a point has: twice as many as keys where a design needs two independent samples."""
         return len(self.over) * (2 if self.method == "saltelli" else 1)
 
-    def together(self):
+    def relations(self):
         """The points fit into memory."""
-        if self.count * self.dimension > MAX_NUMBERS:
-            yield ("count",), f"{self.count} points of {self.dimension} numbers (at most {MAX_NUMBERS} numbers)"
+        message = f"{self.count} points of {self.dimension} numbers (at most {MAX_NUMBERS} numbers)"
+        yield [(("count",), self.count * self.dimension <= MAX_NUMBERS, lambda: message)]
 
     def points(self):
         """Points of the unit cube, shape (count, dimension)."""

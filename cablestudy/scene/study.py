@@ -5,12 +5,12 @@ import os
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.document import apply_sets, lazily, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
-from cablestudy.scene.fields import Quantity, Switch, Text
+from cablestudy.scene.fields import Name, Quantity
 from cablestudy.scene.layers import REPLACES, split_key
 from cablestudy.scene.mistakes import MAX_SHOWN, collect, located
 from cablestudy.scene.sampling import Sample
@@ -19,34 +19,22 @@ from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.tables import Table
 
 CHECK_ALL = 1000
-
 ALL_COLUMNS = "rtol"  # in `check`
-
-Name = Annotated[str, Text(empty=False)]
 
 
 class Plot(Table):
-    """What `--plot` draws.
-
-    Attributes
-    ----------
-    x : str
-        Column.
-    y : tuple of str
-        Columns.
-    logx, logy : bool
-    """
+    """What `--plot` draws."""
 
     x: Name = Field(description="Column along x")
     y: tuple[Name, ...] = Field(min_length=1, description="Column or list of columns along y")
-    logx: Annotated[bool, Switch()] = Field(False, description="Logarithmic x axis")
-    logy: Annotated[bool, Switch()] = Field(False, description="Logarithmic y axis")
+    logx: StrictBool = Field(False, description="Logarithmic x axis")
+    logy: StrictBool = Field(False, description="Logarithmic y axis")
 
 
 class StudyTable(Table):
     """The keys of a study file."""
 
-    title: Annotated[str, Text()] = Field("", description="Heading of the table")
+    title: StrictStr = Field("", description="Heading of the table")
     base: Name = Field(description="Scene file, relative to this file")
     set: dict[str, Any] = Field({}, description="Fixed changes of the scene: dotted key -> value")
     vary: tuple[dict[str, Any], ...] = Field(
@@ -55,7 +43,7 @@ class StudyTable(Table):
     sample: Sample | None = Field(None, description="What is sampled: one more entry beside those of vary")
     columns: tuple[Name, ...] = Field(min_length=1, description="Columns of the table, with or without their unit")
     reference: Name | None = Field(None, description="CSV file of values to compare with, relative to this file")
-    check: dict[str, Annotated[float, Quantity("", low=0)]] = Field(
+    check: dict[str, Annotated[float, Quantity("", 0, 1e9)]] = Field(
         {}, description="Relative tolerances of --check: rtol for all columns, a column's name for one"
     )
     plot: Plot | None = Field(None, description="What to draw")

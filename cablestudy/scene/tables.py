@@ -1,4 +1,4 @@
-"""What every mapping of a file has in common: unknown keys refused, exclusive groups checked."""
+"""Base class of the mappings in a file: unknown keys refused, exclusive groups and relations of keys checked."""
 
 from typing import ClassVar
 
@@ -47,7 +47,7 @@ def group_mistakes(table, given, optional=False):
 
 
 class Table(BaseModel):
-    """A mapping of the file. Subclasses add `together` for what the keys must be to each other.
+    """A mapping of the file. Subclasses say in `relations` what its keys must be to each other.
 
     Attributes
     ----------
@@ -61,17 +61,29 @@ class Table(BaseModel):
     table: ClassVar[str] = ""
     optional_groups: ClassVar[bool] = False
 
-    def together(self):
-        """Mistakes of keys that are right alone, as (path inside the table, message)."""
+    def relations(self):
+        """What must hold between keys that are right alone.
+
+        Yields
+        ------
+        list of (tuple, bool or ndarray of bool, callable)
+            Path inside the table, whether it holds, and the message when it does not. A list is checked only when all
+            before it hold. Numbers may be arrays of many cases, see `case_table`.
+        """
         return ()
 
     @model_validator(mode="after")
-    def _check_together(self):
-        given = ()
-        if self.table:
-            given = [key for key in self.model_fields_set if getattr(self, key) is not None]
-        found = group_mistakes(self.table, given, self.optional_groups) or list(self.together())
+    def _check_relations(self):
+        given = [key for key in self.model_fields_set if getattr(self, key) is not None] if self.table else ()
+        found = group_mistakes(self.table, given, self.optional_groups) or self._broken()
         if found:
             text = "; ".join(": ".join((".".join(map(str, path)), message)).strip(": ") for path, message in found)
             raise PydanticCustomError("cablestudy", "{text}", {"text": text, "found": found})
         return self
+
+    def _broken(self):
+        """Path and message of the relations that do not hold."""
+        for together in self.relations():
+            if broken := [(path, message()) for path, holds, message in together if not holds]:
+                return broken
+        return []
