@@ -50,6 +50,11 @@ def within(value, limits):
     return (limits[0] <= value) & (value <= limits[1])
 
 
+def _root(value):
+    """Square root of a number, or of each of an array, to the last digit alike."""
+    return math.sqrt(value) if isinstance(value, float) else value**0.5
+
+
 class Damping(Table):
     """How the cable loses energy. `model` follows from the parameter; `viscous` alone is no other damping."""
 
@@ -169,7 +174,7 @@ class Cable(Table):
     @property
     def section_diameter(self):
         """Diameter, given or that of the circle of equal area. [m]"""
-        return self.diameter if self.diameter is not None else math.sqrt(4 * self.area / math.pi)
+        return self.diameter if self.diameter is not None else _root(4 * self.area / math.pi)
 
     @property
     def axial_stiffness(self):
