@@ -25,25 +25,22 @@ def group_mistakes(table, given, optional=False):
     list of (tuple, str)
         Path inside the table (empty: the table itself), and what is wrong there.
     """
-    found = []
+    found, given = [], set(given)
     for groups in ALTERNATIVES.get(table, ()):
-        names = ", ".join(group[0] for group in groups)
-        present = [key for group in groups for key in group if key in given]
-        used = [group for group in groups if any(key in given for key in group)]
+        used = [group for group in groups if not given.isdisjoint(group)]
+        present = [key for group in used for key in group if key in given]
         if len(used) > 1:
-            first = present[0]
-            found.extend(
-                ((key,), f"given together with {first}: give exactly one of {names}")
-                for group in used
-                if first not in group
-                for key in group
-                if key in given
-            )
+            message = f"given together with {present[0]}: give exactly one of {_first_keys(groups)}"
+            found += [((key,), message) for key in present if key not in used[0]]
         elif used and used[0][0] not in given:
             found.append(((), f"missing key: {used[0][0]} ({present[0]} goes with it)"))
         elif not used and not optional:
-            found.append(((), f"missing key: one of {names}"))
+            found.append(((), f"missing key: one of {_first_keys(groups)}"))
     return found
+
+
+def _first_keys(groups):
+    return ", ".join(group[0] for group in groups)
 
 
 class Table(BaseModel):
@@ -74,7 +71,7 @@ class Table(BaseModel):
 
     @model_validator(mode="after")
     def _check_relations(self):
-        given = [key for key in self.model_fields_set if getattr(self, key) is not None] if self.table else ()
+        given = [key for key, value in self.__dict__.items() if value is not None and key in self.model_fields_set]
         found = group_mistakes(self.table, given, self.optional_groups) or self._broken()
         if found:
             text = "; ".join(": ".join((".".join(map(str, path)), message)).strip(": ") for path, message in found)
