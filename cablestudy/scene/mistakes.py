@@ -56,10 +56,13 @@ def located(found, document):
         place = document.key_place(path) if about_key else document.place(path)
         placed.append((place, mistake(place, ".".join(map(str, path)), message)))
     placed.sort(key=lambda item: item[0])
-    mistakes = [found for _, found in placed]
-    if len(mistakes) > MAX_SHOWN:
-        mistakes[MAX_SHOWN:] = [Mistake(document.name, "", f"and {len(mistakes) - MAX_SHOWN} more mistakes")]
-    return SceneError(*mistakes)
+    return SceneError(*at_most([found for _, found in placed], document.name))
+
+
+def at_most(mistakes, name):
+    """The first 100 mistakes of a list, and one about the file `name` that counts those left out."""
+    more = len(mistakes) - MAX_SHOWN
+    return mistakes if more <= 0 else [*mistakes[:MAX_SHOWN], Mistake(name, "", f"and {more} more mistakes")]
 
 
 # pydantic's kind of mistake -> what to say before ", got ..."
