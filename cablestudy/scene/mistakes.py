@@ -53,7 +53,7 @@ def located(found, document):
     placed = []
     for path, message in found:
         about_key = message.startswith(("unknown key", "given together"))
-        place = document.key_place(path) if about_key else document.place(path)
+        place = document.place(path, about_key)
         placed.append((place, mistake(place, ".".join(map(str, path)), message)))
     placed.sort(key=lambda item: item[0])
     return SceneError(*at_most([found for _, found in placed], document.name))

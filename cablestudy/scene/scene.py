@@ -198,7 +198,7 @@ def read_scene(document):
     """
     for key in STUDY_KEYS:
         if key in document.value:
-            place = document.key_place((key,))
+            place = document.place((key,), of_key=True)
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
     try:
         return Scene.model_validate(document.value)

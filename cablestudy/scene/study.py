@@ -244,7 +244,7 @@ def study_of(source, sets=(), vary=()):
     """
     for key in ("cable", "gravity"):
         if key in source.given:
-            place = source.key_place((key,))
+            place = source.place((key,), of_key=True)
             raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'")
     try:
         table = StudyTable.model_validate(source.given)

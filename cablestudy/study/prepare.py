@@ -103,7 +103,7 @@ def tolerances_of(study):
                 raise ValueError("given twice")
             found[header] = value
         except ValueError as error:
-            mistakes.append(Mistake(study.source.where_key(("check", name)), f"check.{name}", str(error)))
+            mistakes.append(Mistake(study.source.where(("check", name), of_key=True), f"check.{name}", str(error)))
     if mistakes:
         raise SceneError(*mistakes)
     return found
