@@ -53,36 +53,16 @@ def changed(old, new, text=SCENE):
     return text.replace(old, new, 1)
 
 
-# what is wrong, in the file, and the line that says so
+# what is wrong, in the file, and the line that says so; tests/test_scene.py and test_document.py have every message
 SCENES = {
-    "unknown key": (("gravity: 9.81", "colour: red"), "1:1: colour: unknown key (allowed: gravity, "),
     "misspelt key": (("gravity", "gravty"), "1:1: gravty: unknown key (did you mean gravity?)"),
-    "missing key": (("  area: 2.69 mm^2\n", ""), "3:3: cable: missing key: one of area, diameter"),
     "two keys of a group": (("  area:", "  diameter: 2 mm\n  area:"), "6:3: cable.diameter: given together with area"),
-    "unknown unit": (
-        ("mm^2", "mn^2"),
-        '6:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2',
-    ),
     "wrong dimension": (("mm^2", "mm"), "6:9: cable.area: expected an area in m^2"),
-    "negative length": (("184.4883", "-184.4883"), "7:23: cable.unstretched_length: must be positive"),
-    "zero area": (("2.69 mm^2", "0"), "6:9: cable.area: must be positive, got 0"),
     "zero with a unit": (("2.69 mm^2", "0 mm^2"), "6:9: cable.area: must be positive"),
-    "not a number": (("2.69 mm^2", ".nan"), "6:9: cable.area: expected an area"),
-    "infinite": (("1440 kg/m^3", ".inf"), "5:12: cable.density: expected a density"),
-    "minus infinite gravity": (("9.81", "-.inf"), "1:10: gravity: expected an acceleration"),
-    "text for a number": (("70.3 GPa", "stiff"), "4:20: cable.elastic_modulus: expected a stress"),
-    "a truth for a number": (("9.81", "true"), "1:10: gravity: expected an acceleration"),
+    "true for a number": (("9.81", "true"), "1:10: gravity: expected an acceleration"),
     "nothing for a number": (("area: 2.69 mm^2", "area:"), "3:3: cable: missing key: one of area, diameter"),
-    "ends that coincide": (("185.8 m", "0"), "3:9: cable.ends: the two ends coincide"),
     "length in mm": (("184.4883 m", "184.4883 mm"), "7:23: cable.unstretched_length: 0.1844883 m is "),
-    "length in km": (("184.4883 m", "184.4883 km"), "7:23: cable.unstretched_length: 184488.3 m is "),
-    "a list for a mapping": (("{mass: 50 kg}", "[50 kg]"), "8:10: gondola: expected a mapping"),
-    "a mapping for a list": (("[[0, 0, 0], [185.8 m, 0, 0]]", "{a: 1}"), "3:9: cable.ends: expected a list"),
     "tabs": (("  density", "\tdensity"), "5:1: a tab: YAML indents with spaces"),
-    "duplicate keys": (("gravity: 9.81", "model: {}"), "9:1: key 'model' is given twice (first on line 1)"),
-    "an unclosed bracket": (("185.8 m, 0, 0]]", "185.8 m, 0, 0]"), "3:9: "),
-    "missing base file": (("gravity: 9.81", "base: absent.yaml"), "1:7: base: absent.yaml: no such file"),
-    "a directory as base": (("gravity: 9.81", "base: ."), "1:7: base: .: a directory, not a file"),
     "base files in a circle": (("gravity: 9.81", "base: bad.yaml"), "1:7: base: base files in a circle"),
 }
 
@@ -95,12 +75,6 @@ def test_a_bad_scene_is_refused_in_one_line_at_its_place(folder, what, command):
     found = refused(folder, command, "bad.yaml")
     assert len(found) == 1
     assert found[0].startswith(f"bad.yaml:{line}")
-
-
-def test_a_length_of_the_wrong_unit_gives_a_hint(folder):
-    for unit in ("mm", "km"):
-        Path("bad.yaml").write_text(changed("184.4883 m", f"184.4883 {unit}"), encoding="utf-8")
-        assert refused(folder, "static", "bad.yaml")[0].endswith("did you mean 184.4883 m?)")
 
 
 def test_a_bad_scene_is_refused_by_sweep_and_validate_too(folder):
@@ -342,28 +316,17 @@ def test_windrms_names_the_key_that_it_needs(folder, text, key):
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ("gondola.mass=0", "--set gondola.mass: must be positive, got 0"),
-        ("gondola.area=0", "--set gondola.area: must be positive"),
-        ("gondola.drag_coefficient=-1", "--set gondola.drag_coefficient: must be positive"),
         ("cable.damping={model: modal, ratio: -0.01}", "--set cable.damping: "),
         ("cable.damping={model: hysteretic, loss_factor: -1}", "--set cable.damping: "),
         ("cable.damping={model: viscous}", "--set cable.damping"),
         ("wind.speed=0", "--set wind.speed: must be positive, got 0"),
-        ("wind.speed=-6 m/s", "--set wind.speed: must be positive"),
         ("wind.speed=6 m", "--set wind.speed: expected a speed"),
-        ("wind.length_scale=0", "--set wind.length_scale: must be positive"),
-        ("wind.turbulence_intensity=0", "--set wind.turbulence_intensity: must be positive"),
-        ("wind.air_density=0", "--set wind.air_density: must be positive"),
         ("wind.spectrum=karman", "--set wind.spectrum: "),
         ("wind.admittance=all", "--set wind.admittance: "),
         ("winch.location=roof", "--set winch.location: "),
-        ("winch.controller.gain=-1", "--set winch.controller.gain: "),
         ("winch.controller.gain=auto", "--set winch.controller.gain: "),
         ("winch.controller.gain={auto: {gain_margin: 0 dB}}", "--set winch.controller.gain"),
         ("winch.controller.notch=some", "--set winch.controller.notch: "),
-        ("winch.controller.notch.frequency=0 Hz", "--set winch.controller.notch.frequency: must be positive"),
-        ("winch.controller.notch.rolloff_frequency=0", "--set winch.controller.notch.rolloff_frequency: must be"),
-        ("winch.controller.notch.damping_ratio=-1", "--set winch.controller.notch.damping_ratio: "),
     ],
 )
 def test_windrms_refuses_what_no_loop_and_no_wind_has(folder, option, message):

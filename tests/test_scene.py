@@ -386,7 +386,7 @@ def test_every_quantity_has_a_range_whose_products_do_not_overflow():
 def test_a_quantity_beyond_its_range_is_refused_in_one_line(key):
     low, high = RANGES[key].low, RANGES[key].high
     below = low / 10 if low > 0 else low * 10 or -1.0
-    for value in (math.inf, -math.inf, math.nan, 10 * high, below, 1e308, -1e308, *((5e-324,) if low > 0 else ())):
+    for value in (math.inf, -math.inf, math.nan, 10 * high, below, 1e308, -1e308, *((5e-324, 0.0) if low > 0 else ())):
         text = repr(value).replace("inf", ".inf").replace("nan", ".nan")
         (found,) = mistakes_of(GOOD, *BESIDE.get(key, ()), f"{key}={VECTORS.get(key, '{}').format(text)}")
         assert re.fullmatch(rf"--set {key}: (.*: )?(must (be|not be) .*|expected .* which is not finite)", found)
