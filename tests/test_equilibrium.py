@@ -14,6 +14,7 @@ from slack_chain import span_margin
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import SPATIAL, System
 from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.state import interpolate, sag
 from cablestudy.errors import ConvergenceError
 
 NEWTON_STEPS = 15  # the aim of the project
@@ -274,16 +275,16 @@ def test_sag_and_interpolation():
     """Order 16: the closed form between the nodes too; 40 bars: the straight pieces between exact nodes."""
     for span in (paper_span(), paper_span(186.0, degrees=19), chord_span(100, -30, -0.4, 1e5)):
         start, state = solved(span, 8, 16)
-        assert equilibrium.sag(span, state, float(start.middle)) == pytest.approx(float(start.sag), rel=1e-9)
+        assert sag(state, float(start.middle)) == pytest.approx(float(start.sag), rel=1e-9)
         places = np.linspace(0, 1, 37)
-        displacement, tension = equilibrium.interpolate(state, places)
+        displacement, tension = interpolate(state, places)
         exact, force = start.at(places)
         assert np.abs(displacement - exact).max() < 1e-10
         assert tension == pytest.approx(np.linalg.norm(force, axis=1), rel=1e-7)
     chain = bars.solve_spatial((185.8, 0, 0), 186.0, EA, MASS * G, 40)
     span = paper_span(186.0)
     start, state = solved(span, 40)
-    assert equilibrium.sag(span, state, float(start.middle)) == pytest.approx(-chain.nodes[20, 2], rel=1e-9)
+    assert sag(state, float(start.middle)) == pytest.approx(-chain.nodes[20, 2], rel=1e-9)
 
 
 def test_the_record():

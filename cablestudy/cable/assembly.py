@@ -24,47 +24,10 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from cablestudy.cable.element import Mesh, basis, highest, mass_matrix
+from cablestudy.cable.element import basis, highest, mass_matrix
+from cablestudy.cable.state import State
 
 IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
-
-
-@dataclass(frozen=True)
-class State:
-    """A cable in equilibrium, at the Gauss points and nodes of a mesh, or many on one mesh; chord frame.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    direction : ndarray, shape (..., n, q, 3)
-        Unit tangent. [-]
-    tension : ndarray, shape (..., n, q)
-        In units of `force`. [-]
-    stretch : ndarray, shape (..., n, q)
-        |r'|. [-]
-    displacement : ndarray, shape (..., nodes, 3)
-        Of the nodes from the straight chord, in unstretched lengths. [-]
-    compliance : float or ndarray, shape (...)
-        force / EA. [-]
-    force : float or ndarray, shape (...)
-        Reference force. [N]
-    mirror_symmetric : bool
-        Whether each cable, with its elements, is its own mirror image at mid-length.
-    """
-
-    mesh: Mesh
-    direction: np.ndarray
-    tension: np.ndarray
-    stretch: np.ndarray
-    displacement: np.ndarray
-    compliance: np.ndarray
-    force: np.ndarray
-    mirror_symmetric: bool
-
-    def take(self, index):
-        """One cable of many, or some of them."""
-        fields = (self.direction, self.tension, self.stretch, self.displacement, self.compliance, self.force)
-        return State(self.mesh, *(field[index] for field in fields), self.mirror_symmetric)
 
 
 @lru_cache(maxsize=128)

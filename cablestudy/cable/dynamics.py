@@ -10,9 +10,10 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, State, System
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, System
 from cablestudy.cable.modes import CombinedModes, Modes
 from cablestudy.cable.plane_modes import COINCIDENT, PlaneModes
+from cablestudy.cable.state import State
 from cablestudy.cable.symmetry import symmetry_subspaces
 from cablestudy.errors import ConvergenceError, NoSolutionError
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.cable.assembly import State, inverse, local_compliance, static_force_transfer, transposed_force_transfer
-from cablestudy.cable.element import basis, lagrange
+from cablestudy.cable.assembly import inverse, local_compliance, static_force_transfer, transposed_force_transfer
+from cablestudy.cable.state import State
 from cablestudy.errors import ConvergenceError
 
 MAX_STEPS = 60
@@ -87,11 +87,11 @@ def _state(catenary, mesh, force, displacement):
     shape = (*size.shape[:-1], mesh.elements, mesh.order)
     return State(
         mesh=mesh,
+        span=catenary.span,
         direction=(force / np.maximum(size, TINY)[..., None]).reshape(*shape, 3),
         tension=size.reshape(shape),
         stretch=(1 + compliance[..., None] * size).reshape(shape),
         displacement=displacement,
-        compliance=compliance,
         force=reference,
         mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.span.mirror_symmetric)),
     )
@@ -269,59 +269,3 @@ def _change(step, force, size):
     whole = np.sqrt((step**2).sum(axis=-1)) / size.max(axis=-1)
     aside = np.sqrt((force[..., 1:] ** 2).sum(axis=-1)).max(axis=-1)
     return np.maximum(whole, np.sqrt((step[..., 1:] ** 2).sum(axis=-1)) / np.maximum(aside, 1e-16 * size.max(axis=-1)))
-
-
-def interpolate(state, positions):
-    """Displacement and tension between the nodes.
-
-    Parameters
-    ----------
-    state : State
-    positions : ndarray, shape (j,)
-        Unstretched arc length over unstretched length. [-]
-
-    Returns
-    -------
-    displacement : ndarray, shape (j, 3)
-        From the chord, in unstretched lengths, chord frame. [-]
-    tension : ndarray, shape (j,)
-        Interpolated between the Gauss points of the element; constant in a bar. [N]
-    """
-    mesh, element = state.mesh, basis(state.mesh.order)
-    positions = np.asarray(positions, dtype=float)
-    which = np.clip(np.searchsorted(mesh.edges, positions, side="left") - 1, 0, mesh.elements - 1)
-    local = (positions - mesh.edges[which]) / mesh.sizes[which]
-    index = which[:, None] * mesh.order + np.arange(mesh.order + 1)
-    displacement = np.einsum("ji,jia->ja", lagrange(element.nodes, local), state.displacement[index])
-    tension = np.einsum("jq,jq->j", lagrange(element.points, local), state.tension[which])
-    return displacement, tension * state.force
-
-
-def sag(span, state, start):
-    """Vertical distance from the chord down to the cable at mid-span.
-
-    Parameters
-    ----------
-    span : Span
-    state : State
-    start : float
-        Arc length at mid-span of the continuous cable, over unstretched length; used as it is for a vertical cable. [-]
-
-    Returns
-    -------
-    float
-        [m]
-    """
-    up, stretch = np.asarray(span.up), 1 + float(span.chord_strain)
-
-    def vertical_and_horizontal(position):
-        place = interpolate(state, np.array([position]))[0][0]
-        place[0] += stretch * (position - 0.5)
-        return place @ up, place[0] * span.cosine - place[1] * span.sine
-
-    position = start
-    if span.cosine > 1e-9 and abs(vertical_and_horizontal(start)[1]) > 1e-16:
-        from scipy.optimize import brentq
-
-        position = brentq(lambda s: vertical_and_horizontal(s)[1], 0.0, 1.0, xtol=1e-15)
-    return -float(vertical_and_horizontal(position)[0] * span.unstretched_length)

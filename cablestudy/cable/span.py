@@ -112,7 +112,7 @@ class Span:
         ----------
         index : int or ndarray of int
         """
-        return replace(self, **{name: getattr(self, name)[index] for name in CORES})
+        return replace(self, **{name: np.asarray(getattr(self, name))[index] for name in CORES})
 
     def broadcast(self):
         """The same batch with the fields that do not vary repeated, so that all have its shape."""

@@ -71,8 +71,8 @@ class Models:
         columns = (
             tension,
             mean(np.sqrt((level**2).sum(axis=-1))),
-            state.tension.max(axis=(-2, -1)) * unit,
-            state.tension.min(axis=(-2, -1)) * unit,
+            state.max_tension,
+            state.min_tension,
             span.unstretched_length * (1 + tension / span.axial_stiffness),
             np.isfinite(self.record.share).sum(axis=0),
         )
