@@ -4,13 +4,14 @@ A cable is cut into segments at its point loads (`segment.py` holds their closed
 mid-length is the one unknown; `closure.py` finds it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.closure import Closure, hold_upright, newton
+from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.guess import first_tension
+from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
 from cablestudy.cable.segment import TINY, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
 
@@ -68,24 +69,6 @@ def components(vectors):
 
 
 @dataclass(frozen=True)
-class Record:
-    """How an iteration went.
-
-    Attributes
-    ----------
-    steps : ndarray of int, shape (...)
-        Newton steps taken.
-    residual : ndarray, shape (...)
-        Size of the last correction relative to the answer. [-]
-    converged : ndarray of bool, shape (...)
-    """
-
-    steps: np.ndarray
-    residual: np.ndarray
-    converged: np.ndarray
-
-
-@dataclass(frozen=True)
 class Catenary:
     """A solved cable, or a batch of them.
 
@@ -111,8 +94,7 @@ class Catenary:
             tuple(part[index] for part in self.segments.offset),
             self.segments.weight[index],
         )
-        record = Record(self.record.steps[index], self.record.residual[index], self.record.converged[index])
-        return Catenary(self.span.take(index), parts, segments, record)
+        return Catenary(self.span.take(index), parts, segments, self.record.of(index))
 
     @cached_property
     def kernel(self):
@@ -294,7 +276,7 @@ class Catenary:
         edges = np.cumsum(self.segments.fraction, axis=-1) - self.segments.fraction
         position = (np.take_along_axis(edges, which, axis=-1) + part)[..., 0]
         # pulled out of the vertical a cable goes and comes back: halfway along the horizontal means nothing
-        return np.where((np.abs(self.span.cosine) == 0) & (self.span.sideways > 0), 0.5, position)
+        return np.where((np.abs(self.span.cosine) == 0) & (self.span.transverse_load > 0), 0.5, position)
 
     @cached_property
     def sag(self):
@@ -307,7 +289,7 @@ class Catenary:
         along, across = displacement[..., 0, 0], displacement[..., 0, 1]
         cosine, sine = np.asarray(self.span.cosine), np.asarray(self.span.sine)
         # across the chord nothing cancels; but near the vertical what a large force across moves tells little of height
-        leaning = (np.abs(cosine) > 0.1) | (self.span.sideways < np.abs(cosine) * self.mean_tension)
+        leaning = (np.abs(cosine) > 0.1) | (self.span.transverse_load < np.abs(cosine) * self.mean_tension)
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
         sag = self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
         return np.where(self.slack, np.nan, sag)
@@ -333,31 +315,23 @@ def solve(span):
     where a segment loses its tension: either it is least there, and the segment slack, or the search goes on beside it.
     """
     span = span.broadcast()
-    problem = Closure(span, split(span))
-    shape, strain = problem.shape, problem.strain
-    floor = np.asarray(span.weight) + np.abs(span.load_forces).sum(axis=(-1, -2))
-    unknown, upright = hold_upright(
-        span, tuple(np.broadcast_to(u, shape).astype(float) for u in first_tension(span)), floor
-    )
-    weightless = (floor == 0) & (strain <= 0)  # no tension at all: nothing to solve
-    unknown = (np.where(weightless, problem.stiffness[..., 0], unknown[0]), *unknown[1:])
-    active = np.broadcast_to(~weightless, shape)
-    scales = floor, span.sideways
-    unknown, steps, change = newton(problem, unknown, upright, active, scales)
-    bare = active & (np.asarray(span.weight) == 0)
-    for _ in range(problem.segments.fraction.shape[-1] if bare.any() else 0):
+    problem = EquilibriumResidual(span, split(span))
+    unknown = problem.start(first_tension(span), span)
+    loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
+    unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
+    unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
+    change, weightless = record.last_correction, ~loose & (np.asarray(span.weight) == 0)
+    for _ in range(problem.segments.fraction.shape[-1] if weightless.any() else 0):
         sizes = np.sqrt(sum(part**2 for part in problem.tension(unknown)))
-        lost = bare & ~((change < LAST) & (sizes.min(axis=-1) > LAST * sizes.max(axis=-1)))
-        if not lost.any():
+        open_ = weightless & ~((change < LAST) & (sizes.min(axis=-1) > LAST * sizes.max(axis=-1)))
+        if not open_.any():
             break
-        held, place, beside = problem.kink(sizes)
-        held, again = lost & held, lost & ~held & ~(change < LAST)
-        unknown = tuple(
-            np.where(held, p, np.where(again, b, u)) for p, b, u in zip(place, beside, unknown, strict=True)
-        )
-        change, bare = np.where(held, 0.0, change), again
+        minimum, place, beside = problem.kink(sizes)
+        slack, again = open_ & minimum, open_ & ~minimum & ~(change < LAST)
+        unknown = np.where(slack, place, np.where(again, beside, unknown))
+        change, weightless = np.where(slack, 0.0, change), again
         if again.any():
-            unknown, more, other = newton(problem, unknown, upright, again, scales)
-            steps, change = steps + more, np.where(again, other, change)
-    converged = np.isfinite(change) & (change < LAST) & ~weightless
-    return Catenary(span, problem.tension(unknown), problem.segments, Record(steps, change, converged))
+            unknown, _, more = newton(problem, unknown, again)
+            record, change = record.then(more), np.where(again, more.last_correction, change)
+    reason = np.where(loose, UNDETERMINED, np.where(change < LAST, CONVERGED, STALLED))
+    return Catenary(span, problem.tension(unknown), problem.segments, replace(record, reason=reason))

@@ -71,7 +71,7 @@ class Span:
         return self.weight_per_length * self.unstretched_length
 
     @property
-    def sideways(self):
+    def transverse_load(self):
         """Weight and loads across the chord, shape (...). [N]"""
         return np.abs(self.weight * self.cosine) + np.abs(self.load_forces[..., 1:]).sum(axis=(-1, -2))
 

@@ -40,7 +40,7 @@ def solved(span, elements=12, order=4):
     mesh = mesh_segments(start.segments.fraction, elements, order)
     assume(start.min_tension > 0.03 * start.max_tension)  # sharper bends need more elements than these
     state, record = equilibrium.solve(start, mesh)
-    assert len(record.steps) <= 15
+    assert record.steps <= 15
     return start, state, Dynamics(state, span.unstretched_length, span.mass, PLANAR if span.planar else (SPATIAL,))
 
 
