@@ -360,12 +360,25 @@ def masses(mesh, axes):
         (nodes d, nodes d), (dof, dof).
     """
     per_node = mass_matrix(mesh.order, mesh.mass)
-    whole = _sparse(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
+    whole = add_elements(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
     return whole, whole[axes:-axes, axes:-axes]
 
 
-def _sparse(mesh, axes, blocks):
-    """Element blocks summed into a sparse array of all nodes."""
+def add_elements(mesh, axes, blocks):
+    """Sum of element matrices as a sparse matrix of all nodes.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    axes : int
+        Components d of a node.
+    blocks : ndarray, shape (n, (order + 1) d, (order + 1) d)
+        Node by node, the components of one node together.
+
+    Returns
+    -------
+    scipy.sparse.csr_array, shape (nodes d, nodes d)
+    """
     from scipy.sparse import coo_array
 
     index = np.arange(mesh.elements)[:, None] * mesh.order * axes + np.arange((mesh.order + 1) * axes)
