@@ -85,7 +85,7 @@ def test_a_state_in_equilibrium(span, order):
         assert internal_forces(one, "global") == pytest.approx(forces @ span.frame, abs=digits)
     # the ends hold the rest: their own share of the weight less the force of the cable
     ends = internal_forces(state)[[0, -1]] - outer[[0, -1]]
-    assert ends == pytest.approx(-state.end_forces, abs=1e-12 * state.force)
+    assert ends == pytest.approx(-state.end_forces(), abs=1e-12 * state.force)
 
 
 @each_cable

@@ -138,6 +138,23 @@ class Catenary:
         lowest = np.hypot(self.kernel.horizontal, y)
         return np.where(vertical < self.segments.weight / 2, lowest, np.minimum(*self.kernel.tensions)).min(axis=-1)
 
+    def end_forces(self, frame="chord"):
+        """Force of the cable on each end, point loads there included.
+
+        Parameters
+        ----------
+        frame : {"chord", "global"}
+
+        Returns
+        -------
+        ndarray, shape (..., 2, 3)
+            [N]
+        """
+        middle, up = np.stack(self.tension, axis=-1), self.span.up
+        half = (self.segments.weight / 2)[..., None] * up[..., None, :]
+        first, last = (middle - half)[..., 0, :], (middle + half)[..., -1, :]
+        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
+
     @property
     def singularities(self):
         """Where the tension of each segment would vanish, as complex arc length over unstretched length.

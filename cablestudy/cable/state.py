@@ -90,12 +90,11 @@ class State:
         half = np.asarray(self.span.weight)[..., None] * self.mesh.sizes / 2
         return np.where(np.abs(vertical) < half, horizontal, self.edge_tensions.min(axis=-1)).min(axis=-1)
 
-    @property
-    def end_forces(self):
-        """Force of the cable on each end in equilibrium, chord frame, shape (..., 2, 3). [N]"""
+    def end_forces(self, frame="chord"):
+        """Force of the cable on each end in equilibrium, shape (..., 2, 3); `frame` is "chord" or "global". [N]"""
         first = self.mid_forces[..., 0, :] - self.weight_forces[..., 0, :] / 2
         last = self.mid_forces[..., -1, :] + self.weight_forces[..., -1, :] / 2
-        return np.stack([first, -last], axis=-2)
+        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
 
 
 def interpolate(state, positions):

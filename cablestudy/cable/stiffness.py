@@ -76,7 +76,8 @@ def internal_forces(state, frame="chord"):
         holds its nodes with the opposite force. [N]
     """
     mesh, element = state.mesh, basis(state.mesh.order)
-    pull = (element.weights * state.tension)[..., None] * _directions(state, frame) * state.force
+    t = state.span.in_frame(state.direction.reshape(-1, 3), frame).reshape(state.direction.shape)
+    pull = (element.weights * state.tension)[..., None] * t * state.force
     nodal = np.zeros((mesh.nodes, 3), dtype=pull.dtype)
     np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
     return nodal
@@ -98,7 +99,7 @@ def tangent_stiffness(state, frame="chord"):
         K_E and K_G; degree of freedom 3 i + j is component j of node i. [N/m]
     """
     mesh, element = state.mesh, basis(state.mesh.order)
-    t = _directions(state, frame)
+    t = state.span.in_frame(state.direction.reshape(-1, 3), frame).reshape(state.direction.shape)
     along = t[..., :, None] * t[..., None, :]
     across = np.eye(3) - along
     stiffness = np.asarray(state.span.axial_stiffness, dtype=float)
@@ -111,10 +112,3 @@ def tangent_stiffness(state, frame="chord"):
         return add_elements(mesh, 3, blocks.reshape(mesh.elements, dof, dof) / length)
 
     return assembled(stiffness * along), assembled(geometric)
-
-
-def _directions(state, frame):
-    """Unit tangents in the chord frame or in global axes, shape (n, q, 3)."""
-    if frame not in ("chord", "global"):
-        raise ValueError(f"frame is {frame!r}, not 'chord' or 'global'")
-    return state.direction if frame == "chord" else state.direction @ state.span.frame
