@@ -1,4 +1,4 @@
-"""What the core knows of a cable between two fixed ends, and its chord frame.
+"""Properties of a cable between two fixed ends, and its chord frame.
 
 The chord frame (e, n, y): e from end 1 to end 2, n at right angles to it in the vertical plane (upwards), y horizontal.
 """
@@ -20,7 +20,7 @@ CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffne
 class Span:
     """A cable between two fixed ends, or a batch of cables.
 
-    The unstretched length is carried as `chord_strain`, so that a cable pre-strained by 1e-12 keeps all its digits.
+    The unstretched length is stored as `chord_strain`, so that a cable pre-strained by 1e-12 keeps all its digits.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Span:
 
     @property
     def transverse_load(self):
-        """Weight and loads across the chord, shape (...). [N]"""
+        """Sum of weight and loads across the chord, absolute values, shape (...). [N]"""
         return np.abs(self.weight * self.cosine) + np.abs(self.load_forces[..., 1:]).sum(axis=(-1, -2))
 
     @property
@@ -136,7 +136,7 @@ class Span:
 
     @property
     def mirror_symmetric(self):
-        """Where neither a load nor weight along the chord tells one end from the other, shape (...)."""
+        """Whether the cable is its own mirror image at mid-length: no loads, no weight along the chord, shape (...)."""
         return (np.asarray(self.sine * self.gravity) == 0) & (self.load_positions.shape[-1] == 0)
 
     @property
@@ -192,7 +192,7 @@ class Span:
         return replace(self, **{name: np.asarray(getattr(self, name))[index] for name in CORES})
 
     def broadcast(self):
-        """The same batch with the fields that do not vary repeated, so that all have its shape."""
+        """The same batch with all fields in its full shape."""
         arrays = {name: np.asarray(getattr(self, name)) for name in CORES}
         shape = np.broadcast_shapes(*(arrays[name].shape[: arrays[name].ndim - CORES[name]] for name in CORES))
         if not shape:
@@ -215,7 +215,7 @@ class Span:
 
 
 def merged_loads(loads):
-    """Point loads from end 1 on, those at one place added up.
+    """Point loads in ascending order from end 1, those at the same place added.
 
     Parameters
     ----------
