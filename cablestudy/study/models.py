@@ -71,10 +71,10 @@ class Models:
         columns = (
             tension,
             mean(np.sqrt((level**2).sum(axis=-1))),
-            state.tension.max(axis=(-2, -1)) * unit,
-            state.tension.min(axis=(-2, -1)) * unit,
+            state.max_tension,
+            state.min_tension,
             span.unstretched_length * (1 + tension / span.axial_stiffness),
-            np.isfinite(self.record.share).sum(axis=0),
+            self.record.steps,
         )
         return list(zip(*(column.tolist() for column in columns), strict=True))
 
@@ -196,7 +196,7 @@ def model_of(case):
     """
     models = _solved(case.batch, [case.place], mesh_of(case), case.rung)
     if models.record is not None and not models.record.converged[0]:
-        raise models.record.error(0)
+        raise equilibrium.refusal(models.record.of(0), models.state.mesh)
     return Model(models, 0)
 
 
