@@ -129,10 +129,10 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
 def print_cases(study, style):
     """The cases of a study, and nothing computed."""
     from cablestudy.study.prepare import prepare
-    from cablestudy.sweep.dry_run import lines
+    from cablestudy.sweep.dry_run import cases_table
 
     prepare(study)
-    sys.stdout.writelines(lines(study, style))
+    show(cases_table(study), style)
 
 
 def selection_of(study, where, sort, best, sensitivity):

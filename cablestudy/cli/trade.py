@@ -28,16 +28,16 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     from cablestudy.study import store
     from cablestudy.study import trade as study
     from cablestudy.study import trade_tables as tables
-    from cablestudy.study.trade_models import choices
+    from cablestudy.study.trade_models import models_of
 
     document, model = load_scene(scene, sets)
-    columns, notes = study.wanted(document, model, names)
+    columns, notes = study.columns_to_compare(document, model, names)
     place = None if out is None else store.Place(out, tables.file_name(scene))
     if place:
         place.check_writable()
     say(notes, quiet)
     if sys.stderr.isatty() and not quiet:
-        with click.progressbar(length=(repeats + 1) * len(choices(columns)), label="models", file=sys.stderr) as bar:
+        with click.progressbar(length=(repeats + 1) * len(models_of(columns)), label="models", file=sys.stderr) as bar:
             found = study.compare(model, columns, repeats, progress=bar.update)
     else:
         found = study.compare(model, columns, repeats)
