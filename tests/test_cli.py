@@ -8,11 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 
 import click
 import pytest
-from command import CARLINA, CONFIGS, SLACK, process, rows_of, run, study_file, table_of
+from command import CARLINA, CONFIGS, ROOT, SLACK, process, rows_of, run, study_file, table_of
 
+from cablestudy import __version__
 from cablestudy.cli import main
 
 PRELOAD = str(CONFIGS / "preload.yaml")
@@ -210,6 +212,21 @@ def test_every_command_that_reads_has_the_common_options():
             assert {"--explain", "--plot"} <= options
 
 
+def test_python_m_cablestudy_is_the_command():
+    assert process("--version").out == f"cablestudy, version {__version__}\n"
+    assert (
+        process("static").err == "cablestudy static: Missing argument 'SCENE' ('cablestudy static --help' shows how)\n"
+    )
+    assert process("static", SLACK).out == run("static", SLACK).out
+
+
+def test_the_licence_is_in_the_project_file():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["license"] == "BSD-3-Clause"
+    (name,) = project["license-files"]
+    assert (ROOT / name).read_text(encoding="utf-8").startswith("BSD 3-Clause License\n")
+
+
 def _imported(*arguments):
     script = f"""
 import sys
@@ -247,7 +264,7 @@ def test_a_command_imports_only_what_it_needs(folder):
     ids=lambda arguments: arguments[0],
 )
 def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
-    command = [sys.executable, "-m", "cablestudy.cli", *arguments]
+    command = [sys.executable, "-m", "cablestudy", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
         child.stdout.readline()
         child.stdout.close()
@@ -259,7 +276,7 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
 def test_a_full_disk_is_one_line_and_no_traceback():
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "cablestudy.cli", "columns"]
+        command = [sys.executable, "-m", "cablestudy", "columns"]
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("standard output: ")
@@ -268,7 +285,7 @@ def test_a_full_disk_is_one_line_and_no_traceback():
 @pytest.mark.skipif(os.name != "posix", reason="closing a stream in the shell is POSIX")
 @pytest.mark.parametrize("redirection", [">&-", "<&-"])
 def test_a_closed_stream_is_one_line_and_no_traceback(redirection):
-    command = f"{sys.executable} -m cablestudy.cli static - {redirection}"
+    command = f"{sys.executable} -m cablestudy static - {redirection}"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60,
                           check=False)  # fmt: skip
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
@@ -299,7 +316,7 @@ def test_a_file_whose_name_is_no_text(folder):
 def test_control_c_leaves_the_rows_that_are_done_and_no_traceback(folder, jobs):
     cases = "vary: [{cable.preload: {from: 100, to: 2000, count: 3000}}]\ncolumns: [sag, gondola_frequency]\n"
     study = study_file(folder, cases)
-    command = [sys.executable, "-m", "cablestudy.cli", "sweep", study, "--out", "out", "--jobs", str(jobs)]
+    command = [sys.executable, "-m", "cablestudy", "sweep", study, "--out", "out", "--jobs", str(jobs)]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True
     ) as child:

@@ -7,7 +7,7 @@ import click
 
 from cablestudy import __version__
 from cablestudy.cli import files, scene, ssm, sweep, trade
-from cablestudy.cli.edge import INTERRUPTED, WRONG_USE
+from cablestudy.cli.error_handling import INTERRUPTED, WRONG_USE
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 

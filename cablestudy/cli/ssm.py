@@ -2,7 +2,7 @@
 
 import click
 
-from cablestudy.cli.edge import edge, say, show
+from cablestudy.cli.error_handling import echo_notes, handle_errors, show
 from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, refuse
 from cablestudy.errors import SceneError
 
@@ -27,7 +27,7 @@ ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 @PLOT
 @EXPLAIN
 @QUIET
-@edge
+@handle_errors
 def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind, span, moved, felt,
         style, plot, explain, quiet):  # fmt: skip
     """The cable as a state space: file, kept modes, frequency response."""
@@ -46,14 +46,14 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
     span = study.read_span(span) if span else None
     document, model = load_scene(scene, sets)
     choice = study.choose(document, model, wish)
-    say(choice.notes if explain else (), quiet)
-    say(choice.warnings, quiet)
+    echo_notes(choice.notes if explain else (), quiet)
+    echo_notes(choice.warnings, quiet)
     if out or not span:
         system = choice.system()
-        say([study.size_line(choice, system)], quiet)
+        echo_notes([study.size_line(choice, system)], quiet)
     if out:
         study.write(system, out)
-        say([f"written: {out}"], quiet)
+        echo_notes([f"written: {out}"], quiet)
     if span:
         curves = tables.curves(choice)
         if plot:

@@ -1,4 +1,4 @@
-"""Where a command meets the world: errors become lines and exit codes, notes and tables go their ways."""
+"""Errors become lines and exit codes; notes go to standard error and tables to standard output."""
 
 import os
 import sys
@@ -11,15 +11,25 @@ from cablestudy.errors import CablestudyError, SceneError
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
 
-def edge(command):
-    """Turn domain errors into lines on standard error and an exit code, here and nowhere else."""
+def handle_errors(command):
+    """Print the errors of a command as lines on standard error and exit with their code.
+
+    Parameters
+    ----------
+    command : callable
+        A click command; an option `scene` is named in messages that name no file themselves.
+
+    Returns
+    -------
+    callable
+    """
 
     @wraps(command)
     def run(*arguments, **options):
         try:
             if sys.stdout is None:
                 raise SceneError("standard output: closed")
-            if hasattr(sys.stdout, "reconfigure"):  # a terminal may lack a letter of what is printed
+            if hasattr(sys.stdout, "reconfigure"):  # the encoding of a terminal may lack characters of a table
                 sys.stdout.reconfigure(errors="backslashreplace")
             command(*arguments, **options)
             sys.stdout.flush()
@@ -31,23 +41,28 @@ def edge(command):
             where = f"{options['scene']}: " if "scene" in options else ""
             click.echo(where + " ".join(str(error).split()), err=True)
             sys.exit(error.exit_code)
-        except BrokenPipeError:  # the reader has had enough, `| head` for example
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        except BrokenPipeError:  # the reader has closed the pipe, `| head` for example
+            _discard_output()
             sys.exit(0)
-        except OSError as error:  # a full disk: what is still in the buffer must not fail again at exit
+        except OSError as error:  # the disk is full, for example
             click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _discard_output()
             sys.exit(WRONG_USE)
 
     return run
 
 
-def say(lines, quiet=False):
-    """Notes on standard error."""
+def _discard_output():
+    """Redirect standard output to the null device, so that flushing its buffer at exit does not fail again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def echo_notes(lines, quiet=False):
+    """Print notes on standard error, unless `quiet`."""
     for line in () if quiet else lines:
         click.echo(line, err=True)
 
 
 def show(table, style):
-    """The table on standard output, and nothing else."""
+    """Print a table on standard output in one of the formats md, csv, json, jsonl."""
     sys.stdout.writelines(table.pieces(style))
