@@ -97,6 +97,26 @@ def test_formats_say_the_same(arguments):
         assert len(lines) == 2 + len(tables["csv"])
 
 
+@pytest.mark.parametrize(
+    ("arguments", "size", "most"),
+    [
+        (["modes", "--set", "model.elements=1000000"], "12 modes of a model with 1999998 unknowns", 294117),
+        (["modes", "-n", "2500", "--set", "model.elements=10000"], "2500 modes of a model with 19998 unknowns", 1996),
+        (["ssm", "--set", "model.elements=10000"], "600 modes of a model with 19998 unknowns", 8264),
+        (["windrms", "--set", "model.elements=10000"], "600 modes of a model with 19998 unknowns", 8264),
+        (["static", "--set", "model={elements: 1000000, order: 64}"], "1000000 elements of order 64 have 64000000 nodes",
+         1000000),
+    ],
+    ids=lambda value: " ".join(value[:1]) if isinstance(value, list) else None,
+)  # fmt: skip
+def test_a_model_that_is_too_large_is_refused_with_its_size(arguments, size, most):
+    outcome = run(arguments[0], CARLINA, *arguments[1:], code=3)
+    assert len(outcome.lines) == 1
+    assert size in outcome.err
+    assert f"(at most {most}" in outcome.err
+    assert "fewer elements" in outcome.err
+
+
 def test_numbers_in_csv_are_the_shortest_that_read_back_the_same():
     text = run("sweep", PRELOAD, "--no-write", "--format", "csv").out
     exact = table_of("sweep", PRELOAD, "--no-write")
