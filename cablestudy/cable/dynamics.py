@@ -228,14 +228,14 @@ class Dynamics:
                 _motion(system, part.shapes @ _shapes(root, vector, count), part.sign)
                 for part, root, vector in self._spectra[system.axes]
             ]
-        basis = _basis_size(count, dof)
-        if basis * dof > LARGEST_BASIS:
-            raise ConvergenceError(
-                f"{count} modes of a model with {dof} unknowns are too many to compute "
-                f"(at most {LARGEST_BASIS // basis} unknowns for so many modes): "
-                f"take fewer elements, fewer of a higher order, or an accuracy instead"
-            )
         if count <= dof // 4:
+            basis = _basis_size(count, dof)
+            if basis * dof > LARGEST_BASIS:
+                raise ConvergenceError(
+                    f"{count} modes of a model with {dof} unknowns are too many to compute "
+                    f"(at most {max(LARGEST_BASIS // basis, ALL_LIMIT)} unknowns for so many modes): "
+                    f"take fewer elements, fewer of a higher order, or an accuracy instead"
+                )
             every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
             return [_motion(system, np.stack([_lanczos(one, count) for one in every]).reshape(*lead, dof, count))]
         raise ConvergenceError(
