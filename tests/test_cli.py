@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ from command import CARLINA, CONFIGS, ROOT, SLACK, process, rows_of, run, study_
 
 from cablestudy import __version__
 from cablestudy.cli import main
+from cablestudy.study import report
 
 PRELOAD = str(CONFIGS / "preload.yaml")
 BROKEN = ("--set", "cable.preload=100 kN")  # aramid breaks at 8 kN
@@ -140,6 +142,28 @@ def test_json_carries_units_and_a_single_scene_is_one_row():
     assert table["rows"][0]["status"] == "ok"
 
 
+@pytest.mark.parametrize("style", ["md", "csv", "json", "jsonl"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    ("command", "function"),
+    [("static", "static_table"), ("modes", "mode_table"), ("validate", "validate_table"), ("columns", "columns_table")],
+)
+def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, function, value, style):
+    original = getattr(report, function)
+
+    def spoilt(*arguments):
+        found = original(*arguments)
+        table = found[0] if isinstance(found, tuple) else found
+        table.rows[-1][table.fields[0].name] = value
+        return found
+
+    monkeypatch.setattr(report, function, spoilt)
+    outcome = run(command, *([] if command == "columns" else [CARLINA]), "--format", style, code=3)
+    assert outcome.out == ""
+    assert len(outcome.lines) == 1
+    assert outcome.err.endswith(" is not a finite number\n")
+
+
 def test_markdown_has_four_digits_and_units():
     text = run("static", CARLINA).out
     assert "| preload                  |      1345 | N      |" in text
@@ -184,6 +208,20 @@ def test_notes_go_to_standard_error_and_quiet_silences_them(folder):
     assert run("sweep", PRELOAD, "--quiet").err == ""
     assert run("sweep", PRELOAD, "--check").err == "results/preload.csv: agrees\n"
     assert run("sweep", PRELOAD, "--check", "--quiet").err == ""
+
+
+@pytest.mark.parametrize("command", ["windrms", "ssm", "modes"])
+def test_damping_that_is_assumed_is_said(folder, command):
+    text = (CONFIGS / "carlina.yaml").read_text(encoding="utf-8")
+    bare = "".join(line for line in text.splitlines(keepends=True) if "damping: {model: modal, ratio" not in line)
+    (folder / "bare.yaml").write_text(bare, encoding="utf-8")
+    said = "damping: the scene gives none; modal, with a ratio of 1 %, is assumed"
+    found = run(command, "bare.yaml", "--explain")
+    assert (said in found.lines) == (command != "modes")  # undamped modes need none
+    assert said not in run(command, CARLINA, "--explain").err
+    assert said not in run(command, "bare.yaml", "--explain", "--set", "cable.damping.ratio=0.01").err
+    assert said not in run(command, "bare.yaml").err
+    assert found.out == run(command, CARLINA).out
 
 
 def test_errors_are_shown_even_when_quiet():

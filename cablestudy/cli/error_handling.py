@@ -3,10 +3,11 @@
 import os
 import sys
 from functools import wraps
+from math import isfinite
 
 import click
 
-from cablestudy.errors import CablestudyError, SceneError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
@@ -64,5 +65,20 @@ def echo_notes(lines, quiet=False):
 
 
 def show(table, style):
-    """Print a table on standard output in one of the formats md, csv, json, jsonl."""
+    """Print a table on standard output.
+
+    Parameters
+    ----------
+    table : Table
+    style : {"md", "csv", "json", "jsonl"}
+
+    Raises
+    ------
+    NoSolutionError
+        A cell is not finite. Rows that are computed as they are printed are not looked at.
+    """
+    for row in table.rows if isinstance(table.rows, list) else ():
+        for name, value in row.items():
+            if isinstance(value, float) and not isfinite(value):
+                raise NoSolutionError(f"{name} is not a finite number")
     sys.stdout.writelines(table.pieces(style))
