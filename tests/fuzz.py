@@ -8,6 +8,7 @@ kept in FOLDER; the exit code is 1 if there is any.
 """
 
 import argparse
+import copy
 import json
 import os
 import random
@@ -203,8 +204,7 @@ def graft(rng, top):
 
 def transplant(rng, top):
     """A part of the document in another place of it."""
-    part = get(*pick_value(rng, top))
-    put(*pick_value(rng, top), tree(yaml.load(emit(part), yaml.BaseLoader)) if not isinstance(part, Raw) else part)
+    put(*pick_value(rng, top), copy.deepcopy(get(*pick_value(rng, top))))
 
 
 def anchor(rng, top):

@@ -1,4 +1,4 @@
-"""What computes nothing: validate, schema, columns."""
+"""The commands that compute nothing: validate, schema, columns."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""What is asked of one scene: static, modes, windrms."""
+"""The commands for one scene: static, modes, windrms."""
 
 import sys
 
