@@ -17,9 +17,7 @@ class OneLine(click.Group):
 
     def main(self, *arguments, standalone_mode=True, **options):
         words = arguments[0] if arguments else options.get("args")
-        options["obj"] = {
-            "words": list(sys.argv[1:] if words is None else words)
-        }  # for messages that repeat the command
+        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # for messages that repeat it
         if not standalone_mode:
             return super().main(*arguments, standalone_mode=False, **options)
         try:

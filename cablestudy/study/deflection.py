@@ -41,9 +41,7 @@ def nodal_deflections(case):
         raise NoSolutionError("the cable carries no point load")
     unloaded = solve(span.without_loads())
     if not unloaded.record.converged:
-        raise ConvergenceError(
-            "the unloaded cable has no equilibrium, from which deflections are measured", unloaded.record
-        )
+        raise ConvergenceError("deflections need an equilibrium of the unloaded cable", unloaded.record)
     if case.exact_statics:
         fractions = split(span).fraction
         mesh = mesh_segments(fractions, len(fractions), SPECTRAL_ORDER)
