@@ -95,7 +95,7 @@ def test_markdown_shows_both_ends_of_a_million_cases():
 @pytest.mark.parametrize("style", ["md", "jsonl"])
 def test_a_reader_that_has_had_enough_ends_it_quietly(style):
     study_file(".", f"{MILLION}columns: [mass]\n")
-    command = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--dry-run", "--format", style]
+    command = [sys.executable, "-m", "cablestudy", "sweep", "study.yaml", "--dry-run", "--format", style]
     done = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert done.stdout.readline()
     done.stdout.close()

@@ -5,7 +5,7 @@ import sys
 
 import click
 
-from cablestudy.cli.edge import FAILED_CHECK, INTERRUPTED, NO_ANSWER, edge, say, show
+from cablestudy.cli.error_handling import FAILED_CHECK, INTERRUPTED, NO_ANSWER, echo_notes, handle_errors, show
 from cablestudy.cli.options import (
     EXPLAIN,
     FORMAT,
@@ -61,7 +61,7 @@ MOST_DIFFERENCES = 1000  # that a check shows one by one
 @EXPLAIN
 @QUIET
 @click.pass_context
-@edge
+@handle_errors
 def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, resume,
           restart, jobs, scheduler, shard, row, fail_fast, style, plot, explain, quiet):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
@@ -95,14 +95,14 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
 
             parts = run.read_shard(shard)
             wanted = read_study(study, sets, vary)
-            say(wanted.notes, quiet)
+            echo_notes(wanted.notes, quiet)
             if dry_run:
                 print_cases(wanted, style)
                 return
             select = selection_of(wanted, where, sort, best, sensitivity)
             if wanted.asked and keep:
                 keep = False
-                say([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
+                echo_notes([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
             place = store.Place(out, wanted.name)
             if keep:
                 place.check_writable()
@@ -113,12 +113,12 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
             with run.Run(wanted, place, wish) as work:
                 compute(work, [] if study == "-" else words_of(study, sets, vary))
                 if parts:
-                    say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+                    echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
                 else:
                     finish(work, style, plot, tolerance if check else None, run.command(typed), select)
                 failed = work.journal.failed
     except KeyboardInterrupt:
-        say(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
+        echo_notes(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
         exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
         sys.exit(INTERRUPTED)
     if failed:
@@ -164,11 +164,11 @@ def words_of(study, sets, vary):
 def compute(work, words):
     """All rows of a run, and what is to be said about them."""
     wish = work.wish
-    say(work.reused(), wish.quiet)
+    echo_notes(work.reused(), wish.quiet)
     work.compute()
     if wish.explain and work.complete:
-        say(work.notes(), wish.quiet)
-    say(work.failures(words), wish.quiet)
+        echo_notes(work.notes(), wish.quiet)
+    echo_notes(work.failures(words), wish.quiet)
     if not work.complete:
         more = f"; --resume goes on: {work.done} rows are done" if wish.keep else ""
         raise NoSolutionError("stopped at the first case without an answer (--fail-fast)" + more)
@@ -190,14 +190,14 @@ def finish(work, style, plot, tolerance, command, select=None):
                 click.echo(f"{place.csv}: {difference}", err=True)
         if differences > MOST_DIFFERENCES:
             click.echo(f"{place.csv}: {differences} differences in all", err=True)
-        say([] if differences else [f"{place.csv}: agrees"], quiet)
+        echo_notes([] if differences else [f"{place.csv}: agrees"], quiet)
         sys.exit(FAILED_CHECK if differences else 0)
     if work.wish.keep:
         work.write(table, command)
-        say([f"written: {place.csv}, {place.md}"], quiet)
+        echo_notes([f"written: {place.csv}, {place.md}"], quiet)
     if select:
         table, notes = select(table)
-        say(notes, quiet)
+        echo_notes(notes, quiet)
     show(table, style)
 
 
@@ -210,7 +210,7 @@ def finish(work, style, plot, tolerance, command, select=None):
 @PLOT
 @QUIET
 @click.pass_context
-@edge
+@handle_errors
 def merge(context, study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
     check_picture(plot)
@@ -224,16 +224,16 @@ def merge(context, study, sets, vary, out, style, plot, quiet):
             from cablestudy.sweep.merge import MergedRun
 
             wanted = read_study(study, sets, vary)
-            say(wanted.notes, quiet)
+            echo_notes(wanted.notes, quiet)
             place = store.Place(out, wanted.name)
             place.check_writable()
             words = words_of(study, sets, vary)
             with MergedRun(wanted, place, words, quiet) as work:
-                say(work.failures([] if study == "-" else words), quiet)
+                echo_notes(work.failures([] if study == "-" else words), quiet)
                 finish(work, style, plot, None, run.command(context.obj["words"]))
                 failed = work.journal.failed
     except KeyboardInterrupt:
-        say(["interrupted: the shards are as they were"])
+        echo_notes(["interrupted: the shards are as they were"])
         sys.exit(INTERRUPTED)
     if failed:
         sys.stdout.flush()
