@@ -160,7 +160,6 @@ def test_resume_refuses_what_differs_and_says_what(folder):
     study_file(folder, FEW, SLACK)
     run("sweep", "study.yaml")
     cut(2)
-    left = ROWS.read_bytes()
     outcome = run("sweep", "study.yaml", "--set", "cable.density=8 g/cm^3", "--set", "wind=null", "--resume", code=2)
     assert "results/study.rows.sqlite: cable.density: 1440 kg/m^3 there, 8 g/cm^3 now" in outcome.lines
     assert "results/study.rows.sqlite: wind.speed: 6 m/s there, not given now" in outcome.lines
@@ -285,8 +284,7 @@ def test_a_key_is_of_the_resolved_scene(folder):
     assert keys[0] == keys[1] != keys[2]
 
 
-def test_a_worker_of_another_version_is_refused(folder):
-    study = read_study(study_file(folder, FEW, SLACK))
+def test_a_worker_of_another_version_is_refused():
     piece = chunks.Chunk(b"", {**versions(), "numpy": "0.1"}, (), (0,))
     with pytest.raises(SceneError, match=r"a worker has numpy \S+, not 0\.1"):
         chunks.compute(piece)

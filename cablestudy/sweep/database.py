@@ -71,11 +71,6 @@ class Database:
         """Execute a statement for each of many rows of values."""
         self._connection.executemany(statement, rows)
 
-    def attach(self, path, name):
-        """Give the tables of another database, which nobody uses, a name here."""
-        with self.reported():
-            self.execute(f"ATTACH ? AS {name}", (os.fsencode(path),))
-
     @contextmanager
     def transaction(self):
         """All statements inside take effect together, or none.
@@ -103,15 +98,6 @@ class Database:
         except sqlite3.Error as error:
             hint = "; --resume goes on" if self.path else ""
             raise SceneError(f"{self.path or 'a temporary file'}: cannot be used ({error}){hint}") from None
-
-    @contextmanager
-    def any_text(self):
-        """Read texts that are not UTF-8 instead of raising an error."""
-        self._connection.text_factory = lambda raw: raw.decode(errors="replace")
-        try:
-            yield
-        finally:
-            self._connection.text_factory = str
 
     def close(self):
         """Release the file."""

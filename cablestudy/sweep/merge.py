@@ -1,11 +1,15 @@
 """Shards of a study joined into its table."""
 
+import sqlite3
 from contextlib import closing
 
 from cablestudy.errors import SceneError
+from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
+from cablestudy.sweep.record import unpack
 from cablestudy.sweep.run import Options, Run, command
-from cablestudy.sweep.store_files import merged_store, read_store
+from cablestudy.sweep.store import COLUMNS, RowStore
+from cablestudy.sweep.store_files import is_empty, open_store, stored_description
 
 SHOWN = 10  # missing rows that are named
 
@@ -42,24 +46,25 @@ class MergedRun(Run):
         if len(counts) > 1:
             kinds = " and of ".join(map(str, counts))
             raise SceneError(f"--out {self.files.folder}: shards of {kinds} lie there: move one kind away")
-        stores, mistakes = {}, []
-        for (number, _), path in shards.items():
-            with closing(read_store(path, self.study.count)) as store:
-                mistakes += _foreign(store, self.identity)
-            stores[number] = store
-        mistakes = mistakes or self._missing(counts[0], stores)
+        merged, mistakes = RowStore.temporary(self.identity, self.study.count), []
+        for path in shards.values():
+            mistakes += _take(path, merged)
+        merged.load()
+        mistakes = mistakes or self._missing(counts[0], {number for number, _ in shards}, merged)
         if mistakes:
             raise SceneError(*mistakes)
-        return merged_store(self.path, self.identity, self.study.count, shards.values())
+        store = open_store(self.path, self.identity, self.study.count, None, restart=True)
+        store.insert(merged.stored(self.cases))
+        store.load()
+        return store
 
-    def _missing(self, shards, stores):
+    def _missing(self, shards, there, merged):
         """What is missing of each shard, and how to get it."""
         found = []
         for number in range(1, shards + 1):
-            store, cases = stores.get(number), range(number - 1, self.study.count, shards)
-            lacking = [case + 1 for case in cases if store is None or case not in store]
-            if lacking or store is None:
-                what = "no such shard" if store is None else "not complete"
+            lacking = [case + 1 for case in range(number - 1, self.study.count, shards) if case not in merged]
+            if lacking or number not in there:
+                what = "not complete" if number in there else "no such shard"
                 listed = ", ".join(map(str, lacking[:SHOWN])) + (", ..." if len(lacking) > SHOWN else "")
                 how = command(self._words, "--out", self.files.folder, "--shard", f"{number}/{shards}", "--resume")
                 rows = f"{len(lacking)} row{'s' * (len(lacking) != 1)} missing" + (f" ({listed})" if lacking else "")
@@ -67,10 +72,25 @@ class MergedRun(Run):
         return found
 
 
-def _foreign(store, identity):
-    """Why the rows of a shard do not belong to a study: list of lines."""
-    if digest(store.identity) == digest(identity):
-        return []
-    found = differences(store.identity, identity)
-    found += [f"{part}: not as now" for part in ("vary", "columns") if store.identity[part] != identity[part]]
-    return [f"{store.path}: {line}" for line in found]
+def _take(path, merged):
+    """Add the rows of a shard that are as they were written to a store.
+
+    Returns
+    -------
+    list of str
+        Why they do not belong to the study of the store.
+    """
+    with closing(Database(path)) as shard:
+        try:
+            if is_empty(shard):
+                return [f"{path}: is empty"]
+            identity, _ = stored_description(shard)
+            if digest(identity) == digest(merged.identity):
+                rows = shard.execute(f"SELECT {COLUMNS} FROM rows WHERE status IS NOT NULL")
+                merged.insert([row for row in rows if unpack(row, len(merged.headers))])
+                return []
+        except sqlite3.Error as error:
+            return [f"{path}: is damaged ({error}): compute the shard again with --resume"]
+    found = differences(identity, merged.identity)
+    found += [f"{part}: not as now" for part in ("vary", "columns") if identity[part] != merged.identity[part]]
+    return [f"{path}: {line}" for line in found]

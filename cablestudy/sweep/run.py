@@ -1,9 +1,11 @@
 """One run of a study, from the stored rows to the table: what is computed, what is reported, how to go on."""
 
 import os
+import re
 import shlex
 import sys
 import time
+from collections import Counter
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -25,6 +27,7 @@ from cablestudy.sweep.store_files import open_store
 SHOWN = 10  # failures that are listed
 REPLAYED = 3  # failures whose command is given
 KINDS = 5  # of failures that are counted each
+NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -171,7 +174,7 @@ class Run:
     @property
     def failed(self):
         """How many rows have no answer."""
-        return sum(self.store.failure_kinds().values())
+        return sum(1 for _ in self.store.failures())
 
     @property
     def complete(self):
@@ -233,15 +236,16 @@ class Run:
         -------
         list of str
         """
-        first, kinds = self.store.failures(SHOWN), self.store.failure_kinds()
-        lines = [f"row {case + 1}: {status}" for case, status in first]
+        failures = list(self.store.failures())
+        kinds = Counter(NUMBER.sub("…", status) for _, status in failures)
+        lines = [f"row {case + 1}: {status}" for case, status in failures[:SHOWN]]
         if self.options.row is not None or not lines:
             return lines
         counted = [f"{often} x {kind}" for kind, often in kinds.most_common(KINDS)]
-        others = kinds.total() - sum(often for _, often in kinds.most_common(KINDS))
+        others = len(failures) - sum(often for _, often in kinds.most_common(KINDS))
         counted += [f"{others} x others"] if others else []
-        lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counted))
-        for case, _ in first[: REPLAYED if words else 0]:
+        lines.append(f"{len(failures)} of {self.done} rows have no answer: " + "; ".join(counted))
+        for case, _ in failures[: REPLAYED if words else 0]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
 

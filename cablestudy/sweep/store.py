@@ -11,8 +11,6 @@ SQLite keeps its own structure intact; each row has a check sum because a change
 """
 
 import json
-import re
-from collections import Counter
 
 from cablestudy.errors import SceneError
 from cablestudy.sweep.database import Database
@@ -28,7 +26,6 @@ SCHEMA = {
 }
 COLUMNS = "row, key, status, cells, errors, notes, sum"
 INSERT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)"
-NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 MISSING, PARTIAL, COMPLETE = 0, 1, 2  # how much is known of a case
 
 
@@ -59,7 +56,7 @@ class RowStore:
         self.database, self.path, self.count = database, database.path, count
         self._known = bytearray(count)
         self.warnings = []
-        self._belongs_to(identity, [])
+        self.describe(identity)
 
     @classmethod
     def temporary(cls, identity, count):
@@ -68,7 +65,8 @@ class RowStore:
         store.begin()
         return store
 
-    def _belongs_to(self, identity, partial):
+    def describe(self, identity, partial=()):
+        """State what the rows depend on, and which columns are known of partial ones."""
         self.identity, self.partial = identity, partial
         self.headers = [header for header in identity["columns"] if header != "status"]
 
@@ -80,36 +78,22 @@ class RowStore:
             self.database.execute(f"PRAGMA user_version = {FORMAT}")
             for statement in SCHEMA.values():
                 self.database.execute(statement)
-            self._describe()
+            self._write_description()
         self._known = bytearray(self.count)
 
-    def _describe(self, finished=False):
+    def _write_description(self, finished=False):
         """Write the table `about`."""
         about = {"study": json.dumps(self.identity), "fingerprint": digest(self.identity)}
-        about |= {"finished": int(finished), "partial": json.dumps(self.partial)}
+        about |= {"finished": int(finished), "partial": json.dumps(list(self.partial))}
         self.database.execute_many("INSERT OR REPLACE INTO about VALUES (?, ?)", about.items())
 
-    def load(self, identity, partial):
-        """Take over the rows that the file has.
-
-        Parameters
-        ----------
-        identity : dict
-            What they depend on.
-        partial : list of str
-        """
-        self._belongs_to(identity, partial)
+    def load(self):
+        """Take over the rows that the file has."""
         self._known = bytearray(self.count)
         with self.database.reported():
             for row, complete in self.database.execute("SELECT row, status IS NOT NULL FROM rows"):
                 if row <= self.count:
                     self._known[row - 1] = COMPLETE if complete else PARTIAL
-
-    def forget(self, rows):
-        """Treat rows of the file as missing."""
-        for row in rows:
-            if row <= self.count:
-                self._known[row - 1] = MISSING
 
     def __contains__(self, case):
         return self._known[case] == COMPLETE
@@ -134,7 +118,7 @@ class RowStore:
         SceneError
             The file was changed while this run used it.
         """
-        for stored in self._stored(cases):
+        for stored in self.stored(cases):
             record = unpack(stored, len(self.headers))
             if record is None:
                 raise self._changed(stored[0])
@@ -142,12 +126,13 @@ class RowStore:
 
     def read_texts(self, cases):
         """Yield status and cells, these as JSON, of a range of cases: faster than `read`."""
-        for stored in self._stored(cases):
+        for stored in self.stored(cases):
             if check_sum(*stored[:-1]) != stored[-1]:
                 raise self._changed(stored[0])
             yield stored[2], stored[3]
 
-    def _stored(self, cases):
+    def stored(self, cases):
+        """Yield the rows of a range of cases as they are stored, in order."""
         query = f"SELECT {COLUMNS} FROM rows WHERE row > ? AND row <= ? ORDER BY row"
         row = cases.start
         with self.database.reported():
@@ -162,17 +147,10 @@ class RowStore:
     def _changed(self, row):
         return SceneError(f"{self.path}: row {row} was changed while the sweep ran; --resume computes it again")
 
-    def failures(self, most):
-        """The first rows without an answer: list of (case, status)."""
-        query = f"SELECT row - 1, status FROM rows WHERE status != '{OK}' ORDER BY row LIMIT ?"
+    def failures(self):
+        """Yield case and status of each row without an answer, in order."""
         with self.database.reported():
-            return self.database.execute(query, (most,)).fetchall()
-
-    def failure_kinds(self):
-        """Counter of the reasons why rows have no answer, numbers in them left out."""
-        with self.database.reported():
-            failed = self.database.execute(f"SELECT status FROM rows WHERE status != '{OK}'")
-            return Counter(NUMBER.sub("…", status) for (status,) in failed)
+            yield from self.database.execute(f"SELECT row - 1, status FROM rows WHERE status != '{OK}' ORDER BY row")
 
     def add(self, headers, records):
         """Add the rows of a chunk: all of them, or none.
@@ -186,8 +164,7 @@ class RowStore:
         """
         if headers != self.headers:
             records = [self._completed(headers, unpack(stored, len(headers))) for stored in records]
-        with self.database.transaction():
-            self.database.execute_many(INSERT, records)
+        self.insert(records)
         for row, *_ in records:
             self._known[row - 1] = COMPLETE
 
@@ -218,21 +195,19 @@ class RowStore:
             self.database.execute("DELETE FROM rows")
             self.database.execute("INSERT OR REPLACE INTO rows SELECT * FROM new_rows")
             self.database.execute("DROP TABLE new_rows")
-            self._belongs_to(identity, partial)
-            self._describe()
-        self.load(identity, partial)
+            self.describe(identity, partial)
+            self._write_description()
+        self.load()
 
-    def copy(self, path):
-        """Add all rows of another store."""
-        self.database.attach(path, "other")
+    def insert(self, records):
+        """Add rows as they are: all of them, or none."""
         with self.database.transaction():
-            self.database.execute("INSERT OR REPLACE INTO rows SELECT * FROM other.rows WHERE row <= ?", (self.count,))
-        self.database.execute("DETACH other")
+            self.database.execute_many(INSERT, records)
 
     def set_finished(self, finished):
         """Note whether the table of these rows is written."""
         with self.database.transaction():
-            self._describe(finished)
+            self._write_description(finished)
 
     def close(self):
         """Release the file."""

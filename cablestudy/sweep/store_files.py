@@ -2,14 +2,13 @@
 
 import json
 import sqlite3
-from contextlib import suppress
 
 from cablestudy.errors import SceneError
 from cablestudy.study.columns import find
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
 from cablestudy.sweep.record import unpack
-from cablestudy.sweep.store import APPLICATION, COLUMNS, FORMAT, INSERT, SCHEMA, RowStore
+from cablestudy.sweep.store import APPLICATION, COLUMNS, FORMAT, SCHEMA, RowStore
 
 MAX_LISTED = 5  # rows that are named in a message
 
@@ -42,18 +41,20 @@ def open_store(path, identity, count, reuse, resume=False, restart=False):
     store = RowStore(Database(path), identity, count)
     try:
         try:
-            empty = _is_empty(store.database, any_version=restart)
+            empty = is_empty(store.database, any_version=restart)
             rows = 0 if empty or resume or restart else _unfinished(store.database)
+            stored = stored_description(store.database) if resume and not empty else None
         except sqlite3.Error as error:
             if not (resume or restart):
                 hint = "--resume keeps the rows that can be read, --restart begins anew"
                 raise SceneError(f"{path}: is damaged ({error}): {hint}") from None
-            empty, rows = False, 0
+            rows, stored = 0, None
+            store.warnings += [f"{path}: is damaged ({error}); none of its rows could be read"] if resume else []
         if rows:
             hint = "go on with --resume, or begin anew with --restart"
             raise SceneError(f"{path}: an unfinished run is there, {rows} rows done: {hint}")
-        if resume and not empty:
-            _resume(store, reuse)
+        if stored:
+            _resume(store, *stored, reuse)
         else:
             store.begin()
     except BaseException:
@@ -62,8 +63,8 @@ def open_store(path, identity, count, reuse, resume=False, restart=False):
     return store
 
 
-def _is_empty(database, any_version=False):
-    """Whether a database has no tables; refuses one of another program or version."""
+def is_empty(database, any_version=False):
+    """Whether a database has no tables; raises SceneError for one of another program or version."""
     if not database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
         return True
     if database.execute("PRAGMA application_id").fetchone()[0] != APPLICATION:
@@ -79,150 +80,83 @@ def _unfinished(database):
     return 0 if finished == ("1",) else database.execute("SELECT count(*) FROM rows").fetchone()[0]
 
 
-def _resume(store, reuse):
+def stored_description(database):
+    """What the rows of a database depend on, and which columns are known of its partial rows.
+
+    Returns
+    -------
+    identity : dict
+    partial : list of str
+
+    Raises
+    ------
+    SceneError
+        It is not as it was written.
+    sqlite3.Error
+        It cannot be read.
+    """
+    try:
+        about = dict(database.execute("SELECT name, value FROM about"))
+        identity, partial = json.loads(about["study"]), json.loads(about["partial"])
+        kinds = [type(identity[name]) for name in ("versions", "scene", "vary", "columns")]
+        headers = [find(header).header for header in identity["columns"]]
+        intact = kinds == [dict, dict, list, list] and set(partial) <= set(headers)
+        intact = intact and digest(identity) == about["fingerprint"]
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
+        intact = False
+    if not intact:
+        what = "the description of the study that its rows belong to was changed"
+        raise SceneError(f"{database.path}: {what}; --restart begins anew")
+    return identity, partial
+
+
+def _resume(store, identity, partial, reuse):
     """Go on with the rows that are there."""
     current = store.identity
-    try:
-        identity, partial = _description(store.database)
-    except sqlite3.Error as error:
-        store.begin()
-        store.warnings.append(f"{store.path}: is damaged ({error}); none of its rows could be read")
-        return
     lines = differences(identity, current)
     if lines:
         hint = "these rows cannot be used: --restart begins anew, --out DIR begins elsewhere"
         raise SceneError(*(f"{store.path}: {line}" for line in lines), f"{store.path}: {hint}")
     same = digest(identity) == digest(current)
-    store.load(identity, partial)
-    _remove_wrong_rows(store, store.count if same else None)
-    store.load(identity, partial)
+    store.describe(identity, partial)
+    _keep_valid_rows(store, store.count if same else None)
+    store.load()
     if not same:
         reuse(store, current)
     store.set_finished(False)
 
 
-def _description(database):
-    """What the rows of a database depend on, and which columns are known of its partial rows."""
-    about = dict(database.execute("SELECT name, value FROM about"))
-    try:
-        identity, partial = json.loads(about["study"]), json.loads(about["partial"])
-        if digest(identity) != about["fingerprint"] or not set(partial) <= set(identity["columns"]):
-            raise ValueError
-        for name, kind in (("versions", dict), ("scene", dict), ("vary", list), ("columns", list)):
-            if not isinstance(identity[name], kind):
-                raise ValueError
-        for header in identity["columns"]:
-            find(header)
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
-        about_what = "what it says about the study of its rows was changed"
-        raise SceneError(f"{database.path}: {about_what}; --restart begins anew") from None
-    return identity, partial
-
-
-def _remove_wrong_rows(store, most):
-    """Remove the rows that are not as they were written, or beyond the highest; recreate a damaged file."""
+def _keep_valid_rows(store, highest):
+    """Check all rows of a store; if something is wrong, begin anew with those that are as they were written."""
+    wrong, damage = [], None
     try:
         tables = dict(store.database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
-        if tables != SCHEMA:
-            raise sqlite3.DatabaseError("its tables were changed")
-        (found,) = store.database.execute("PRAGMA quick_check(1)").fetchone()
-        if found != "ok":
-            raise sqlite3.DatabaseError(" ".join(found.split()))
-        wrong = list(_wrong_rows(store, most))
+        (structure,) = store.database.execute("PRAGMA quick_check(1)").fetchone()
+        if structure != "ok" or tables != SCHEMA:
+            damage = "its tables were changed" if structure == "ok" else " ".join(structure.split())
+        wrong = [row for row, stored in _rows(store, "ASC", highest) if stored is None]
     except sqlite3.Error as error:
-        rows = _readable_rows(store)
-        store.begin()
-        with store.database.transaction():
-            store.database.execute_many(INSERT, rows)
-        store.warnings.append(f"{store.path}: is damaged ({error}); {len(rows)} of its rows could be read")
+        damage = str(error)
+    if not (damage or wrong):
         return
-    if wrong:
+    valid = {}
+    for order in ("ASC", "DESC"):  # from both ends to where it is damaged
+        try:
+            valid.update((row, stored) for row, stored in _rows(store, order, highest) if stored)
+        except sqlite3.Error:
+            continue
+    store.begin()
+    store.insert(valid.values())
+    if damage:
+        store.warnings.append(f"{store.path}: is damaged ({damage}); {len(valid)} of its rows could be read")
+    else:
         listed = ", ".join(map(str, wrong[:MAX_LISTED])) + (", ..." if len(wrong) > MAX_LISTED else "")
         listed = f"row{'s' * (len(wrong) > 1)} {listed}"
         store.warnings.append(f"{store.path}: left out what is not as it was written: {listed}")
-        with store.database.transaction():
-            store.database.execute_many("DELETE FROM rows WHERE row = ?", [(row,) for row in wrong])
 
 
-def _wrong_rows(store, most):
-    """Numbers of the rows that are not as they were written, or beyond the highest."""
-    with store.database.any_text():
-        for stored in store.database.execute(f"SELECT {COLUMNS} FROM rows ORDER BY row"):
-            if unpack(stored, len(store.headers)) is None or (most is not None and stored[0] > most):
-                yield stored[0]
-
-
-def _readable_rows(store):
-    """The rows of a damaged file that can be read, from its beginning and from its end."""
-    found = {}
-    for order in ("ASC", "DESC"):
-        with suppress(sqlite3.Error), store.database.any_text():
-            for stored in store.database.execute(f"SELECT {COLUMNS} FROM rows ORDER BY row {order}"):
-                if unpack(stored, len(store.headers)) is not None:
-                    found[stored[0]] = stored
-    return list(found.values())
-
-
-def read_store(path, count):
-    """The store of a shard, which is only read.
-
-    Parameters
-    ----------
-    path : str
-    count : int
-        Cases of the study.
-
-    Returns
-    -------
-    RowStore
-
-    Raises
-    ------
-    SceneError
-        It cannot be read, or is something else.
-    """
-    database = Database(path)
-    try:
-        if _is_empty(database):
-            raise SceneError(f"{path}: is empty")
-        identity, partial = _description(database)
-        store = RowStore(database, identity, count)
-        store.load(identity, partial)
-        wrong = list(_wrong_rows(store, count))
-    except sqlite3.Error as error:
-        database.close()
-        raise SceneError(f"{path}: is damaged ({error}): compute the shard again with --resume") from None
-    except BaseException:
-        database.close()
-        raise
-    store.forget(wrong)
-    return store
-
-
-def merged_store(path, identity, count, shards):
-    """One store with the rows of several shards; replaces what is there.
-
-    Parameters
-    ----------
-    path : str
-    identity : dict
-    count : int
-    shards : sequence of str
-        Stores of the same identity, closed.
-
-    Returns
-    -------
-    RowStore
-    """
-    store = RowStore(Database(path), identity, count)
-    try:
-        with suppress(sqlite3.Error):  # a damaged file is replaced, too
-            _is_empty(store.database, any_version=True)
-        store.begin()
-        for shard in shards:
-            store.copy(shard)
-        store.load(identity, [])
-    except BaseException:
-        store.close()
-        raise
-    return store
+def _rows(store, order, highest):
+    """Yield the number of each row and what is stored of it, None if that is not as it was written."""
+    for stored in store.database.execute(f"SELECT {COLUMNS} FROM rows ORDER BY row {order}"):
+        valid = unpack(stored, len(store.headers)) and (highest is None or stored[0] <= highest)
+        yield stored[0], stored if valid else None
