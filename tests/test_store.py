@@ -1,5 +1,7 @@
 """The file with the rows of a sweep, whatever it holds: the table is the right one, or a line says what to do."""
 
+import csv
+import io
 import json
 import random
 import shutil
@@ -11,8 +13,9 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from command import SLACK, edit_rows, run, start, stored_rows, study_file, wait_for_rows
+from command import SLACK, edit_rows, rows_of, run, start, stored_rows, study_file, wait_for_rows
 
+from cablestudy.study.table import exact
 from cablestudy.sweep import chunks
 from cablestudy.sweep.fingerprint import digest
 from cablestudy.sweep.record import check_sum, pack, unpack
@@ -388,3 +391,25 @@ def test_a_run_that_keeps_nothing_leaves_nothing_even_if_it_is_killed(folder):
         time.sleep(1.5)
         sweep.kill()
     assert [path.name for path in folder.iterdir()] == ["study.yaml"]
+
+
+STUDIES = {
+    "grid": "vary: [{gravity: {from: 9, to: 10, count: 3}}, {cable.area: [20 mm^2, 30 mm^2]}]\ncolumns: [sag, mass]\n",
+    "zip": "vary: [{gravity: [9, 10], cable.unstretched_length: [187 m, 100 m]}]\ncolumns: [status, sag, iterations]\n",
+    "text": "vary: [{cable.loads: [null, [{at: 1 m, force: [0, 0, 1]}]]}]\ncolumns: [sag]\n",
+    "shown by a column": "vary: [{cable.area: [20 mm^2, 30 mm^2]}, {gravity: [9, 10]}]\ncolumns: [area, preload]\n",
+    "nothing varies": "columns: [sag]\n",
+    "only the status": "vary: [{gravity: [9, 10]}]\ncolumns: [status]\n",
+}
+
+
+@pytest.mark.parametrize("what", STUDIES)
+def test_the_csv_holds_the_rows_of_the_other_formats(folder, what):
+    """Its numbers are copied as stored text; JSON is made of the numbers."""
+    study_file(folder, STUDIES[what], SLACK)
+    text = run("sweep", "study.yaml", "--format", "csv", code=None).out
+    plain = rows_of(run("sweep", "study.yaml", "--format", "json", code=None).out, "json")
+    found = list(csv.DictReader(io.StringIO(text)))
+    assert [list(row) for row in found] == [list(row) for row in plain]
+    assert found == [{name: exact(value) for name, value in row.items()} for row in plain]
+    assert TABLE.read_text(encoding="utf-8") == text

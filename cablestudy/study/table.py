@@ -46,22 +46,19 @@ class Table:
     Attributes
     ----------
     fields : tuple of Field
-    rows : list of dict
-        Name -> number, text or None.
+    rows : sequence of dict
+        Name -> number, text or None. With a method `csv_lines` it writes the CSV by itself; see `sweep.rows`.
     single : bool
         One row by nature: Markdown then lists quantities downwards.
     errors : callable or None
         Yields for each row the estimated relative errors of its cells, for JSON; of a table that a selection chooses
         from, given places, for those rows.
-    csv_lines : callable or None
-        Yields the lines of the CSV below its head, where that is faster than cell by cell.
     """
 
     fields: tuple
     rows: list
     single: bool = False
     errors: Callable | None = None
-    csv_lines: Callable | None = None
 
     def render(self, style):
         """The table as one text; see `pieces`."""
@@ -89,8 +86,9 @@ class Table:
         writer = csv.writer(line, lineterminator="\n")
         writer.writerow(names)
         yield line.text
-        if self.csv_lines:
-            yield from self.csv_lines()
+        lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
+        if lines is not None:
+            yield from lines
             return
         for row in self.rows:
             writer.writerow([exact(row.get(name)) for name in names])

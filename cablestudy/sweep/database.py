@@ -13,6 +13,8 @@ from cablestudy.errors import SceneError
 
 MAGIC = b"SQLite format 3\0"
 SIDE_FILES = ("-wal", "-shm", "-journal")
+# with writable_schema SQLite reads what is left of a file that was cut
+SETTINGS = ("writable_schema = ON", "locking_mode = EXCLUSIVE", "journal_mode = WAL", "synchronous = NORMAL")
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
@@ -44,7 +46,7 @@ class Database:
             _check_beginning(self.path)
         try:
             self._connection = sqlite3.connect(self.path, timeout=0, isolation_level=None)
-            for setting in ("locking_mode = EXCLUSIVE", "journal_mode = WAL", "synchronous = NORMAL"):
+            for setting in SETTINGS:
                 self.execute(f"PRAGMA {setting}")
             self.execute("SELECT count(*) FROM sqlite_master")
         except sqlite3.OperationalError as error:

@@ -88,11 +88,10 @@ def unpack(stored, width):
     if not (status is None or isinstance(status, str)) or check_sum(*stored[:-1]) != total:
         return None
     try:
-        record = Record(
-            row - 1, key, status, json.loads(cells), json.loads(errors or "{}"), json.loads(notes or "[]")
-        )  # fmt: skip
+        known = json.loads(cells), json.loads(errors) if errors else {}, json.loads(notes) if notes else []
     except (ValueError, RecursionError):
         return None
+    record = Record(row - 1, key, status, *known)
     return record if _plausible(record, width) else None
 
 

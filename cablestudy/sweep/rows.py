@@ -4,7 +4,7 @@ import csv
 import io
 import json
 from collections.abc import Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import islice, product
 
 from cablestudy.study.fields import beside, fields_of
@@ -70,29 +70,40 @@ class Rows(Sequence):
                 else {header: known.get(header, exact_errors[header]) for header in there if header in exact_errors}
             )
 
-    def csv_lines(self, shown):
-        """Yield the lines of the CSV below its head; stored numbers are copied as text, which a million rows need.
+    def csv_lines(self, names):
+        """The lines of the CSV below its head; stored numbers are copied as text, which a million rows need.
 
         Parameters
         ----------
-        shown : set of str
-            The varied keys that have a column.
+        names : list of str
+            Of the table's columns.
+
+        Returns
+        -------
+        iterator of str, or None
+            None if the columns are others than those that vary, those stored, and the status.
         """
-        entries = [[(key, values) for key, values, _ in entry.columns if key in shown] for entry in self._study.entries]
+        headers = self._store.headers
+        varied = names[: len(names) - len(headers) - 1]
+        shown = [key for key in self._study.varied if key in varied]
+        return self._copied(set(varied)) if names == [*shown, *headers, "status"] and self._cases.step == 1 else None
+
+    def _copied(self, varied):
+        entries = [[(key, values) for key, values, _ in e.columns if key in varied] for e in self._study.entries]
+        varying = [number for number, columns in enumerate(entries) if columns]
 
         @lru_cache(CACHED_STEPS)
         def varied_text(number, step):
-            varied = written({key: values[step] for key, values in entries[number]})
-            return _csv_text([*map(exact, varied.values()), ""])
+            plain = written({key: values[step] for key, values in entries[number]})
+            return _csv_text([*map(exact, plain.values()), ""])
 
         steps = product(*(range(len(entry)) for entry in self._study.entries))
-        varying = [number for number, columns in enumerate(entries) if columns]
-        comma = "," if self._store.headers else ""
         texts = self._store.read_texts(self._cases)
+        comma = "," if self._store.headers else ""
         for case_steps, (status, cells) in zip(islice(steps, self._cases.start, None), texts, strict=False):
-            varied = "".join([varied_text(number, case_steps[number]) for number in varying])
+            before = "".join([varied_text(number, case_steps[number]) for number in varying])
             numbers = cells[1:-1].replace("null", "")
-            yield f"{varied}{numbers}{comma}{status if status == OK else _csv_text([status])}\n"
+            yield f"{before}{numbers}{comma}{status if status == OK else _csv_text([status])}\n"
 
 
 def table_of(study, columns, reference, store, cases):
@@ -113,10 +124,7 @@ def table_of(study, columns, reference, store, cases):
     Table
     """
     rows = Rows(study, columns, reference, store, cases)
-    fields = fields_of(study, columns, reference[0])
-    plain = cases.step == 1 and not reference[0]
-    csv_lines = partial(rows.csv_lines, {field.name for field in fields}) if plain else None
-    return Table(fields, rows, errors=rows.errors, csv_lines=csv_lines)
+    return Table(fields_of(study, columns, reference[0]), rows, errors=rows.errors)
 
 
 def written(overrides):
