@@ -51,6 +51,13 @@ def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
         assert ended.returncode == 130, said
         assert len(said.splitlines()) == 2
         assert said.startswith("interrupted: ")
+        left = start(slow, "--out", "left", "--scheduler", made.address)
+        wait_for_rows(left, 1, Path("left/study.rows.sqlite"))
+        made.scheduler.kill()
+        _, said = left.communicate(timeout=60)
+        assert left.returncode == 3, said
+        assert said.startswith(f"{made.address}: the scheduler is gone (")
+        assert len(said.splitlines()) == 1
     for name in ("study.csv", "study.md"):
         assert Path("there", name).read_bytes() == Path("here", name).read_bytes()
         assert Path("again", name).read_bytes() == Path("here", name).read_bytes()

@@ -80,9 +80,8 @@ def _client(address):
     where = _address_in(address) if address.endswith(".json") else address
     if not ADDRESS.fullmatch(where):  # dask itself says so in a traceback
         raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
-    log = logging.getLogger("distributed")
-    level = log.level
-    log.setLevel(logging.CRITICAL + 1)
+    disabled = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
     try:
         try:
             client = Client(where, timeout=TIMEOUT, set_as_default=False)
@@ -94,7 +93,7 @@ def _client(address):
         finally:
             client.close(timeout=TIMEOUT)
     finally:
-        log.setLevel(level)
+        logging.disable(disabled)
 
 
 def _address_in(path):
