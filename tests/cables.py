@@ -9,7 +9,7 @@ import numpy as np
 from mpmath import mp
 from references import catenary_mp
 
-from cablestudy.cable import datum
+from cablestudy.cable import initial_length
 from cablestudy.cable.element import basis
 from cablestudy.cable.span import CORES, Span
 from cablestudy.study.batch import Batch
@@ -76,14 +76,14 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
 
 def chord_strain_for_tension(span, tension):
     """Chord strain of one cable with a mean tension: of a batch of one, or by the closer look that a row has."""
-    strain = float(datum.strains_for_tension(batch([span]), np.array([tension]))[0])
-    return strain if np.isfinite(strain) else datum.closer_strain_for_tension(span, tension)
+    strain = float(initial_length.strains_for_tension(batch([span]), np.array([tension]))[0])
+    return strain if np.isfinite(strain) else initial_length.closer_strain_for_tension(span, tension)
 
 
 def chord_strain_for_sag(span, sag):
     """Chord strain of one cable with a sag."""
-    strain = float(datum.strains_for_sag(batch([span]), np.array([sag]))[0])
-    return strain if np.isfinite(strain) else datum.no_strain_for_sag(span, sag)
+    strain = float(initial_length.strains_for_sag(batch([span]), np.array([sag]))[0])
+    return strain if np.isfinite(strain) else initial_length.no_strain_for_sag(span, sag)
 
 
 class Exact:

@@ -9,7 +9,15 @@ from mpmath import mp
 from references import bars
 
 from cablestudy.cable import catenary, equilibrium
-from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System, carried, carried_together, gathered
+from cablestudy.cable.assembly import (
+    IN_PLANE,
+    OUT_OF_PLANE,
+    SPATIAL,
+    System,
+    static_force_transfer,
+    static_force_transfer_of_axes,
+    transposed_force_transfer,
+)
 from cablestudy.cable.element import MASSES, Mesh, basis, mesh_segments
 
 CABLES = {
@@ -135,7 +143,7 @@ def test_compliance_and_condensation(span, axes, order):
     k11, k12, k22 = K[ends][:, ends], K[ends, d:-d], K[d:-d, d:-d]
     assert k22.shape == (system.dof, system.dof)
     compliance = np.linalg.inv(k22)
-    root = system.root(carried_together(state.mesh, d, np.eye(system.dof)))
+    root = system.root(static_force_transfer_of_axes(state.mesh, d, np.eye(system.dof)))
     assert graded_error(root.T @ root, compliance) < 1e-7
     loads = np.random.default_rng(3).normal(size=(system.dof, 2))
     assert system.solve(loads) == pytest.approx(compliance @ loads, rel=1e-6, abs=1e-7 * np.abs(compliance).max())
@@ -161,18 +169,18 @@ def test_forces_carried_are_in_equilibrium_and_gradients_add_up(elements, order)
         rows, columns = slice(e * order, (e + 1) * order), slice(e * order, (e + 1) * order + 1)
         slope[rows, columns] = element.derivative / mesh.sizes[e]
     weights = mesh.point_weights.ravel()
-    S = carried(mesh, np.eye(mesh.nodes - 2))
+    S = static_force_transfer(mesh, np.eye(mesh.nodes - 2))
     assert S.shape == (elements * order, inner)
     assert (slope[:, 1:-1].T * weights) @ S == pytest.approx(-np.eye(inner), abs=1e-11)
     assert (slope[:, 0] * weights) @ S == pytest.approx(np.zeros(inner), abs=1e-11)
     forces = np.random.default_rng(5).normal(size=(2, inner, 3))
-    assert carried(mesh, forces) == pytest.approx(S @ forces, abs=1e-12)
+    assert static_force_transfer(mesh, forces) == pytest.approx(S @ forces, abs=1e-12)
     gradient = np.random.default_rng(6).normal(size=(2, elements * order, 3))
-    places = gathered(mesh, weights[:, None] * gradient)
+    places = transposed_force_transfer(mesh, weights[:, None] * gradient)
     assert places == pytest.approx(S.T @ (weights[:, None] * gradient), abs=1e-12)
     # a polynomial's gradient, added up from end 2
     place = np.vander(mesh.node_positions, order + 1)
-    end = place[-1] - gathered(mesh, weights[:, None] * (slope @ place))
+    end = place[-1] - transposed_force_transfer(mesh, weights[:, None] * (slope @ place))
     assert end == pytest.approx(place[1:-1], abs=1e-12)
 
 

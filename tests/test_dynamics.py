@@ -280,7 +280,7 @@ def test_the_error_that_a_model_tells_is_true_and_not_idle(a, b, length, order):
     chord = math.hypot(a, b)
     span = chord_span(chord, math.degrees(math.atan2(b, a)), (chord - length) / length, EA, MASS)
     start = catenary.solve(span)
-    edges = pieces(start.segments.fraction, start.bends)
+    edges = pieces(start.segments.fraction, start.singularities)
     mesh = mesh_pieces(edges, (1,) * (len(edges) - 1), order)
     model = Dynamics(equilibrium.from_catenary(start, mesh), span.unstretched_length, span.mass)
     for kind, plane in (("in-plane", "in"), ("out-of-plane", "out")):

@@ -48,7 +48,7 @@ class State:
         force / EA. [-]
     force : float or ndarray, shape (...)
         Reference force. [N]
-    mirrored : bool
+    mirror_symmetric : bool
         Whether each cable, with its elements, is its own mirror image at mid-length.
     """
 
@@ -59,16 +59,16 @@ class State:
     displacement: np.ndarray
     compliance: np.ndarray
     force: np.ndarray
-    mirrored: bool
+    mirror_symmetric: bool
 
     def take(self, index):
         """One cable of many, or some of them."""
         fields = (self.direction, self.tension, self.stretch, self.displacement, self.compliance, self.force)
-        return State(self.mesh, *(field[index] for field in fields), self.mirrored)
+        return State(self.mesh, *(field[index] for field in fields), self.mirror_symmetric)
 
 
 @lru_cache(maxsize=128)
-def within(order):
+def element_force_transfer(order):
     """Share of a force on each inner node of an element that its Gauss points carry less, shape (q, order - 1). [-]
 
     Of the polynomial that is in equilibrium with it, end 1 of the element being free.
@@ -78,7 +78,7 @@ def within(order):
     return -np.linalg.solve(rows, np.eye(order)[:, 1:])
 
 
-def carried(mesh, forces):
+def static_force_transfer(mesh, forces):
     """S f: what the Gauss points carry less for forces on the inner nodes, end 1 being free.
 
     Parameters
@@ -96,18 +96,18 @@ def carried(mesh, forces):
     padded = padded.reshape(*shape[:-2], n, p, shape[-1])
     passed = np.cumsum(padded.sum(axis=-2), axis=-2)
     passed = np.concatenate([np.zeros_like(passed[..., :1, :]), passed[..., :-1, :]], axis=-2) + padded[..., 0, :]
-    points = passed[..., None, :] + within(p) @ padded[..., 1:, :]
+    points = passed[..., None, :] + element_force_transfer(p) @ padded[..., 1:, :]
     return points.reshape(*shape[:-2], n * p, shape[-1])
 
 
-def carried_together(mesh, axes, forces):
+def static_force_transfer_of_axes(mesh, axes, forces):
     """The same for forces of all directions in one column, shape (..., dof, r); it is of shape (..., n q, d, r)."""
     *lead, _, count = forces.shape
-    points = carried(mesh, forces.reshape(*lead, mesh.nodes - 2, axes * count))
+    points = static_force_transfer(mesh, forces.reshape(*lead, mesh.nodes - 2, axes * count))
     return points.reshape(*points.shape[:-1], axes, count)
 
 
-def gathered(mesh, weighted):
+def transposed_force_transfer(mesh, weighted):
     """S^T w e: how far the inner nodes stay behind end 2 for gradients e times weights w.
 
     Parameters
@@ -124,7 +124,7 @@ def gathered(mesh, weighted):
     whole = parts.sum(axis=-2)
     ahead = np.cumsum(whole[..., ::-1, :], axis=-2)[..., ::-1, :]  # from the element's end 1 on
     behind = np.concatenate([ahead[..., 1:, :], np.zeros_like(ahead[..., :1, :])], axis=-2)
-    inner = behind[..., None, :] + within(p).T @ parts
+    inner = behind[..., None, :] + element_force_transfer(p).T @ parts
     nodes = np.concatenate([ahead[..., None, :], inner], axis=-2)
     return nodes.reshape(*shape[:-2], n * p, shape[-1])[..., 1:, :]
 
@@ -200,7 +200,7 @@ class System:
         return direction.reshape(*direction.shape[:-3], -1, 3)[..., self.axes]
 
     @cached_property
-    def yielding(self):
+    def local_flexibility(self):
         """Gradient per force along and across the cable at the Gauss points, shapes (..., 1) and (..., n q). [-]"""
         state = self.state
         across = state.stretch / state.tension
@@ -212,18 +212,18 @@ class System:
         return _frame(self.tangent)
 
     @cached_property
-    def soft(self):
+    def weighted_flexibility(self):
         """w times the gradient per force along each of them, shape (..., n q, d). [-]"""
-        along, across = self.yielding
-        soft = np.repeat((self.weights * across)[..., None], len(self.axes), axis=-1)
+        along, across = self.local_flexibility
+        flexibility = np.repeat((self.weights * across)[..., None], len(self.axes), axis=-1)
         if len(self.axes) > 1:
-            soft[..., 0] = self.weights * along
-        return soft
+            flexibility[..., 0] = self.weights * along
+        return flexibility
 
     @cached_property
     def compliance(self):
         """w A at the Gauss points, shape (..., n q, d, d). [-]"""
-        along, across = self.yielding
+        along, across = self.local_flexibility
         if len(self.axes) == 1:  # across its plane
             return (self.weights * across)[..., None, None]
         return local_compliance(self.tangent, self.weights * along, self.weights * across)
@@ -238,7 +238,7 @@ class System:
         """Static shapes for unit movements of end 2, shape (..., nodes, d, d). [-]"""
         axes, mesh = len(self.axes), self.state.mesh
         strained = _times(self.compliance, self.end_stiffness[..., None, :, :])
-        behind = gathered(mesh, strained.reshape(*strained.shape[:-2], -1))
+        behind = transposed_force_transfer(mesh, strained.reshape(*strained.shape[:-2], -1))
         shapes = np.zeros((*strained.shape[:-3], mesh.nodes, axes, axes))
         shapes[..., 1:-1, :, :] = np.eye(axes) - behind.reshape(*behind.shape[:-1], axes, axes)
         shapes[..., -1, :, :] = np.eye(axes)
@@ -256,18 +256,18 @@ class System:
         ndarray, shape (..., dof, r)
         """
         mesh, count, compliance = self.state.mesh, forces.shape[-1], self.compliance
-        hung = carried_together(mesh, len(self.axes), forces)
-        mean = self.end_stiffness @ _times(compliance, hung).sum(axis=-3)
-        strained = _times(compliance, mean[..., None, :, :] - hung)
-        moved = -gathered(mesh, strained.reshape(*strained.shape[:-2], -1))
+        transferred = static_force_transfer_of_axes(mesh, len(self.axes), forces)
+        mean = self.end_stiffness @ _times(compliance, transferred).sum(axis=-3)
+        strained = _times(compliance, mean[..., None, :, :] - transferred)
+        moved = -transposed_force_transfer(mesh, strained.reshape(*strained.shape[:-2], -1))
         return moved.reshape(*moved.shape[:-2], self.dof, count)
 
-    def root(self, hung, points=slice(None)):
+    def root(self, transferred, points=slice(None)):
         """B f with K^-1 = B^T B, for forces f that are the same on each cable.
 
         Parameters
         ----------
-        hung : ndarray, shape (n q, d, r)
+        transferred : ndarray, shape (n q, d, r)
             S f.
         points : slice
             Of which Gauss points: all.
@@ -278,9 +278,9 @@ class System:
         """
         *lead, count, d, _ = self.compliance.shape
         each = self.compliance.swapaxes(-3, -2).reshape(*lead, d, count * d)
-        mean = self.end_stiffness @ (each @ joined(hung))
-        root = self.frame[..., points, :, :] @ (hung[points] - mean[..., None, :, :])
-        root *= np.sqrt(self.soft[..., points, :])[..., None]
+        mean = self.end_stiffness @ (each @ joined(transferred))
+        root = self.frame[..., points, :, :] @ (transferred[points] - mean[..., None, :, :])
+        root *= np.sqrt(self.weighted_flexibility[..., points, :])[..., None]
         return joined(root)
 
     def modal_energies(self, shapes):
@@ -298,7 +298,7 @@ class System:
         """
         squares = self.frame @ self._gradient(shapes)
         squares *= squares
-        stiff = self.weights[:, None] ** 2 / self.soft
+        stiff = self.weights[:, None] ** 2 / self.weighted_flexibility
         if len(self.axes) == 1:
             geometric = _weighed(stiff, squares)
             return 0.0 * geometric, geometric
@@ -320,10 +320,12 @@ class System:
         ndarray, shape (..., r)
         """
         gradient, frame = self._gradient(shapes), self.frame
-        force = frame.swapaxes(-1, -2) @ ((self.weights[:, None] / self.soft)[..., None] * (frame @ gradient))
+        force = frame.swapaxes(-1, -2) @ (
+            (self.weights[:, None] / self.weighted_flexibility)[..., None] * (frame @ gradient)
+        )
         strained, turned = frame @ self._highest(force), self._highest(gradient)
-        stiff = np.repeat(self.weights[:, None] ** 2 / self.soft[..., -1:], len(self.axes), axis=-1)
-        return np.maximum(_weighed(self.soft, strained**2), _weighed(stiff, turned**2))
+        stiff = np.repeat(self.weights[:, None] ** 2 / self.weighted_flexibility[..., -1:], len(self.axes), axis=-1)
+        return np.maximum(_weighed(self.weighted_flexibility, strained**2), _weighed(stiff, turned**2))
 
     def _highest(self, field):
         """What the two highest polynomials of each element have of a field at the Gauss points."""
@@ -334,7 +336,7 @@ class System:
     def elastic_energy(self, shapes):
         """Twice the elastic energy of displacement shapes and of their products, shape (..., r, r)."""
         along = (self.tangent[..., None] * self._gradient(shapes)).sum(axis=-2)
-        weighted = self.weights[:, None] / self.yielding[0][..., None] * along
+        weighted = self.weights[:, None] / self.local_flexibility[0][..., None] * along
         return weighted.swapaxes(-1, -2) @ along
 
     def _gradient(self, shapes):

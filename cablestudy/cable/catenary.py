@@ -157,7 +157,7 @@ class Catenary:
         return np.where(vertical < self.segments.weight / 2, lowest, np.minimum(*self.kernel.tensions)).min(axis=-1)
 
     @property
-    def bends(self):
+    def singularities(self):
         """Where the tension of each segment would vanish, as complex arc length over unstretched length.
 
         The cable bends most at the real part, over about twice the imaginary part; shape (..., k + 1). [-]

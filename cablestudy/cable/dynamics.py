@@ -11,9 +11,9 @@ from math import ceil
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, State, System
-from cablestudy.cable.modes import Modes, Together
-from cablestudy.cable.motion import COINCIDENT, Motion
-from cablestudy.cable.parts import parts_of
+from cablestudy.cable.modes import CombinedModes, Modes
+from cablestudy.cable.plane_modes import COINCIDENT, PlaneModes
+from cablestudy.cable.symmetry import symmetry_subspaces
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
@@ -207,12 +207,12 @@ class Dynamics:
         ConvergenceError
             Too many modes of a large model, or an eigen-solution that failed.
         """
-        together = Together([motion for system in self.systems for motion in self._solve(system, count)], self)
-        frequency, kinds = together.frequency[..., :count], together.sorted_kinds[..., :count]
-        return Modes(frequency, kinds, frequency.shape[-1] == self.dof, together)
+        combined = CombinedModes([motion for system in self.systems for motion in self._solve(system, count)], self)
+        frequency, kinds = combined.frequency[..., :count], combined.sorted_kinds[..., :count]
+        return Modes(frequency, kinds, frequency.shape[-1] == self.dof, combined)
 
     def _solve(self, system, count):
-        """`Motion` of one system, its lowest modes; of each half where these are solved apart."""
+        """`PlaneModes` of one system, its lowest modes; of each half where these are solved apart."""
         dof, lead = system.dof, np.shape(self.length)
         count = min(count, dof)
         if count == 0:
@@ -220,7 +220,8 @@ class Dynamics:
         if dof <= DENSE_LIMIT or (count > dof // 4 and dof <= ALL_LIMIT):
             if system.axes not in self._spectra:
                 self._spectra[system.axes] = [
-                    _spectrum(system, part) for part in parts_of(self._mesh, system.axes, self.state.mirrored)
+                    _spectrum(system, part)
+                    for part in symmetry_subspaces(self._mesh, system.axes, self.state.mirror_symmetric)
                 ]
             return [
                 _motion(system, part.shapes @ _shapes(root, vector, count), part.sign)
@@ -236,12 +237,12 @@ class Dynamics:
 
 
 def _motion(system, inner, sign=0):
-    """`Motion` with shapes of the interior."""
+    """`PlaneModes` with shapes of the interior."""
     *lead, _, count = inner.shape
     axes, nodes = len(system.axes), system.state.mesh.nodes
     shapes = np.zeros((*lead, nodes, axes, count))
     shapes[..., 1:-1, :, :] = inner.reshape(*lead, nodes - 2, axes, count)
-    return Motion(system, shapes, sign)
+    return PlaneModes(system, shapes, sign)
 
 
 def _step(count):

@@ -163,7 +163,7 @@ class Mesh:
         return self.elements * self.order + 1
 
     @cached_property
-    def mirrored(self):
+    def mirror_symmetric(self):
         """Whether the elements are their own mirror image at mid-length."""
         return bool(np.abs(self.edges + self.edges[::-1] - 1).max() < 1e-15)
 
@@ -186,9 +186,9 @@ class Mesh:
     @cached_property
     def node_weights(self):
         """Share of the unstretched length that is lumped at each node, shape (nodes,). [-]"""
-        gathered = np.zeros(self.nodes)
-        np.add.at(gathered, self.element_nodes, self.sizes[:, None] * basis(self.order).shares)
-        return gathered
+        weights = np.zeros(self.nodes)
+        np.add.at(weights, self.element_nodes, self.sizes[:, None] * basis(self.order).shares)
+        return weights
 
     @cached_property
     def point_weights(self):
@@ -252,15 +252,15 @@ def _mesh(fractions, elements, order, mass):
     return Mesh(np.append(np.concatenate(pieces), 1.0), order, mass)
 
 
-def pieces(fractions, bends):
+def pieces(fractions, singularities):
     """Pieces of a cable that are short where it bends sharply, so that a polynomial follows it on each.
 
     Parameters
     ----------
     fractions : ndarray, shape (k + 1,)
         Share of the unstretched length of each segment. [-]
-    bends : ndarray of complex, shape (k + 1,)
-        Where the tension of each segment would vanish (`Catenary.bends`). [-]
+    singularities : ndarray of complex, shape (k + 1,)
+        Where the tension of each segment would vanish (`Catenary.singularities`). [-]
 
     Returns
     -------
@@ -270,12 +270,12 @@ def pieces(fractions, bends):
     ends = np.concatenate([[0.0], np.cumsum(fractions)]).tolist()
     ends[-1] = 1.0
     edges = [0.0]
-    for left, right, bend in zip(ends[:-1], ends[1:], bends.tolist(), strict=True):
+    for left, right, singularity in zip(ends[:-1], ends[1:], singularities.tolist(), strict=True):
         stack = [(left, right)]
         while stack:
             low, high = stack.pop()
             middle = (low + high) / 2
-            if high - low > max(abs(middle - bend), SHORTEST):
+            if high - low > max(abs(middle - singularity), SHORTEST):
                 stack += [(middle, high), (low, middle)]
             else:
                 edges.append(high)

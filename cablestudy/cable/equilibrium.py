@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.cable.assembly import State, carried, gathered, inverse, local_compliance
+from cablestudy.cable.assembly import State, inverse, local_compliance, static_force_transfer, transposed_force_transfer
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.errors import ConvergenceError
 
@@ -93,7 +93,7 @@ def _state(catenary, mesh, force, displacement):
         displacement=displacement,
         compliance=compliance,
         force=reference,
-        mirrored=mesh.mirrored and bool(np.all(catenary.span.mirrored)),
+        mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.span.mirror_symmetric)),
     )
 
 
@@ -202,22 +202,22 @@ def solve_many(catenary, mesh):
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     axes = 2 if span.planar else 3
     loads = external_forces(span, mesh, reference)[..., :axes]
-    hung = carried(mesh, loads[..., 1:-1, :])
+    transferred = static_force_transfer(mesh, loads[..., 1:-1, :])
     unknown = catenary.at(np.zeros(1))[1][..., 0, :axes] / reference[..., None] - loads[..., 0, :]
     weights = mesh.point_weights.ravel()
-    yielding = (reference / np.asarray(span.axial_stiffness, dtype=float))[..., None]
+    axial_flexibility = (reference / np.asarray(span.axial_stiffness, dtype=float))[..., None]
     target = np.zeros(unknown.shape)
     target[..., 0] = span.chord_strain
 
     def at(unknown):
         """Tension vectors, tensions and gradients less the chord's direction at the points, and the gap at end 2."""
-        force = unknown[..., None, :] - hung
+        force = unknown[..., None, :] - transferred
         size = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY)
         t = force / size[..., None]
         aside = (t[..., 1:] ** 2).sum(axis=-1)
         ahead = t[..., 0] > 0
         back = np.where(ahead, -aside / np.where(ahead, 1 + t[..., 0], 1.0), t[..., 0] - 1)
-        slope = (yielding * size)[..., None] * t
+        slope = (axial_flexibility * size)[..., None] * t
         slope[..., 0] += back
         slope[..., 1:] += t[..., 1:]
         return force, size, t, slope, target - weights @ slope
@@ -227,7 +227,7 @@ def solve_many(catenary, mesh):
     converged = np.zeros(size.shape[:-1], dtype=bool)
     trace = []
     for _ in range(MAX_STEPS):
-        own = local_compliance(t, weights * yielding, weights * (1 / size + yielding))
+        own = local_compliance(t, weights * axial_flexibility, weights * (1 / size + axial_flexibility))
         step = (inverse(own.sum(axis=-3)) @ gap[..., None])[..., 0]
         slope_along = (gap * step).sum(axis=-1)
         rounding = 1e-15 * np.abs(target[..., 0] * step[..., 0]) + 1e-16 * np.abs(step).max(axis=-1)
@@ -250,13 +250,15 @@ def solve_many(catenary, mesh):
             break
     excess = slope - target[..., None, :]
     displacement = np.zeros((*excess.shape[:-2], mesh.nodes, 3))
-    displacement[..., 1:-1, :axes] = -gathered(mesh, weights[:, None] * excess)
+    displacement[..., 1:-1, :axes] = -transposed_force_transfer(mesh, weights[:, None] * excess)
     whole = np.zeros((*force.shape[:-1], 3))
     whole[..., :axes] = force
     slack = np.zeros_like(converged)
     if not converged.all():  # the energy has a kink where a tension vanishes: is its minimum at the smallest one's?
         least = np.argmin(size, axis=-1)
-        there = np.take_along_axis(np.broadcast_to(hung, force.shape), least[..., None, None], axis=-2)[..., 0, :]
+        there = np.take_along_axis(np.broadcast_to(transferred, force.shape), least[..., None, None], axis=-2)[
+            ..., 0, :
+        ]
         slack = ~converged & (np.sqrt((at(there)[-1] ** 2).sum(axis=-1)) <= weights[least])
     traces = (np.array(part) for part in zip(*trace, strict=True))
     return _state(catenary, mesh, whole, displacement), Record(*traces, slack, converged, mesh)

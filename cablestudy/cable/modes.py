@@ -5,15 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.motion import KINDS, SYMMETRIES, ascends, clusters, reordered
+from cablestudy.cable.plane_modes import KINDS, SYMMETRIES, ascends, clusters, reordered
 
 
-class Together:
+class CombinedModes:
     """Modes of all systems of one cable or of many, in ascending frequency.
 
     Parameters
     ----------
-    motions : list of Motion
+    motions : list of PlaneModes
     dynamics : Dynamics
     """
 
@@ -116,7 +116,7 @@ class Modes:
         Places in KINDS.
     complete : bool
         True when the model has no more modes.
-    together : Together
+    combined : CombinedModes
         That of all cables that were solved at once,
     cable : tuple of int
         and which of them this is.
@@ -125,7 +125,7 @@ class Modes:
     frequency: np.ndarray
     kinds: np.ndarray
     complete: bool
-    together: Together
+    combined: CombinedModes
     cable: tuple = ()
 
     def __len__(self):
@@ -134,32 +134,32 @@ class Modes:
     @property
     def shapes(self):
         """Chord frame, mass-normalised, ends included (at rest), shape (..., nodes, 3, k). [1/sqrt(kg)]"""
-        return self.together.shapes[self.cable][..., : len(self)]
+        return self.combined.shapes[self.cable][..., : len(self)]
 
     @property
     def symmetries(self):
         """Places in SYMMETRIES, shape (..., k)."""
-        return self.together.symmetries[self.cable][..., : len(self)]
+        return self.combined.symmetries[self.cable][..., : len(self)]
 
     @property
     def errors(self):
         """Estimated relative errors of the frequencies, elements resolving the waves that belong to them. [-]"""
-        return self.together.errors[self.cable][..., : len(self)]
+        return self.combined.errors[self.cable][..., : len(self)]
 
     @property
     def participation(self):
         """psi^T K21 e_j for end 2 moving along axis j of the chord frame, shape (..., k, 3). [N/(m sqrt(kg))]"""
-        return self.together.participation[self.cable][..., : len(self), :]
+        return self.combined.participation[self.cable][..., : len(self), :]
 
     @property
     def driven(self):
         """The same with what a mass that is not lumped at the nodes adds: -omega^2 psi^T (M22 u_j + M21 e_j)."""
-        return self.together.driven[self.cable][..., : len(self), :]
+        return self.combined.driven[self.cable][..., : len(self), :]
 
     @property
     def rigid(self):
         """The same for both ends moving along axis j together: -omega^2 psi^T M e_j, of all nodes."""
-        return self.together.rigid[self.cable][..., : len(self), :]
+        return self.combined.rigid[self.cable][..., : len(self), :]
 
     @cached_property
     def kind(self):
@@ -173,13 +173,13 @@ class Modes:
 
     def take(self, cable):
         """Those of one cable of many."""
-        return Modes(self.frequency[cable], self.kinds[cable], self.complete, self.together, (cable,))
+        return Modes(self.frequency[cable], self.kinds[cable], self.complete, self.combined, (cable,))
 
     def first(self, count):
         """Only the lowest `count` modes."""
         if count >= len(self):
             return self
-        return Modes(self.frequency[..., :count], self.kinds[..., :count], False, self.together, self.cable)
+        return Modes(self.frequency[..., :count], self.kinds[..., :count], False, self.combined, self.cable)
 
     def numbered(self, number, kind, symmetry=None):
         """Where mode `number` (from 1) of a kind and symmetry stands, shape (..., k): true in one place, or in none."""

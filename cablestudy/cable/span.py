@@ -81,7 +81,7 @@ class Span:
         return not np.any(self.load_forces[..., 2])
 
     @property
-    def mirrored(self):
+    def mirror_symmetric(self):
         """Where neither a load nor weight along the chord tells one end from the other, shape (...)."""
         return (np.asarray(self.sine * self.gravity) == 0) & (self.load_positions.shape[-1] == 0)
 

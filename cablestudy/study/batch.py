@@ -128,9 +128,9 @@ class Batch:
 
     @cached_property
     def _mirrored(self):
-        return self.span.mirrored.tolist()
+        return self.span.mirror_symmetric.tolist()
 
-    def mirrored_of(self, index):
+    def mirror_symmetric_of(self, index):
         """Whether one cable is its own mirror image at mid-length."""
         return self._mirrored[self._solved(index)]
 
@@ -180,9 +180,9 @@ class Batch:
     @cached_property
     def _bent(self):
         """Fractions and bends of the segments of each cable, and whether it bends so that pieces are shorter."""
-        fraction, bends = self.catenary.segments.fraction, self.catenary.bends
+        fraction, singularities = self.catenary.segments.fraction, self.catenary.singularities
         middle = np.cumsum(fraction, axis=-1) - fraction / 2
-        return fraction, bends, (fraction > np.abs(middle - bends)).any(axis=-1).tolist()
+        return fraction, singularities, (fraction > np.abs(middle - singularities)).any(axis=-1).tolist()
 
     @cached_property
     def _travel(self):
@@ -213,10 +213,10 @@ class Batch:
         place = self._solved(index)
         if self._folded[place]:
             raise NoSolutionError("the cable hangs folded: somewhere it has no tension, and no stiffness about it")
-        fraction, bends, bent = self._bent
+        fraction, singularities, bent = self._bent
         if fraction.shape[-1] == 1 and not bent[place]:
             return 0.0, 1.0
-        return pieces(fraction[place], bends[place])
+        return pieces(fraction[place], singularities[place])
 
     def times_of(self, index, edges):
         """How long a transverse wave takes along pieces of one cable, over the longest of these times. [-]

@@ -218,7 +218,9 @@ def prepare(cases):
         except (NoSolutionError, ConvergenceError):
             continue
         if 3 * (mesh.nodes - 2) <= ALL_AT_ONCE:
-            groups.setdefault((mesh, case.rung, case.planar, case.batch.mirrored_of(case.place)), []).append(case)
+            groups.setdefault((mesh, case.rung, case.planar, case.batch.mirror_symmetric_of(case.place)), []).append(
+                case
+            )
     for (mesh, rung, *_), members in groups.items():
         if len(members) > 1:
             models = _solved(members[0].batch, [case.place for case in members], mesh, rung)

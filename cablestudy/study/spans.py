@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.cable import datum
+from cablestudy.cable import initial_length
 from cablestudy.cable.span import Span, merged_loads
 from cablestudy.errors import NoSolutionError
 
@@ -76,8 +76,8 @@ def _chord_strain(span, cables):
     chosen = np.flatnonzero(np.isfinite(length))
     strain[chosen] = (span.chord[chosen] - length[chosen]) / length[chosen]
     for key, batch, single in (
-        ("preload", datum.strains_for_tension, datum.closer_strain_for_tension),
-        ("sag", datum.strains_for_sag, datum.no_strain_for_sag),
+        ("preload", initial_length.strains_for_tension, initial_length.closer_strain_for_tension),
+        ("sag", initial_length.strains_for_sag, initial_length.no_strain_for_sag),
     ):
         wanted = _given(cables, key)
         chosen = np.flatnonzero(np.isfinite(wanted))

@@ -1,4 +1,4 @@
-"""`cable/datum.py`: the unstretched length from a preload or a sag, there and back, and refusals."""
+"""`cable/initial_length.py`: the unstretched length from a preload or a sag, there and back, and refusals."""
 
 import re
 
@@ -7,7 +7,7 @@ import pytest
 from cables import Exact, chord_span, chord_strain_for_sag, chord_strain_for_tension, paper_span
 from references import catenary_mp
 
-from cablestudy.cable import datum
+from cablestudy.cable import initial_length
 from cablestudy.cable.catenary import solve
 from cablestudy.errors import NoSolutionError
 
@@ -146,7 +146,7 @@ def solutions(monkeypatch):
         found.append((bool(answer.record.converged.all()), int(answer.record.steps.max())))
         return answer
 
-    monkeypatch.setattr(datum, "solve", counted)
+    monkeypatch.setattr(initial_length, "solve", counted)
     return found
 
 

@@ -10,13 +10,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablestudy.cable.assembly import carried_together, masses
+from cablestudy.cable.assembly import masses, static_force_transfer_of_axes
 
 SMALL = 200  # free displacements up to which the patterns are kept
 
 
 @dataclass(frozen=True)
-class Part:
+class SymmetrySubspace:
     """Patterns of motion, orthonormal by the mass of a cable of unit mass: all of them, or those of one symmetry.
 
     Attributes
@@ -29,7 +29,7 @@ class Part:
         and which of the gradients there, d at each point, are at mid-length and count half.
     shapes : ndarray, shape (dof, k)
         P.
-    hung : ndarray, shape (n q, d, k)
+    transferred : ndarray, shape (n q, d, k)
         S M P: what the Gauss points carry less for the inertia of each.
     """
 
@@ -37,16 +37,16 @@ class Part:
     points: slice
     middle: slice
     shapes: np.ndarray
-    hung: np.ndarray
+    transferred: np.ndarray
 
     def root(self, system):
         """B M P, of the points alone, shape (..., r, k): its square is, to a factor, the compliance of the patterns."""
-        root = system.root(self.hung, self.points)
+        root = system.root(self.transferred, self.points)
         root[..., self.middle, :] *= np.sqrt(0.5)
         return root
 
 
-def parts_of(mesh, axes, mirrored):
+def symmetry_subspaces(mesh, axes, mirror_symmetric):
     """The parts of the motion of a system.
 
     Parameters
@@ -54,33 +54,33 @@ def parts_of(mesh, axes, mirrored):
     mesh : Mesh
     axes : tuple of int
         Which components of the chord frame move.
-    mirrored : bool
+    mirror_symmetric : bool
         Whether the cable is its own mirror image at mid-length.
 
     Returns
     -------
-    tuple of Part
+    tuple of SymmetrySubspace
     """
     small = (mesh.nodes - 2) * len(axes) <= SMALL
-    return (_parts_of if small else _parts_of.__wrapped__)(mesh, axes, mirrored)
+    return (_symmetry_subspaces if small else _symmetry_subspaces.__wrapped__)(mesh, axes, mirror_symmetric)
 
 
 @lru_cache(maxsize=128)
-def _parts_of(mesh, axes, mirrored):
+def _symmetry_subspaces(mesh, axes, mirror_symmetric):
     nodes, d = mesh.nodes - 2, len(axes)
-    if not mirrored:
-        return (_part(mesh, d, 0, slice(None), slice(0), np.eye(nodes * d)),)
+    if not mirror_symmetric:
+        return (_subspace(mesh, d, 0, slice(None), slice(0), np.eye(nodes * d)),)
     kept, found = (nodes + 1) // 2, []
     alike = np.where(np.array(axes) == 0, -1.0, 1.0)[:, None, None]  # what a mirror turns round
     one = np.eye(nodes * d).reshape(nodes, d, nodes, d)[:, :, :kept]
     for sign in (1, -1):
         both = (one + sign * alike * one[::-1]).reshape(nodes * d, kept * d)
         both = both[:, both.any(axis=0)]
-        found.append(_part(mesh, d, sign, slice(nodes // 2 + 1), slice(kept * d, None), both))
+        found.append(_subspace(mesh, d, sign, slice(nodes // 2 + 1), slice(kept * d, None), both))
     return tuple(found)
 
 
-def _part(mesh, d, sign, points, middle, patterns):
+def _subspace(mesh, d, sign, points, middle, patterns):
     """Of motion that is made of some patterns, shape (dof, k)."""
     mass = masses(mesh, d)[1]
     weighted = mass @ patterns
@@ -88,4 +88,4 @@ def _part(mesh, d, sign, points, middle, patterns):
         shapes = patterns / np.sqrt((patterns * weighted).sum(axis=0))
     else:
         shapes = np.linalg.solve(np.linalg.cholesky(patterns.T @ weighted), patterns.T).T
-    return Part(sign, points, middle, shapes, carried_together(mesh, d, mass @ shapes))
+    return SymmetrySubspace(sign, points, middle, shapes, static_force_transfer_of_axes(mesh, d, mass @ shapes))

@@ -18,7 +18,7 @@ SHARES = {9: 0.12, 0: 0.3}  # of what the two highest orders from some order on 
 ROUNDING = 4e-16  # error of the lowest frequency; it grows with the frequency
 
 
-class Motion:
+class PlaneModes:
     """Modes of one system, of one cable or of many, each plane for itself; what few ask for is computed when asked for.
 
     Parameters

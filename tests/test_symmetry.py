@@ -43,7 +43,7 @@ def mirror_image(shapes, axes):
 def test_halves_have_the_modes_of_the_whole(span, elements, order, axes, mass):
     """Frequencies and symmetry against a dense solution with K in displacements, all nodes at once."""
     state = state_of(span, elements, order, mass, closed=elements < 40)  # few bars do not hang as deep
-    assert state.mirrored
+    assert state.mirror_symmetric
     model = dynamics(span, state, axes)
     found, d, nodes = model.lowest(model.dof), len(axes), state.mesh.nodes - 2
     assert len(found) == nodes * d
@@ -76,7 +76,7 @@ def test_a_straight_chain_of_bars_keeps_its_digits(elements, ratio):
     """Weightless: springs EA/l0 along and T/l across between equal masses, in closed form, however stiff."""
     span = chord_span(100, 0, 1 / ratio, 1e6, gravity=0.0)
     state = state_of(span, elements, 1)
-    assert state.mirrored
+    assert state.mirror_symmetric
     bar = span.unstretched_length / elements
     wave = np.sin(np.arange(1, elements) * np.pi / (2 * elements)) / np.pi
     across = wave * np.sqrt(1e6 / ratio / (bar * (1 + 1 / ratio)) / (span.mass * bar))
@@ -110,9 +110,11 @@ def test_a_straight_chain_of_bars_keeps_its_digits(elements, ratio):
 def test_halves_lose_nothing_at_the_ends_of_the_range(span, elements, order, closed):
     """Against the same cable, solved as if it were not its own mirror image."""
     state = state_of(span, elements, order, closed=closed)
-    assert state.mirrored
+    assert state.mirror_symmetric
     for axes in PLANAR:
-        halves, whole = (dynamics(span, one, axes).lowest(12) for one in (state, replace(state, mirrored=False)))
+        halves, whole = (
+            dynamics(span, one, axes).lowest(12) for one in (state, replace(state, mirror_symmetric=False))
+        )
         assert halves.frequency == pytest.approx(whole.frequency, rel=1e-10)
         assert np.abs(halves.participation) == pytest.approx(
             np.abs(whole.participation), rel=1e-6, abs=1e-9 * np.abs(whole.participation).max()
@@ -124,15 +126,17 @@ def test_which_cables_are_their_own_mirror_image():
     mesh, uneven = mesh_segments(np.ones(1), 4, 3), Mesh(np.array([0, 0.3, 1.0]), 3)
     level, inclined = chord_span(100, 0, -0.1, 1e5), chord_span(100, 1e-6, -0.1, 1e5)
 
-    def mirrored(span, mesh=mesh):
-        return equilibrium.from_catenary(catenary.solve(span), mesh).mirrored
+    def mirror_symmetric(span, mesh=mesh):
+        return equilibrium.from_catenary(catenary.solve(span), mesh).mirror_symmetric
 
-    assert mirrored(level)
-    assert not mirrored(inclined)
-    assert not mirrored(level, uneven)
-    assert not mirrored(chord_span(100, 0, -0.1, 1e5, loads=[(0.5, (0, 0, -10))]), mesh_segments([0.5, 0.5], 4, 3))
-    assert mirrored(chord_span(100, 30, 0.01, 1e5, gravity=0.0))
+    assert mirror_symmetric(level)
+    assert not mirror_symmetric(inclined)
+    assert not mirror_symmetric(level, uneven)
+    assert not mirror_symmetric(
+        chord_span(100, 0, -0.1, 1e5, loads=[(0.5, (0, 0, -10))]), mesh_segments([0.5, 0.5], 4, 3)
+    )
+    assert mirror_symmetric(chord_span(100, 30, 0.01, 1e5, gravity=0.0))
     # many are where each of them is
-    assert mirrored(batch([level, level]))
-    assert not mirrored(batch([level, inclined]))
-    assert batch([level, inclined]).mirrored.tolist() == [True, False]
+    assert mirror_symmetric(batch([level, level]))
+    assert not mirror_symmetric(batch([level, inclined]))
+    assert batch([level, inclined]).mirror_symmetric.tolist() == [True, False]
