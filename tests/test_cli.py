@@ -181,7 +181,7 @@ def test_dash_is_standard_input_and_set_changes_keys(folder):
     study = f"base: {CARLINA}\nvary: [{{gondola.mass: [1, 2]}}]\ncolumns: [gondola_frequency_static]\n"
     run("sweep", "-", stdin=study)
     left = {path.name for path in (folder / "results").iterdir()}
-    assert left == {"stdin.csv", "stdin.md", "stdin.run.yaml", "stdin.rows.jsonl"}
+    assert left == {"stdin.csv", "stdin.md", "stdin.run.yaml", "stdin.rows.sqlite"}
     assert run("static", "-", stdin="", code=2).err == "<stdin>: empty file\n"
 
 
@@ -364,7 +364,7 @@ def test_a_file_whose_name_is_no_text(folder):
     os.rename(study_file(folder, "columns: [sag]\n"), b"bad\xff.yaml")
     outcome = process("sweep", "bad\udcff.yaml")
     assert (outcome.code, len(outcome.lines)) == (0, 1)
-    assert sorted(name[4:] for name in os.listdir(b"results")) == [b".csv", b".md", b".rows.jsonl", b".run.yaml"]
+    assert sorted(name[4:] for name in os.listdir(b"results")) == [b".csv", b".md", b".rows.sqlite", b".run.yaml"]
     with open("results/bad\udcff.md", encoding="utf-8") as file:
         assert file.read().startswith("# bad\\udcff\n")
 
@@ -383,6 +383,6 @@ def test_control_c_leaves_the_rows_that_are_done_and_no_traceback(folder, jobs):
         out, error = child.communicate(timeout=5)
     assert (child.returncode, out) == (130, "")
     left = [path.name for path in (folder / "out").iterdir()] if (folder / "out").exists() else []
-    assert left in ([], ["study.rows.jsonl"])
+    assert left in ([], ["study.rows.sqlite"])
     assert error.startswith("interrupted: ")
     assert "Traceback" not in error

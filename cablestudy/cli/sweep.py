@@ -20,7 +20,6 @@ from cablestudy.cli.options import (
     exclude,
     refuse,
 )
-from cablestudy.errors import NoSolutionError
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
 
@@ -89,7 +88,7 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
     try:
         with Interrupts():
             from cablestudy.scene.study import read_study
-            from cablestudy.study import store
+            from cablestudy.study.files import TableFiles
             from cablestudy.sweep import run
             from cablestudy.sweep.check import read_tolerances
 
@@ -103,20 +102,20 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
             if wanted.asked and keep:
                 keep = False
                 echo_notes([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
-            place = store.Place(out, wanted.name)
+            files = TableFiles(out, wanted.name)
             if keep:
-                place.check_writable()
+                files.check_writable()
             if check:
-                place.check_stored()
+                files.check_stored()
             tolerance = read_tolerances(rtols, wanted)
-            wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
-            with run.Run(wanted, place, wish) as work:
+            options = run.Options(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
+            with run.Run(wanted, files, options) as work:
                 compute(work, [] if study == "-" else words_of(study, sets, vary))
                 if parts:
                     echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
                 else:
                     finish(work, style, plot, tolerance if check else None, run.command(typed), select)
-                failed = work.journal.failed
+                failed = work.failed
     except KeyboardInterrupt:
         echo_notes(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
         exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
@@ -163,20 +162,18 @@ def words_of(study, sets, vary):
 
 def compute(work, words):
     """All rows of a run, and what is to be said about them."""
-    wish = work.wish
-    echo_notes(work.reused(), wish.quiet)
+    options = work.options
+    echo_notes(work.reused(), options.quiet)
     work.compute()
-    if wish.explain and work.complete:
-        echo_notes(work.notes(), wish.quiet)
-    echo_notes(work.failures(words), wish.quiet)
-    if not work.complete:
-        more = f"; --resume goes on: {work.done} rows are done" if wish.keep else ""
-        raise NoSolutionError("stopped at the first case without an answer (--fail-fast)" + more)
+    if options.explain and work.complete:
+        echo_notes(work.notes(), options.quiet)
+    echo_notes(work.failures(words), options.quiet)
+    work.check_complete()
 
 
 def finish(work, style, plot, tolerance, command, select=None):
     """The table of a complete run: compared, or written and printed."""
-    table, place, quiet = work.table(), work.place, work.wish.quiet
+    table, files, quiet = work.table(), work.files, work.options.quiet
     if plot:
         from cablestudy.study import plots
 
@@ -185,16 +182,16 @@ def finish(work, style, plot, tolerance, command, select=None):
         from cablestudy.sweep.check import compare
 
         differences = 0
-        for differences, difference in enumerate(compare(table, place.csv, tolerance), 1):
+        for differences, difference in enumerate(compare(table, files.csv, tolerance), 1):
             if differences <= MOST_DIFFERENCES:
-                click.echo(f"{place.csv}: {difference}", err=True)
+                click.echo(f"{files.csv}: {difference}", err=True)
         if differences > MOST_DIFFERENCES:
-            click.echo(f"{place.csv}: {differences} differences in all", err=True)
-        echo_notes([] if differences else [f"{place.csv}: agrees"], quiet)
+            click.echo(f"{files.csv}: {differences} differences in all", err=True)
+        echo_notes([] if differences else [f"{files.csv}: agrees"], quiet)
         sys.exit(FAILED_CHECK if differences else 0)
-    if work.wish.keep:
+    if work.options.keep:
         work.write(table, command)
-        echo_notes([f"written: {place.csv}, {place.md}"], quiet)
+        echo_notes([f"written: {files.csv}, {files.md}"], quiet)
     if select:
         table, notes = select(table)
         echo_notes(notes, quiet)
@@ -219,19 +216,19 @@ def merge(context, study, sets, vary, out, style, plot, quiet):
     try:
         with Interrupts():
             from cablestudy.scene.study import read_study
-            from cablestudy.study import store
+            from cablestudy.study.files import TableFiles
             from cablestudy.sweep import run
             from cablestudy.sweep.merge import MergedRun
 
             wanted = read_study(study, sets, vary)
             echo_notes(wanted.notes, quiet)
-            place = store.Place(out, wanted.name)
-            place.check_writable()
+            files = TableFiles(out, wanted.name)
+            files.check_writable()
             words = words_of(study, sets, vary)
-            with MergedRun(wanted, place, words, quiet) as work:
+            with MergedRun(wanted, files, words, quiet) as work:
                 echo_notes(work.failures([] if study == "-" else words), quiet)
                 finish(work, style, plot, None, run.command(context.obj["words"]))
-                failed = work.journal.failed
+                failed = work.failed
     except KeyboardInterrupt:
         echo_notes(["interrupted: the shards are as they were"])
         sys.exit(INTERRUPTED)

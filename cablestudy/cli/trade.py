@@ -25,14 +25,14 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     import shlex
 
     from cablestudy.scene.scene import load_scene
-    from cablestudy.study import store
     from cablestudy.study import trade as study
     from cablestudy.study import trade_tables as tables
+    from cablestudy.study.files import TableFiles
     from cablestudy.study.trade_models import models_of
 
     document, model = load_scene(scene, sets)
     columns, notes = study.columns_to_compare(document, model, names)
-    place = None if out is None else store.Place(out, tables.file_name(scene))
+    place = None if out is None else TableFiles(out, tables.file_name(scene))
     if place:
         place.check_writable()
     echo_notes(notes, quiet)

@@ -46,8 +46,8 @@ class Table:
     Attributes
     ----------
     fields : tuple of Field
-    rows : list of dict
-        Name -> number, text or None.
+    rows : sequence of dict
+        Name -> number, text or None. With a method `csv_lines` it writes the CSV by itself; see `sweep.rows`.
     single : bool
         Whether the table has one row by nature: Markdown then has one line for each quantity.
     errors : callable or None
@@ -85,6 +85,10 @@ class Table:
         writer = csv.writer(line, lineterminator="\n")
         writer.writerow(names)
         yield line.text
+        lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
+        if lines is not None:
+            yield from lines
+            return
         for row in self.rows:
             writer.writerow([exact(row.get(name)) for name in names])
             yield line.text
