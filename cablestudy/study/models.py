@@ -13,6 +13,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
 
 MAX_MODES = 600  # of a model with more unknowns, at its ends: an eigenvalue problem that takes about a second
+MAX_NODES = 1_000_000  # of a fixed model: its statics take 2 s and 420 MB
 
 
 class Models:
@@ -71,10 +72,10 @@ class Models:
         columns = (
             tension,
             mean(np.sqrt((level**2).sum(axis=-1))),
-            state.tension.max(axis=(-2, -1)) * unit,
-            state.tension.min(axis=(-2, -1)) * unit,
+            state.max_tension,
+            state.min_tension,
             span.unstretched_length * (1 + tension / span.axial_stiffness),
-            np.isfinite(self.record.share).sum(axis=0),
+            self.record.steps,
         )
         return list(zip(*(column.tolist() for column in columns), strict=True))
 
@@ -165,7 +166,7 @@ def mesh_of(case):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        No equilibrium, a cable that hangs folded, or one with more loads than elements.
+        No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than MAX_NODES.
     """
     results, index = case.results, case.index
     pieces = results.pieces(index)
@@ -177,6 +178,12 @@ def mesh_of(case):
         shares = results.travel_shares(index, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
         return mesh_pieces(pieces, tuple(ceil(elements * share - 1e-9) or 1 for share in shares), order)
     model = case.scene.model
+    nodes = model.elements * model.order
+    if nodes > MAX_NODES:
+        raise NoSolutionError(
+            f"model.elements: {model.elements} elements of order {model.order} have {nodes} nodes "
+            f"(at most {MAX_NODES}): take fewer elements, or model.accuracy instead"
+        )
     try:
         return mesh_segments(results.catenary.segments.fraction[index], model.elements, model.order, model.mass)
     except ValueError as error:
@@ -197,7 +204,7 @@ def model_of(case):
     """
     models = _solved(case.results, [case.index], mesh_of(case), case.level)
     if models.record is not None and not models.record.converged[0]:
-        raise models.record.error(0)
+        raise equilibrium.refusal(models.record.of(0), models.state.mesh)
     return Model(models, 0)
 
 

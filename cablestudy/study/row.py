@@ -300,6 +300,8 @@ def _fixed_answer(answer, required):
             answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
     answer.dof = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
     answer.notes, answer.warnings = _about_fixed(case)
+    if required.damped:
+        answer.notes += assumed_damping(case.scene)
 
 
 def _about_fixed(case):
@@ -315,6 +317,14 @@ def _about_fixed(case):
         f"warning: the tensions of {model.elements} elements of order {model.order} are {100 * error:.2g} % off those"
         " of the continuous cable; take more elements, or accuracy instead",
     )
+
+
+def assumed_damping(scene):
+    """Notes, at most one: a scene without damping gets the default. Returns a tuple of str."""
+    if "damping" in scene.cable.model_fields_set:
+        return ()
+    damping = scene.cable.damping
+    return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
 
 
 def tension_error(case):

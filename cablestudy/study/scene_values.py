@@ -1,7 +1,5 @@
 """Values of many scenes as arrays with an axis of cases."""
 
-from functools import cached_property
-
 import numpy as np
 
 from cablestudy.cable.span import merged_loads
@@ -46,13 +44,13 @@ class SceneValues:
             return {}
         return {case: without(scene, column) for case, scene in enumerate(self.scenes) if lacks(scene, column)}
 
-    @cached_property
-    def end_distance(self):
-        """From end 1 to end 2 along x, y, z, shape (n, 3). [m]"""
-        ends = np.array([(*scene.cable.end_1, *scene.cable.end_2) for scene in self.scenes], dtype=float)
-        return ends[:, 3:] - ends[:, :3]
+    @property
+    def ends(self):
+        """Places of end 1 and end 2, each of shape (n, 3). [m]"""
+        cables = [scene.cable for scene in self.scenes]
+        return np.array([cable.end_1 for cable in cables]), np.array([cable.end_2 for cable in cables])
 
-    @cached_property
+    @property
     def loads(self):
         """Arc lengths, shape (n, k) [m], and global forces, shape (n, k, 3) [N], of the point loads."""
         cables = [scene.cable for scene in self.scenes]
@@ -89,11 +87,10 @@ class TableValues:
         return dict.fromkeys(range(len(self)), without(self.scene, column)) if lacks(self.scene, column) else {}
 
     @property
-    def end_distance(self):
-        """See `SceneValues.end_distance`."""
+    def ends(self):
+        """See `SceneValues.ends`."""
         cable = self.scene.cable
-        ends = zip(cable.end_1, cable.end_2, strict=True)
-        return np.stack([self._array(end_2) - self._array(end_1) for end_1, end_2 in ends], axis=-1)
+        return tuple(np.stack([self._array(place) for place in end], axis=-1) for end in (cable.end_1, cable.end_2))
 
     @property
     def loads(self):

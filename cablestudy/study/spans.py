@@ -25,22 +25,16 @@ def spans_of(values):
     reasons : dict
         Case -> why its cable does not exist.
     """
-    count, delta, chord = len(values), values.end_distance, values.given("cable.chord_length")
-    horizontal = np.hypot(delta[:, 0], delta[:, 1])
-    level = np.where(horizontal > 0, horizontal, 1.0)[:, None]
     positions, forces = values.loads
-    span = Span(
-        chord=chord,
-        cosine=horizontal / chord,
-        sine=delta[:, 2] / chord,
-        chord_strain=np.zeros(count),
-        axial_stiffness=values.given("cable.axial_stiffness"),
-        mass=values.given("cable.mass_per_length"),
-        gravity=values.given("gravity"),
-        azimuth=np.where(horizontal[:, None] > 0, delta[:, :2] / level, np.array([1.0, 0.0])),
+    span = Span.between(
+        *values.ends,
+        values.given("cable.axial_stiffness"),
+        values.given("cable.mass_per_length"),
+        values.given("gravity"),
         load_positions=positions,
+        load_forces=forces,
+        chord=values.given("cable.chord_length"),
     )
-    span = replace(span, load_forces=(forces[:, :, None, :] * span.frame[:, None]).sum(axis=-1))
     strain, reasons = _chord_strain(span, values)
     span = span.with_chord_strain(strain)
     return _loads_on_cable(span, reasons), reasons
