@@ -42,9 +42,9 @@ def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
     calls, evaluate = [], chunks.evaluate_cases
 
-    def evaluate_cases(scenes, columns):
+    def evaluate_cases(scenes, columns, estimate):
         calls.append((len(scenes), tuple(column.name for column in columns)))
-        return evaluate(scenes, columns)
+        return evaluate(scenes, columns, estimate)
 
     monkeypatch.setattr(chunks, "evaluate_cases", evaluate_cases)
     return calls
@@ -261,7 +261,7 @@ def test_a_growing_study_can_be_ended_too(folder, computed, monkeypatch):
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     calls, evaluate = [], chunks.evaluate_cases
-    monkeypatch.setattr(chunks, "evaluate_cases", lambda s, c: calls.extend(x.name for x in c) or evaluate(s, c))
+    monkeypatch.setattr(chunks, "evaluate_cases", lambda s, c, e: calls.extend(x.name for x in c) or evaluate(s, c, e))
     run("sweep", "study.yaml", "--resume")
     assert set(calls) == {"preload"}
     table = TABLE.read_bytes()

@@ -19,7 +19,8 @@ from cablestudy.study.scene_values import SceneValues, load_count
 REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
 MAX_REASONS = 3  # in a status
-POOR_STATICS = 0.01  # relative error of the tensions of fixed elements above which a warning is given
+POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
+FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
@@ -305,17 +306,17 @@ def _fixed_answer(answer, required):
 
 
 def _about_fixed(case):
-    """Notes on fixed elements, and warnings where their tensions are far from those of the continuous cable."""
-    model, error = case.scene.model, tension_error(case)
+    """Notes on fixed elements, and a warning where their statics are far from those of the continuous cable."""
+    model, error = case.scene.model, statics_error(case)
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
-        f"statics: {case.model.convergence}; tensions within {error:.1e} of the closed form",
+        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
     )
     if error <= POOR_STATICS:
         return notes, ()
     return notes, (
-        f"warning: the tensions of {model.elements} elements of order {model.order} are {100 * error:.2g} % off those"
-        " of the continuous cable; take more elements, or accuracy instead",
+        f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
+        " those of the continuous cable; take more elements, or model.accuracy instead",
     )
 
 
@@ -327,12 +328,16 @@ def assumed_damping(scene):
     return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
 
 
-def tension_error(case):
-    """Relative error of mean and largest tension of a case with fixed elements, against the closed form. [-]"""
-    return max(
-        relative(getattr(case.statics, name), float(getattr(case.closed_statics, name)))
-        for name in ("mean_tension", "max_tension")
-    )
+def statics_error(case):
+    """Relative error of the statics of fixed elements against the closed form, the largest of three. [-]
+
+    Of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to that.
+    """
+    own, exact, chord = case.statics, case.closed_statics, float(case.span.chord)
+    tensions = ((own.mean_tension, exact.mean_tension), (own.max_tension, exact.max_tension))
+    sag = abs(float(own.sag) - float(exact.sag)) / max(abs(float(exact.sag)), FLAT * chord)
+    errors = [sag, *(relative(float(value), float(truth)) for value, truth in tensions)]
+    return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
 
 
 def _estimate_motion(answers, required):

@@ -171,9 +171,8 @@ class RowStore:
     def _completed(self, headers, new):
         """A partial row with the columns that were missing."""
         old, cells, errors = self.row(new.case), dict.fromkeys(self.headers), None
-        if new.status == OK:
-            cells.update(zip(self.headers, old.cells, strict=True))
-            cells.update(zip(headers, new.cells, strict=True))
+        cells.update(zip(self.headers, old.cells, strict=True))
+        cells.update(zip(headers, new.cells, strict=True))
         if None not in (old.errors, new.errors):
             errors = old.errors | new.errors
         return pack(new.case, new.key, new.status, list(cells.values()), errors, [*old.notes, *new.notes])
