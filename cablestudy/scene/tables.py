@@ -9,7 +9,7 @@ from cablestudy.scene.layers import ALTERNATIVES
 
 
 def group_mistakes(table, given, optional=False):
-    """Keys that exclude each other, or of which one is missing.
+    """Keys that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
 
     Parameters
     ----------
@@ -18,12 +18,7 @@ def group_mistakes(table, given, optional=False):
     given : collection of str
         The keys that are there.
     optional : bool
-        Whether a row may be left out altogether.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path inside the table (empty: the table itself), and what is wrong there.
+        Whether a row of alternatives may be left out.
     """
     found, given = [], set(given)
     for groups in ALTERNATIVES.get(table, ()):
