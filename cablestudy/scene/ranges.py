@@ -151,7 +151,7 @@ def read_range(mapping):
 
 
 def read_interval(mapping):
-    """Interval of a sampled key from its YAML mapping of `from`, `to` and optionally `spacing`; ValueError when wrong."""
+    """Interval of a sampled key from its YAML mapping of `from`, `to` and perhaps `spacing`; ValueError when wrong."""
     if not isinstance(mapping, dict):
         raise ValueError(f"expected {{from, to, spacing}}, got {show(mapping)}")
     _check_keys(mapping, "a sampled key", ("from", "to"))

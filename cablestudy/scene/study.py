@@ -144,7 +144,7 @@ class Study:
         Parameters
         ----------
         index : int
-            From 0 to count - 1. `case_table.tables_of` reads many cases at once.
+            From 0 to count - 1. `study.case_table` reads many at once.
 
         Returns
         -------

@@ -60,7 +60,7 @@ class Table(BaseModel):
         ------
         list of (tuple, bool or ndarray of bool, callable)
             Path inside the table, whether it holds, and the message when it does not. A list is checked only when all
-            before it hold. Numbers may be arrays of many cases, see `case_table`.
+            before it hold. Numbers may be arrays of many cases, see `study.case_table`.
         """
         return ()
 
