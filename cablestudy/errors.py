@@ -1,13 +1,13 @@
-"""What can go wrong, each kind with its exit code; the command line prints these and nothing else.
+"""Errors that a user can cause, each class with its exit code.
 
-Imports nothing, so that every layer can raise them.
+This module imports nothing of the package, so that every layer can raise them.
 """
 
 from dataclasses import dataclass
 
 
 class CablestudyError(Exception):
-    """Anything that a user can cause; the message is complete, one line, without a traceback."""
+    """Any error that a user can cause; its message is one complete line, printed without a traceback."""
 
     exit_code = 3
 
@@ -28,11 +28,11 @@ class Mistake:
     Attributes
     ----------
     where : str
-        `file:line:column`, or the command-line option that carried it; empty when neither is known.
+        `file:line:column`, or the command-line option; empty when neither is known.
     key : str
         The dotted key, for example `cable.density`; empty when the mistake is not about one key.
     message : str
-        What is wrong, the value met and what is allowed.
+        What is wrong, the value found and what is allowed.
     """
 
     where: str
@@ -48,7 +48,12 @@ class Mistake:
 
 
 class SceneError(CablestudyError):
-    """Wrong usage, wrong file, wrong value: every mistake that was found, at once."""
+    """Wrong usage, file or value, with all mistakes that were found.
+
+    Parameters
+    ----------
+    mistakes : Mistake or str
+    """
 
     exit_code = 2
 
@@ -61,16 +66,16 @@ class SceneError(CablestudyError):
 
 
 class NoSolutionError(CablestudyError):
-    """The scene is well formed but has no answer: a broken, folded or weightless slack cable."""
+    """A valid scene that has no answer, for example a cable that breaks."""
 
 
 class ConvergenceError(CablestudyError):
-    """An iteration that ended without an answer.
+    """An iteration that did not converge.
 
     Attributes
     ----------
     record : object or None
-        The convergence record of the iteration: steps, residuals, why it stopped.
+        Convergence record of the iteration: steps, residuals, why it stopped.
     """
 
     def __init__(self, message, record=None):

@@ -290,18 +290,18 @@ def test_the_rms_is_that_of_the_dense_matrices_over_many_frequencies(sets):
 @pytest.mark.parametrize("sets", [(), (VISCOUS,), (INCLINED,)])
 def test_forces_along_the_cable_act_as_in_the_state_space(sets):
     """One node after the other pushed: B_wind of the coupled model against h at that node."""
-    from cablestudy.study.ssm import _nodal
+    from cablestudy.study.ssm import nodal_forces
 
     case = case_of("winch.controller.gain=0", *sets)
     modes = case.dynamics.modes(case.dynamics.dof)
-    forces = _nodal(SimpleNamespace(case=case, modes=modes))
+    forces = nodal_forces(case, modes)
     system = statespace.coupled(case.end_model, 50.0, forces=forces)
     s = 2j * np.pi * np.array([0.05, 0.7, 1.6, 5.0])
     pushed = system.response(s)[:, 0, 2:]  # of each node along x, y, z
     reach = cable_wind.CableWind(case)
-    from cablestudy.control.reach import modal_shares
+    from cablestudy.control.force_transmission import modal_force_transmission
 
-    shares = np.concatenate([np.ones((len(s), 1)), modal_shares(reach._model, s)], axis=1)
+    shares = np.concatenate([np.ones((len(s), 1)), modal_force_transmission(reach._model, s)], axis=1)
     size = np.abs(case.end_model.participation[:, [3, 0]]).max(axis=1)
     felt = np.flatnonzero(size > 1e-9 * size.max())
     shapes = np.zeros((case.state.mesh.nodes, 3, len(felt) + 1))
