@@ -163,7 +163,7 @@ def test_the_check_passes_on_what_was_written_and_shows_what_was_changed(folder)
     run("sweep", PRELOAD, "--check", "--rtol", "0.25")
     run("sweep", PRELOAD, "--check", "--rtol", "0.19", code=1)
     left = sorted(path.name.removeprefix("preload.") for path in Path("results").iterdir())
-    assert left == ["csv", "md", "rows.jsonl", "run.yaml"]
+    assert left == ["csv", "md", "rows.sqlite", "run.yaml"]
 
 
 def test_a_stored_table_of_another_shape_fails_the_check(folder):

@@ -21,6 +21,7 @@ DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is che
 ALL_LIMIT = 3000  # degrees of freedom up to which all modes can be computed
 PLANAR = (IN_PLANE, OUT_OF_PLANE)
 FIRST = 16  # modes computed first where their number is unknown
+LARGEST_BASIS = 10_000_000  # numbers in the basis of a Lanczos iteration: 80 MB, and some 20 s for 600 modes
 ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
 
 
@@ -229,6 +230,13 @@ class Dynamics:
                 for part, root, vector in self._spectra[system.axes]
             ]
         if count <= dof // 4:
+            basis = _basis_size(count, dof)
+            if basis * dof > LARGEST_BASIS:
+                raise ConvergenceError(
+                    f"{count} modes of a model with {dof} unknowns are too many to compute "
+                    f"(at most {max(LARGEST_BASIS // basis, ALL_LIMIT)} unknowns for so many modes): "
+                    f"take fewer elements, fewer of a higher order, or an accuracy instead"
+                )
             every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
             return [_motion(system, np.stack([_lanczos(one, count) for one in every]).reshape(*lead, dof, count))]
         raise ConvergenceError(
@@ -266,6 +274,11 @@ def _shapes(root, vector, count):
     return pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
 
 
+def _basis_size(count, dof):
+    """Number of vectors that the Lanczos iteration keeps."""
+    return min(dof, max(2 * count + 10, 30))
+
+
 def _lanczos(system, count):
     """Lowest modes of a large system by shift-invert Lanczos iteration about zero, from a fixed start vector."""
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
@@ -275,7 +288,7 @@ def _lanczos(system, count):
     begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
         _, vector = eigsh(
-            inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=min(dof, max(2 * count + 10, 30))
+            inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=_basis_size(count, dof)
         )
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"eigenmodes: {error}") from None
