@@ -27,7 +27,7 @@ columns: [preload, sag, cable_frequency]
 """
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 INTERRUPTED = 130
-SWEEP = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--format", "csv", "--quiet"]
+SWEEP = [sys.executable, "-m", "cablestudy", "sweep", "study.yaml", "--format", "csv", "--quiet"]
 
 
 def main(count):

@@ -46,14 +46,14 @@ def run(*arguments, stdin=None, code=0):
 
 def process(*arguments, **options):
     """A command in a process of its own."""
-    command = [sys.executable, "-m", "cablestudy.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "cablestudy", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, **options)
     return Outcome(done.returncode, done.stdout, done.stderr)
 
 
 def start(*arguments):
     """A sweep in a process of its own, left to run."""
-    command = [sys.executable, "-m", "cablestudy.cli", "sweep", *map(str, arguments)]
+    command = [sys.executable, "-m", "cablestudy", "sweep", *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 

@@ -406,7 +406,7 @@ def test_what_takes_no_time_shows_no_progress():
     ("seconds", "text"), [(0.1, "1 s"), (60, "60 s"), (90, "2 min"), (5399, "90 min"), (9000, "2.5 h")]
 )
 def test_times_for_people(seconds, text):
-    assert progress.spoken(seconds) == text
+    assert progress.rounded_duration(seconds) == text
 
 
 def test_a_run_that_was_killed_while_it_wrote_leaves_nothing_for_long(folder):

@@ -14,34 +14,38 @@ STDIN = "<stdin>"
 
 
 class Document:
-    """What the user wrote, in all its layers.
+    """The values of a file and of the layers upon it, and where each is written.
 
-    Attributes
+    Parameters
     ----------
     name : str
         The file as the user named it, or `<stdin>`.
     value : dict
-        Plain mappings, lists, text and numbers, nothing converted. A key whose value is null is left out; inside of a
-        file whose base is still unread only at the top level, because deeper down it may say what to remove.
+        Plain mappings, lists, text and numbers as written.
+    places : dict
+        Path -> (Place of the value, Place of its key).
+    overrides : tuple of (tuple of str, Place or str or callable)
+        Paths that upper layers have set, with the place to name.
     """
 
-    __slots__ = ("_overrides", "_root", "name", "value")
+    __slots__ = ("_overrides", "_places", "name", "value")
 
-    def __init__(self, name, root, resolved=True):
-        value = root.plain()
-        self.name = name
-        self.value = prune(value) if resolved else {key: item for key, item in value.items() if item is not None}
-        self._root = root
-        self._overrides = ()
+    def __init__(self, name, value, places, overrides=()):
+        self.name, self.value, self._places, self._overrides = name, value, places, overrides
+
+    @property
+    def given(self):
+        """The keys at the top level and their values, without those that are null."""
+        return {key: value for key, value in self.value.items() if value is not None}
 
     def with_sets(self, items):
-        """Document with one more layer on top. Costs little: what the layer does not touch is shared.
+        """Document with one more layer on top; what the layer does not touch is shared.
 
         Parameters
         ----------
         items : list of (str, object, str or Place or callable)
             Dotted key, value (None removes the key; a mapping replaces the key whole) and the place to name when it is
-            wrong; a callable is asked for the place only then.
+            wrong; a callable is called for the place only then.
 
         Returns
         -------
@@ -52,14 +56,12 @@ class Document:
         SceneError
             A key that cannot be set.
         """
-        new = object.__new__(Document)
-        new.name, new._root = self.name, self._root
         try:
-            new.value = put_layer(self.value, [(key, _pruned(value)) for key, value, _ in items])
+            value = put_layer(self.value, [(key, _pruned(new)) for key, new, _ in items])
         except ValueError:
             raise self._wrong_keys(items) from None
-        new._overrides = (*self._overrides, *((split_key(key), where) for key, _, where in items))
-        return new
+        overrides = (*self._overrides, *((split_key(key), where) for key, _, where in items))
+        return Document(self.name, value, self._places, overrides)
 
     def _wrong_keys(self, items):
         """The error of the keys in a layer that cannot be set, each tried on its own."""
@@ -71,60 +73,34 @@ class Document:
                 mistakes.append(mistake(_as_place(where), key, str(error)))
         return SceneError(*mistakes) if mistakes else SceneError("these keys cannot be set together")
 
-    def place(self, path):
-        """Place of the value at a path, or of its nearest ancestor that is written somewhere.
+    def upon(self, lower):
+        """The document merged upon a lower one."""
+        return Document(self.name, prune(merge(lower.value, self.value)), lower._places | self._places)
+
+    def place(self, path, of_key=False):
+        """Place of the value (or of its key) at a path, or of its nearest ancestor that is written somewhere.
 
         Parameters
         ----------
         path : tuple of str and int
-
-        Returns
-        -------
-        Place
+        of_key : bool
         """
-        return self._place(tuple(path), of_key=False)
-
-    def key_place(self, path):
-        """Place of the key (not of its value) at a path; see `place`."""
-        return self._place(tuple(path), of_key=True)
-
-    def where(self, path):
-        """`file:line:column` of the value at a path, or of its nearest ancestor."""
-        return str(self.place(path))
-
-    def where_key(self, path):
-        """`file:line:column` of the key at a path, or of its nearest ancestor."""
-        return str(self.key_place(path))
-
-    def _place(self, path, of_key):
         names = tuple(map(str, path))
         for key, where in reversed(self._overrides):
             if names[: len(key)] == key:
                 return _as_place(where)
-        node, place, known = self._root, self._root.place, not path
-        for step, part in enumerate(path):
-            inside = _child(node, part)
-            if inside is None:
-                break
-            known = step == len(path) - 1
-            place = node.keys[part] if of_key and known and isinstance(part, str) else inside.place
-            node = inside
-        if not known:
-            # A mapping that exists only because a layer set something in it.
-            for key, where in reversed(self._overrides):
-                if key[: len(names)] == names:
-                    return _as_place(where)
-        return place
+        if path in self._places:
+            return self._places[path][of_key]
+        for key, where in reversed(self._overrides):  # a mapping in which only upper layers have set something
+            if key[: len(names)] == names:
+                return _as_place(where)
+        while path not in self._places:
+            path = path[:-1]
+        return self._places[path][False]
 
-
-def _child(node, part):
-    """The node under a key or an index, or None."""
-    content = node.content
-    if isinstance(content, dict):
-        return content.get(part)
-    if isinstance(content, list) and isinstance(part, int) and part < len(content):
-        return content[part]
-    return None
+    def where(self, path, of_key=False):
+        """`place` as text: `file:line:column`."""
+        return str(self.place(path, of_key))
 
 
 def _pruned(value):
@@ -137,7 +113,7 @@ def _as_place(where):
 
 
 def read_file(path):
-    """Read one YAML file, its `base:` left unread.
+    """Read one YAML file, its `base:` left unread and its nulls kept, since they may remove keys of the base.
 
     Parameters
     ----------
@@ -155,8 +131,8 @@ def read_file(path):
     """
     name = os.fspath(path)
     if name == "-":
-        return Document(STDIN, _parse(_read_stdin(), STDIN), resolved=False)
-    return Document(name, _parse(_read_bytes(name, Place(name)), name), resolved=False)
+        return _parse(_read_stdin(), STDIN)
+    return _parse(_read_bytes(name, Place(name)), name)
 
 
 def read_document(path):
@@ -166,10 +142,6 @@ def read_document(path):
     ----------
     path : str or path-like
         `-` is standard input; its base is relative to the working directory.
-
-    Returns
-    -------
-    Document
 
     Raises
     ------
@@ -181,49 +153,33 @@ def read_document(path):
 
 def resolve_base(document):
     """Merge a document upon its own `base:` files, to any depth."""
-    return Document(document.name, _resolved(document._root, document.name, (document.name,)))
+    return _resolved(document, (document.name,))
 
 
 def read_base(document):
-    """The document that `base:` names, merged upon its own bases; the given document stays out of it.
-
-    Parameters
-    ----------
-    document : Document
-        With the key `base`.
-
-    Returns
-    -------
-    Document
-    """
-    name, root = _read_lower(document._root.content["base"], document.name, (document.name,))
-    return Document(name, root)
+    """The document that the key `base` of another one names, merged upon its own bases."""
+    return _read_lower(document, (document.name,))
 
 
-def _resolved(root, name, chain):
-    """A tree upon its base, without the key `base`."""
-    base = root.content.get("base")
-    if base is None:
-        return root
-    if base.content is not None:
-        _, lower = _read_lower(base, name, chain)
-        root = merge(lower, root)
-    root.content = {key: node for key, node in root.content.items() if key != "base"}
-    return root
+def _resolved(document, chain):
+    """A document upon its base, without the key `base`."""
+    own = {key: value for key, value in document.value.items() if key != "base"}
+    lower = _read_lower(document, chain) if "base" in document.given else Document("", {}, {})
+    return Document(document.name, own, document._places).upon(lower)
 
 
-def _read_lower(base, name, chain):
-    """Name and resolved tree of the file that a `base:` names."""
-    if not isinstance(base.content, str) or not base.content or not base.content.isprintable():
-        raise refuse(base.place, "expected the name of a file", "base")
-    lower = os.path.join(os.path.dirname(name) if name != STDIN else "", base.content)
-    chain = (*chain, lower)
-    if os.path.realpath(lower) in [os.path.realpath(above) for above in chain[:-1] if above != STDIN]:
-        raise refuse(base.place, "base files in a circle: " + " -> ".join(chain), "base")
+def _read_lower(document, chain):
+    """The file that a `base:` names, merged upon its own bases."""
+    base, place = document.value["base"], document.place(("base",))
+    if not isinstance(base, str) or not base or not base.isprintable():
+        raise refuse(place, "expected the name of a file", "base")
+    name = os.path.join(os.path.dirname(document.name) if document.name != STDIN else "", base)
+    chain = (*chain, name)
+    if os.path.realpath(name) in [os.path.realpath(above) for above in chain[:-1] if above != STDIN]:
+        raise refuse(place, "base files in a circle: " + " -> ".join(chain), "base")
     if len(chain) > MAX_BASES:
-        raise refuse(base.place, f"more than {MAX_BASES} base files upon each other", "base")
-    root = _parse(_read_bytes(lower, base.place, "base"), lower)
-    return lower, _resolved(root, lower, chain)
+        raise refuse(place, f"more than {MAX_BASES} base files upon each other", "base")
+    return _resolved(_parse(_read_bytes(name, place, "base"), name), chain)
 
 
 def _read_stdin():
@@ -249,7 +205,7 @@ def _read_bytes(name, place, key=""):
 
 
 def _parse(data, name):
-    """Bytes -> the tree of a mapping."""
+    """Bytes -> Document."""
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
     try:
@@ -259,25 +215,17 @@ def _parse(data, name):
         column = error.start - (data.rfind(b"\n", 0, error.start) + 1) + 1
         message = f"byte 0x{data[error.start]:02x} is not UTF-8 text (is this a YAML file?)"
         raise refuse(Place(name, line, column), message) from None
-    root = compose(text, name)
-    if root is None or root.content is None:
+    value, places = compose(text, name)
+    if value is None:
         raise refuse(Place(name), "empty file")
-    if not isinstance(root.content, dict):
-        raise refuse(root.place, f"expected a mapping (key: value), got {_kind(root.content)}")
-    return root
-
-
-def _kind(content):
-    return "a list" if isinstance(content, list) else f"{content!r:.60}"
+    if not isinstance(value, dict):
+        kind = "a list" if isinstance(value, list) else f"{value!r:.60}"
+        raise refuse(places[()][0], f"expected a mapping (key: value), got {kind}")
+    return Document(name, value, places)
 
 
 def parse_set(text):
-    """Read the argument of `--set`.
-
-    Parameters
-    ----------
-    text : str
-        `key=value`; the value follows the rules of the files, so that `3`, `3 mm`, `[1, 2]` and `{a: 1}` all work.
+    """Read the argument of `--set`: `key=value`, the value as in the files, so that `3 mm` and `{a: 1}` both work.
 
     Returns
     -------
@@ -298,14 +246,14 @@ def parse_set(text):
         raise refuse(Place(f"--set {text}"), "expected key=value, for example cable.area=3 mm^2")
     try:
         split_key(key)
-        node = compose(written, place.name)
+        value, places = compose(written, place.name)
     except ValueError as error:
         raise refuse(place, str(error)) from None
     except SceneError as error:
         raise refuse(place, error.mistakes[0].message) from None
-    if node is None:
+    if not places:
         raise refuse(place, "no value: expected key=value")
-    return key, node.plain()
+    return key, value
 
 
 def apply_sets(document, texts):
@@ -316,10 +264,6 @@ def apply_sets(document, texts):
     document : Document
     texts : sequence of str
         `key=value` each.
-
-    Returns
-    -------
-    Document
 
     Raises
     ------
@@ -338,7 +282,7 @@ def apply_sets(document, texts):
         values[key] = value
     if mistakes:
         raise SceneError(*mistakes)
-    return document.with_sets([(key, value, f"--set {key}") for key, value in values.items()]) if values else document
+    return document.with_sets([(key, value, f"--set {key}") for key, value in values.items()])
 
 
 def lazily(document, path):

@@ -29,6 +29,11 @@ class Entry:
     def __len__(self):
         return len(self.columns[0][1])
 
+    @property
+    def keys(self):
+        """Tuple of its dotted keys."""
+        return tuple(key for key, _, _ in self.columns)
+
     def settings(self, index):
         """List of (key, value, place) of one step."""
         return [(key, values[index], partial(place, index)) for key, values, place in self.columns]

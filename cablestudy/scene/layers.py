@@ -1,14 +1,14 @@
-"""One layer of keys upon another: a file upon its base, `set:` upon the file, `--set` and a varied value upon that.
+"""Layers of keys: a file upon its base, `set:` upon the file, `--set` and varied values upon that.
 
-The rule that merging alone would get wrong: a key of the upper layer removes from the lower one the keys that say the
-same thing in another way. Two of them in ONE layer stay where they are, for the scene to refuse.
+A key of the upper layer removes from the lower one the alternatives to it. Two alternatives in one layer stay, and the
+scene refuses them.
 """
 
 from functools import lru_cache
 
-from cablestudy.scene.strict_yaml import Node
+from cablestudy.scene.strict_yaml import MAX_DEPTH
 
-# Of the groups of a row exactly one may be given: table -> rows of groups of keys that belong together.
+# Table -> rows of alternatives: of the groups of a row exactly one may be given.
 ALTERNATIVES = {
     "cable": (
         (("ends",), ("chord", "inclination")),
@@ -31,7 +31,7 @@ def _replaces():
                 for key in group:
                     table[f"{prefix}.{key}"] = [f"{prefix}.{other}" for other in others]
     table["cable.material"] = ["cable.elastic_modulus", "cable.density", "cable.strength"]
-    # A parameter names its damping model, and a model its parameter: neither survives under the other.
+    # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.
     parameters = [f"cable.damping.{name}" for name in ("ratio", "loss_factor", "time")]
     for key in parameters:
         table[key].append("cable.damping.model")
@@ -44,30 +44,23 @@ REPLACES = _replaces()
 
 @lru_cache(maxsize=4096)
 def split_key(key):
-    """Parts of a dotted key.
-
-    Parameters
-    ----------
-    key : str
-        For example `cable.loads.0.at`.
-
-    Returns
-    -------
-    tuple of str
+    """Parts of a dotted key, for example of `cable.loads.0.at`, as a tuple.
 
     Raises
     ------
     ValueError
-        A part is empty.
+        A part is empty, or there are too many.
     """
     parts = tuple(key.split("."))
+    if len(parts) > MAX_DEPTH:
+        raise ValueError(f"a key of {len(parts)} names (at most {MAX_DEPTH})")
     if not all(part and part == part.strip() for part in parts):
         raise ValueError("a key is written as names joined by dots, for example cable.area")
     return parts
 
 
 def prune(value):
-    """Copy of a plain value without the keys whose value is null: null says that a key is absent."""
+    """Copy of a plain value without the keys whose value is null."""
     if isinstance(value, dict):
         return {key: prune(item) for key, item in value.items() if item is not None}
     if isinstance(value, list):
@@ -76,22 +69,16 @@ def prune(value):
 
 
 def put(container, path, value, done=()):
-    """Copy of a plain container with one value set; what is not on the path is shared.
+    """Copy of a dict or list with one value set; what is not on the path is shared, and missing mappings are made.
 
     Parameters
     ----------
     container : dict or list
-        The lower layer, unchanged.
     path : tuple of str
-        Where to put the value; missing mappings are made.
     value : object
         None removes the key.
     done : tuple of str
         The path of `container` itself, for messages.
-
-    Returns
-    -------
-    dict or list
 
     Raises
     ------
@@ -102,7 +89,7 @@ def put(container, path, value, done=()):
     if isinstance(container, list):
         return _put_item(container, path, value, done)
     if not isinstance(container, dict):
-        raise ValueError(f"{'.'.join(done)} is {container!r:.60}, which has no key {key}")
+        raise ValueError(f"{'.'.join(done)} is {container!r:.60}, which has no key {key:.60}")
     copy = dict(container)
     if rest:
         copy[key] = put(copy.get(key, {}), rest, value, (*done, key))
@@ -143,19 +130,7 @@ def without(mapping, path):
 
 
 def put_layer(value, items):
-    """Several values set as one layer.
-
-    Parameters
-    ----------
-    value : dict
-        The lower layer.
-    items : list of (str, object)
-        Dotted keys and their values.
-
-    Returns
-    -------
-    dict
-    """
+    """Copy of a plain mapping with several values set as one layer: `items` is a list of (dotted key, value)."""
     for key, new in items:
         if new is not None:
             for other in REPLACES.get(key, ()):
@@ -166,51 +141,22 @@ def put_layer(value, items):
 
 
 def merge(lower, upper):
-    """A file upon its base: mappings are merged key by key, anything else replaces.
-
-    Parameters
-    ----------
-    lower, upper : Node
-        Unchanged.
-
-    Returns
-    -------
-    Node
-    """
+    """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
     for key, others in REPLACES.items():
         if _is_set(upper, split_key(key)):
             for other in others:
-                lower = _node_without(lower, other)
+                lower = without(lower, other)
     return _merged(lower, upper)
 
 
 def _merged(lower, upper):
-    """Key by key, places included."""
-    if not (isinstance(lower.content, dict) and isinstance(upper.content, dict)):
+    if not (isinstance(lower, dict) and isinstance(upper, dict)):
         return upper
-    content = dict(lower.content)
-    for key, node in upper.content.items():
-        content[key] = _merged(content[key], node) if key in content else node
-    return Node(content, upper.place, lower.keys | upper.keys)
+    return lower | {key: _merged(lower[key], value) if key in lower else value for key, value in upper.items()}
 
 
-def _is_set(node, path):
-    """Whether a tree has a value, other than null, at a path."""
+def _is_set(value, path):
+    """Whether there is a value, other than null, at a path."""
     for key in path:
-        if not isinstance(node.content, dict) or key not in node.content:
-            return False
-        node = node.content[key]
-    return node.content is not None
-
-
-def _node_without(node, path):
-    """`without` for a tree. A copy, since an alias may share the tree."""
-    key, rest = path[0], path[1:]
-    if not isinstance(node.content, dict) or key not in node.content:
-        return node
-    content = dict(node.content)
-    if rest:
-        content[key] = _node_without(content[key], rest)
-    else:
-        del content[key]
-    return Node(content, node.place, node.keys)
+        value = value.get(key) if isinstance(value, dict) else None
+    return value is not None

@@ -1,7 +1,7 @@
 """The wind on the cable itself, as a force on the gondola; and the vortices that the cable sheds.
 
 A force per length f(s) along the cable acts on the gondola as the integral of h(s) f(s), where h is the static shape
-for a movement of end 2 along x, and what each mode adds to it by moving (`control.reach`). The mean wind is horizontal,
+for a movement of end 2 along x, and what each mode adds to it (`force_transmission`). The mean wind is horizontal,
 with the speed that the gondola has; each component of the turbulence has the spectrum of the longitudinal one, and two
 components have nothing to do with each other. What the paper leaves open is where the wind comes from: each number is
 the larger one of wind across and along the vertical plane of the cable, between which those of a straight cable lie.
@@ -13,7 +13,7 @@ import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.control.ends import GONDOLA, GROUND
-from cablestudy.control.reach import modal_shares
+from cablestudy.control.force_transmission import modal_force_transmission
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.spectrum import speed_spectrum
@@ -92,7 +92,7 @@ class CableWind:
             return None
 
         def part(frequency):
-            shares = modal_shares(self._model, 2j * np.pi * frequency)
+            shares = modal_force_transmission(self._model, 2j * np.pi * frequency)
             load = loads[:, :1] + shares @ loads[:, 1:]
             turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
             return turbulence * self._rod.variance(load, ratio(frequency))

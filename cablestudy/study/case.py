@@ -4,9 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
+from cablestudy.cable.state import interpolate, sag
 from cablestudy.control import complex_stiffness, gondola
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import loops, windrms
@@ -371,8 +371,8 @@ class DiscreteStatics:
     def sag(self):
         """[m]"""
         case = self._case
-        return equilibrium.sag(case.span, case.state, case.batch.middle_of(case.place))
+        return sag(case.state, case.batch.middle_of(case.place))
 
     def shape(self, positions):
         """As `ClosedStatics.shape`."""
-        return equilibrium.interpolate(self._case.state, positions)
+        return interpolate(self._case.state, positions)

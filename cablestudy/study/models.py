@@ -13,6 +13,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.batch import along
 
 MAX_MODES = 600  # of a large model, for its dynamics
+MAX_NODES = 1_000_000  # of a fixed model: its statics take 2 s and 420 MB
 
 
 class Models:
@@ -71,10 +72,10 @@ class Models:
         columns = (
             tension,
             mean(np.sqrt((level**2).sum(axis=-1))),
-            state.tension.max(axis=(-2, -1)) * unit,
-            state.tension.min(axis=(-2, -1)) * unit,
+            state.max_tension,
+            state.min_tension,
             span.unstretched_length * (1 + tension / span.axial_stiffness),
-            np.isfinite(self.record.share).sum(axis=0),
+            self.record.steps,
         )
         return list(zip(*(column.tolist() for column in columns), strict=True))
 
@@ -165,7 +166,7 @@ def mesh_of(case):
     Raises
     ------
     NoSolutionError
-        A cable that hangs folded, or with more loads than elements.
+        A cable that hangs folded, with more loads than elements, or with more nodes than MAX_NODES.
     """
     pieces = case.batch.pieces_of(case.place)
     if case.rung is not None:
@@ -176,6 +177,12 @@ def mesh_of(case):
         times = case.batch.times_of(case.place, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
         return mesh_pieces(pieces, tuple(ceil(elements * time - 1e-9) or 1 for time in times), order)
     model = case.scene.model
+    nodes = model.elements * model.order
+    if nodes > MAX_NODES:
+        raise NoSolutionError(
+            f"model.elements: {model.elements} elements of order {model.order} have {nodes} nodes "
+            f"(at most {MAX_NODES}): take fewer elements, or model.accuracy instead"
+        )
     try:
         return mesh_segments(case.batch.fractions_of(case.place), model.elements, model.order, model.mass)
     except ValueError as error:
@@ -196,7 +203,7 @@ def model_of(case):
     """
     models = _solved(case.batch, [case.place], mesh_of(case), case.rung)
     if models.record is not None and not models.record.converged[0]:
-        raise models.record.error(0)
+        raise equilibrium.refusal(models.record.of(0), models.state.mesh)
     return Model(models, 0)
 
 

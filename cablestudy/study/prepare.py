@@ -1,4 +1,4 @@
-"""What can be wrong with a study beyond its file: columns, tolerances, printed values, plot; found before computing."""
+"""Checks of a study before anything is computed: columns, tolerances, printed values, plot."""
 
 from math import inf
 
@@ -7,7 +7,7 @@ from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.table import number, read_csv
 
-NEVER_COMPARED = "solve_time"  # no two runs agree on it
+NEVER_COMPARED = "solve_time"  # differs from run to run
 
 
 def columns_of(study):
@@ -52,7 +52,7 @@ def _every_case_lacks(study, column):
 
 
 def compared(study, name):
-    """The column of a tolerance.
+    """Header of the column that a tolerance names.
 
     Parameters
     ----------
@@ -63,12 +63,11 @@ def compared(study, name):
     Returns
     -------
     str
-        Its header.
 
     Raises
     ------
     ValueError
-        The study has no such column, or one that has no use for a tolerance.
+        The study has no such column, or it is never compared by a tolerance.
     """
     column = find(name)
     if not {column.name, column.header}.intersection(study.columns):
@@ -93,7 +92,7 @@ def tolerances_of(study):
     Raises
     ------
     SceneError
-        Columns that there are not, or that are given twice.
+        Unknown columns, or columns given twice.
     """
     found, mistakes = {}, []
     for name, value in study.tolerances.items():
@@ -103,7 +102,7 @@ def tolerances_of(study):
                 raise ValueError("given twice")
             found[header] = value
         except ValueError as error:
-            mistakes.append(Mistake(study.source.where_key(("check", name)), f"check.{name}", str(error)))
+            mistakes.append(Mistake(study.source.where(("check", name), of_key=True), f"check.{name}", str(error)))
     if mistakes:
         raise SceneError(*mistakes)
     return found
@@ -154,7 +153,7 @@ def reference_of(study, columns):
 
 
 def prepare(study):
-    """Everything that can be wrong with a study, found before anything is computed.
+    """Check a study; return its columns and printed values.
 
     Parameters
     ----------
@@ -169,6 +168,7 @@ def prepare(study):
     Raises
     ------
     SceneError
+        Every mistake of the first check that finds one: cases, columns, tolerances, plot, printed values.
     """
     study.check()
     columns = columns_of(study)

@@ -285,6 +285,8 @@ def _values(case, wanted, known, exact):
         model = case.scene.model
         notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
         notes.append(f"statics: {case.model.convergence}")
+        if wanted.damped:
+            notes += assumed_damping(case.scene)
         errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
         return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
     numbers = {**known, **{column.header: value(column, case) for column in wanted.single}}
@@ -313,6 +315,14 @@ def _about(case, dof, error, tried):
         there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
         yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
     yield f"compared: {tried} models, coarse to fine"
+
+
+def assumed_damping(scene):
+    """Notes, at most one: a scene without damping gets the default."""
+    if "damping" in scene.cable.model_fields_set:
+        return []
+    damping = scene.cable.damping
+    return [f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"]
 
 
 def _static_dof(case):

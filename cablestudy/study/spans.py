@@ -1,7 +1,5 @@
 """The cables of scenes, for the core: all at once where they carry equally many loads."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from cablestudy.cable import initial_length
@@ -31,24 +29,17 @@ def spans_of(scenes):
         Index -> why a cable does not exist.
     """
     cables = [scene.cable for scene in scenes]
-    delta = np.array([(*cable.end_1, *cable.end_2) for cable in cables], dtype=float)
-    delta = delta[:, 3:] - delta[:, :3]
-    chord = np.array([cable.chord_length for cable in cables], dtype=float)
-    horizontal = np.hypot(delta[:, 0], delta[:, 1])
-    level = np.where(horizontal > 0, horizontal, 1.0)[:, None]
-    span = Span(
-        chord=chord,
-        cosine=horizontal / chord,
-        sine=delta[:, 2] / chord,
-        chord_strain=np.zeros(len(cables)),
-        axial_stiffness=np.array([cable.axial_stiffness for cable in cables], dtype=float),
-        mass=np.array([cable.mass_per_length for cable in cables], dtype=float),
-        gravity=np.array([scene.gravity for scene in scenes], dtype=float),
-        azimuth=np.where(horizontal[:, None] > 0, delta[:, :2] / level, np.array([1.0, 0.0])),
-        load_positions=np.zeros((len(cables), 0)),
-        load_forces=np.zeros((len(cables), 0, 3)),
+    merged = [merged_loads((load.at, load.force) for load in cable.loads) for cable in cables]
+    span = Span.between(
+        np.array([cable.end_1 for cable in cables]),
+        np.array([cable.end_2 for cable in cables]),
+        np.array([cable.axial_stiffness for cable in cables]),
+        np.array([cable.mass_per_length for cable in cables]),
+        np.array([scene.gravity for scene in scenes]),
+        load_positions=np.array([[place for place, _ in loads] for loads in merged]),
+        load_forces=np.array([[force for _, force in loads] for loads in merged]).reshape(len(cables), -1, 3),
+        chord=np.array([cable.chord_length for cable in cables]),
     )
-    span = _with_loads(span, cables)
     strain, reasons = _chord_strain(span, cables)
     span = span.with_chord_strain(strain)
     length = span.unstretched_length
@@ -57,16 +48,6 @@ def spans_of(scenes):
         reasons[index] = f"the load at {last[index]:.6g} m is beyond the cable's end, at {length[index]:.6g} m"
     there = np.array([index for index in range(len(cables)) if index not in reasons], dtype=int)
     return span.take(there), there, reasons
-
-
-def _with_loads(span, cables):
-    if not cables[0].loads:
-        return span
-    merged = [merged_loads((load.at, load.force) for load in cable.loads) for cable in cables]
-    positions = np.array([[place for place, _ in loads] for loads in merged])
-    stacked = np.array([[force for _, force in loads] for loads in merged])
-    turned = (stacked[:, :, None, :] * span.frame[:, None]).sum(axis=-1)
-    return replace(span, load_positions=positions, load_forces=turned)
 
 
 def _chord_strain(span, cables):
