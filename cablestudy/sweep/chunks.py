@@ -12,7 +12,7 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.case_table import CaseTable, tables_of
+from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import ROUNDING, find
 from cablestudy.study.row import evaluate_cases
 from cablestudy.sweep.fingerprint import versions
