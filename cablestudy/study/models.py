@@ -39,7 +39,7 @@ class Models:
         """`Dynamics` of all cables."""
         if planes not in self._dynamics:
             few = self.record is None  # other levels follow
-            self._dynamics[planes] = Dynamics(self.state, self.span.unstretched_length, self.span.mass, planes, few)
+            self._dynamics[planes] = Dynamics(self.state, planes, few)
         return self._dynamics[planes]
 
     def ends(self, planes):

@@ -22,7 +22,7 @@ class Rows(Sequence):
     study : Study
     columns : list of Column
     reference : tuple
-        From `reference_of`.
+        From `printed_values`.
     store : RowStore
         With every one of the cases.
     cases : range
@@ -111,7 +111,7 @@ def table_of(study, columns, reference, store, cases):
     study : Study
     columns : list of Column
     reference : tuple
-        From `reference_of`.
+        From `printed_values`.
     store : RowStore
     cases : range
         From 0.
