@@ -9,7 +9,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study import loops, models
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form
+from cablestudy.study.closed_form import closed_form, status_of
 from cablestudy.study.column_requirements import ColumnRequirements
 from cablestudy.study.columns import broken, value
 from cablestudy.study.refinement import SETTINGS, AccuracyNeeds, Search, needs_of, refine, relative
@@ -18,7 +18,6 @@ from cablestudy.study.scene_values import SceneValues, load_count
 
 REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
-MAX_REASONS = 3  # in a status
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
@@ -100,19 +99,6 @@ class _Answer:
             cells.update((header, number) for header, number in run.items() if header in cells)
         cells["status"] = status_of(self.failures)
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
-
-
-def status_of(failures):
-    """`ok`, or why columns cannot be had: each reason once.
-
-    Parameters
-    ----------
-    failures : dict
-        Header -> CablestudyError.
-    """
-    reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
-    more = len(reasons) - MAX_REASONS
-    return "; ".join(reasons[:MAX_REASONS] + ([f"and {more} more reasons"] if more > 0 else [])) or "ok"
 
 
 def evaluate(scene, columns, estimate=False):
