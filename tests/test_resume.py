@@ -41,13 +41,13 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
-    calls, evaluate = [], chunks.evaluate_cases
+    calls, evaluate = [], chunks.evaluate_tables
 
-    def evaluate_cases(scenes, columns, estimate):
-        calls.append((len(scenes), tuple(column.name for column in columns)))
-        return evaluate(scenes, columns, estimate)
+    def evaluate_tables(tables, columns, explain):
+        calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
+        return evaluate(tables, columns, explain)
 
-    monkeypatch.setattr(chunks, "evaluate_cases", evaluate_cases)
+    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
     return calls
 
 
@@ -112,7 +112,7 @@ def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
 
 
 def test_a_sweep_that_keeps_nothing_says_so_when_it_is_ended(folder, monkeypatch):
-    monkeypatch.setattr(chunks, "evaluate_cases", lambda *_: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGTERM))
     study_file(folder, FEW, SLACK)
     before = signal.getsignal(signal.SIGTERM)
     outcome = run("sweep", "study.yaml", "--no-write", code=130)
@@ -256,13 +256,13 @@ def test_a_growing_study_can_be_ended_too(folder, computed, monkeypatch):
     study_file(folder, f"{vary}columns: [sag]\n", SLACK)
     run("sweep", "study.yaml")
     study_file(folder, f"{vary}columns: [sag, preload]\n", SLACK)
-    monkeypatch.setattr(chunks, "evaluate_cases", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGINT))
     outcome = run("sweep", "study.yaml", "--resume", code=130)
     assert outcome.lines[0] == "0 of 3 rows are there already, and some columns of 3 more"
     monkeypatch.undo()
     monkeypatch.chdir(folder)
-    calls, evaluate = [], chunks.evaluate_cases
-    monkeypatch.setattr(chunks, "evaluate_cases", lambda s, c, e: calls.extend(x.name for x in c) or evaluate(s, c, e))
+    calls, evaluate = [], chunks.evaluate_tables
+    monkeypatch.setattr(chunks, "evaluate_tables", lambda s, c, e: calls.extend(x.name for x in c) or evaluate(s, c, e))
     run("sweep", "study.yaml", "--resume")
     assert set(calls) == {"preload"}
     table = TABLE.read_bytes()

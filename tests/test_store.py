@@ -45,8 +45,10 @@ def table(folder):
 @pytest.fixture
 def computed(monkeypatch):
     """Numbers of cases that are computed in this process."""
-    calls, evaluate = [], chunks.evaluate_cases
-    monkeypatch.setattr(chunks, "evaluate_cases", lambda s, c: calls.append(len(s)) or evaluate(s, c))
+    calls, evaluate = [], chunks.evaluate_tables
+    monkeypatch.setattr(
+        chunks, "evaluate_tables", lambda t, *rest: calls.append(sum(len(x.cases) for x in t)) or evaluate(t, *rest)
+    )
     return calls
 
 

@@ -13,9 +13,8 @@ from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
 from cablestudy.study.case_table import CaseTable, tables_of
-from cablestudy.study.closed_form import evaluate_table
-from cablestudy.study.columns import ROUNDING, find
-from cablestudy.study.row import evaluate_cases
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate_tables
 from cablestudy.sweep.fingerprint import versions
 from cablestudy.sweep.record import OK, pack
 
@@ -158,18 +157,10 @@ def compute(chunk):
     columns = [find(name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
     tables, refused = tables_of(study, chunk.cases)
-    scenes, keys, rows = {}, {}, {}  # rows: case -> numbers, status, errors, notes
+    keys = {}
     for table in tables:
-        cases = table.cases.tolist()
-        keys.update(zip(cases, keys_of(table), strict=True))
-        closed = None if chunk.explain or len(cases) == 1 else evaluate_table(table, columns)
-        if closed is None:
-            scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
-        else:
-            rows.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
-    for case, row in zip(scenes, evaluate_cases(list(scenes.values()), columns, chunk.explain), strict=True):
-        numbers = [row.cells[header] for header in headers]
-        rows[case] = numbers, row.cells["status"], above_rounding(row.errors), row.notes * chunk.explain
+        keys.update(zip(table.cases.tolist(), keys_of(table), strict=True))
+    rows = evaluate_tables(tables, columns, chunk.explain)
     records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins
@@ -228,8 +219,3 @@ def keys_of(table):
 
 def _hash(text):
     return blake2b(text, digest_size=12).hexdigest()
-
-
-def above_rounding(errors):
-    """The estimated errors of a row that exceed the rounding of closed forms, and None for those that are not known."""
-    return {name: error for name, error in errors.items() if error is None or error > ROUNDING}
