@@ -17,8 +17,8 @@ import pytest
 from command import SLACK, edit_rows, process, run, start, stored_rows, study_file, wait_for_rows
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.case_table import tables_of
 from cablestudy.scene.study import read_study
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
 from cablestudy.sweep import chunks, driver, row_reuse

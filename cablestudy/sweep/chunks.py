@@ -12,7 +12,7 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.case_table import CaseTable, tables_of
+from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import ROUNDING, find
 from cablestudy.study.row import evaluate_cases
 from cablestudy.sweep.fingerprint import versions
@@ -162,7 +162,7 @@ def compute(chunk):
         cases = table.cases.tolist()
         scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
         keys.update(zip(cases, keys_of(table), strict=True))
-    rows = dict(zip(scenes, evaluate_cases(list(scenes.values()), columns), strict=True))
+    rows = dict(zip(scenes, evaluate_cases(list(scenes.values()), columns, chunk.explain), strict=True))
     records = []
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins
@@ -226,7 +226,5 @@ def _hash(text):
 
 
 def above_rounding(errors):
-    """The estimated errors of a row that exceed the rounding of closed forms; None where no errors are known."""
-    if None in errors.values():
-        return None
-    return {name: error for name, error in errors.items() if error > ROUNDING}
+    """The estimated errors of a row that exceed the rounding of closed forms, and None for those that are not known."""
+    return {name: error for name, error in errors.items() if error is None or error > ROUNDING}
