@@ -43,9 +43,9 @@ def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
     calls, evaluate = [], chunks.evaluate_cases
 
-    def evaluate_cases(scenes, columns):
+    def evaluate_cases(scenes, columns, *options):
         calls.append((len(scenes), tuple(column.name for column in columns)))
-        return evaluate(scenes, columns)
+        return evaluate(scenes, columns, *options)
 
     monkeypatch.setattr(chunks, "evaluate_cases", evaluate_cases)
     return calls
@@ -262,7 +262,9 @@ def test_a_growing_study_can_be_ended_too(folder, computed, monkeypatch):
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     calls, evaluate = [], chunks.evaluate_cases
-    monkeypatch.setattr(chunks, "evaluate_cases", lambda s, c: calls.extend(x.name for x in c) or evaluate(s, c))
+    monkeypatch.setattr(
+        chunks, "evaluate_cases", lambda s, c, *o: calls.extend(x.name for x in c) or evaluate(s, c, *o)
+    )
     run("sweep", "study.yaml", "--resume")
     assert set(calls) == {"preload"}
     table = TABLE.read_bytes()

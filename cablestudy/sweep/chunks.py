@@ -226,5 +226,5 @@ def _hash(text):
 
 
 def above_rounding(errors):
-    """The estimated errors of a row that exceed the rounding of closed forms, and None for those that are not known."""
+    """The estimated errors of a row that exceed the rounding of closed forms, and None of those that are not known."""
     return {name: error for name, error in errors.items() if error is None or error > ROUNDING}
