@@ -43,7 +43,7 @@ def measure(bars):
     state = static()
 
     def modes():
-        return Dynamics(state, span.unstretched_length, span.mass).lowest(10)
+        return Dynamics(state).lowest(10)
 
     modes()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

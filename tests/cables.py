@@ -13,7 +13,8 @@ from cablestudy.cable import catenary, equilibrium, initial_length
 from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.span import CORES, Span
 from cablestudy.cable.stiffness import tangent_stiffness
-from cablestudy.study.batch import Batch
+from cablestudy.study.results import Results
+from cablestudy.study.scene_values import SceneValues
 
 G = 9.81
 AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
@@ -72,7 +73,7 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         preload=None,
         sag=None,
     )
-    return Batch([SimpleNamespace(cable=cable, gravity=gravity)]).span_of(0)
+    return Results(SceneValues([SimpleNamespace(cable=cable, gravity=gravity)])).span.take(0)
 
 
 def chord_strain_for_tension(span, tension):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.case_table import tables_of
 from cablestudy.scene.study import read_study
+from cablestudy.study.case_table import tables_of
 
 SCENE = """\
 cable:

@@ -8,7 +8,7 @@ from scenes import scene
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.control import plant
 from cablestudy.scene.scene import Scene, load_scene
-from cablestudy.study import batch
+from cablestudy.study import results
 from cablestudy.study.columns import COLUMNS, find, lacks
 from cablestudy.study.row import evaluate, evaluate_cases
 
@@ -30,7 +30,7 @@ def counts(monkeypatch):
 
         monkeypatch.setattr(module, name, call)
 
-    count(batch, "solve")
+    count(results, "solve")
     count(equilibrium, "solve_many")
     count(dynamics.Dynamics, "_solve")
     count(assembly, "masses")

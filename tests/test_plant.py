@@ -16,6 +16,7 @@ from cablestudy.control.together import Notch, Together
 from cablestudy.control.transfer import Several, Transfer
 from cablestudy.errors import CablestudyError
 from cablestudy.study import loops, windrms
+from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 
 
@@ -107,7 +108,7 @@ def test_coupled_modes_of_many_are_those_of_each_alone():
     problems = []
     for name in ("", "cable.diameter=5.55 mm", "model.elements=7", "cable.unstretched_length=185.8 m"):
         case = Case(scene(*filter(None, [name])))
-        modes = case.felt.up_to(1e9)
+        modes = case.excited.up_to(1e9)
         stiffness, participation = case.end_stiffness_along(0), case.participation(modes)
         problems.append((50.0, stiffness, modes.frequency, participation, case.end_inertia))
     for problem, (frequency, share) in zip(problems, coupled_modes_of(problems), strict=True):
@@ -142,13 +143,11 @@ def test_responses_of_many_cases_are_those_of_each_alone():
 
 
 def test_cases_that_share_a_loop_are_prepared_with_one():
-    from cablestudy.study.shelf import Shelf
-
-    shelf = Shelf()
-    cases = [Case(scene(f"wind.speed={speed}"), shelf=shelf) for speed in (4, 8, 16)]
+    cache = Cache()
+    cases = [Case(scene(f"wind.speed={speed}"), cache=cache) for speed in (4, 8, 16)]
     loops.prepare(cases)
     assert cases[0].loop is cases[1].loop is cases[2].loop
-    later = Case(scene("wind.speed=5"), shelf=shelf)
+    later = Case(scene("wind.speed=5"), cache=cache)
     loops.prepare([later])
     assert later.loop is cases[0].loop
 

@@ -18,6 +18,7 @@ from command import SLACK, edit_rows, process, run, start, stored_rows, study_fi
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
 from cablestudy.sweep import chunks, driver, row_reuse
@@ -282,6 +283,22 @@ def test_a_key_is_of_the_resolved_scene(folder):
     study_file(folder, "vary: [{cable.unstretched_length: [186 m, 18600 cm, 187 m]}]\ncolumns: [sag]\n", SLACK)
     keys = [chunks.key_of(scene) for _, scene in read_study("study.yaml").cases()]
     assert keys[0] == keys[1] != keys[2]
+
+
+def test_keys_of_many_cases_are_those_of_each(folder):
+    vary = (
+        "vary:\n  - {gravity: [9.81, 1e-7, 1.62 m/s^2], wind.speed: [6, 1e-5 m/s, 7.25 m/s]}\n"
+        "  - {cable.unstretched_length: {from: 186 m, to: 190 m, count: 3}}\n"
+        "  - {cable.material: [steel, aramid]}\n  - {gondola: [null, {mass: 5 kg}]}\ncolumns: [sag]\n"
+    )
+    study = read_study(study_file(folder, vary, SLACK))
+    tables, _ = tables_of(study, range(study.count))
+    found = {
+        case: key for table in tables for case, key in zip(table.cases.tolist(), chunks.keys_of(table), strict=True)
+    }
+    assert len(found) > 20
+    assert found == {case: chunks.key_of(study.case(case)[1]) for case in found}
+    assert len(set(found.values())) == len(found)
 
 
 def test_a_worker_of_another_version_is_refused():

@@ -1,5 +1,7 @@
 """`cable/stiffness.py`: forces as the gradient of the energy, K_E + K_G as their derivative, the paper's bars."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from cables import CABLES, graded_error, paper_span, state_of
@@ -155,6 +157,20 @@ def test_a_large_cable_stays_sparse():
     state = state_of(paper_span(186.0), 2000)
     elastic, geometric = tangent_stiffness(state, "global")
     assert elastic.nnz + geometric.nnz < 2 * 9 * 3 * state.mesh.nodes
+
+
+def test_the_example_of_the_documentation():
+    """docs/physics.md runs, and ends with the end stiffness of the force method and of the closed form."""
+    text = (Path(__file__).parents[1] / "docs" / "physics.md").read_text(encoding="utf-8")
+    names = {}
+    exec(text.partition("```python\n")[2].partition("```")[0], names)
+    frame, span, state = names["span"].frame, names["span"], names["state"]
+    assert names["K"].shape == (123, 123)
+    assert names["forces"][1:-1] == pytest.approx(np.tile([0, 0, -float(span.weight) / 40], (39, 1)), abs=1e-9)
+    condensed = frame @ names["condensed"] @ frame.T
+    stiffness = System(state, SPATIAL).end_stiffness * state.force / span.unstretched_length
+    assert graded_error(condensed, stiffness) < 1e-9
+    assert graded_error(condensed, names["closed_form"].end_stiffness) < 1e-4  # 40 bars
 
 
 def test_the_frame_is_named():

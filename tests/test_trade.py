@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 
 from cablestudy.errors import ConvergenceError, SceneError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import batch, plots, trade, trade_models, trade_tables
 from cablestudy.study import case as case_module
+from cablestudy.study import plots, results, trade, trade_models, trade_tables
 from cablestudy.study.columns import ROUNDING, find
 from cablestudy.study.trade_models import Answer, Model, models_of
 
@@ -303,11 +303,11 @@ def test_only_models_with_every_column_are_on_the_front():
 
 def test_every_timing_solves_the_statics_anew(monkeypatch):
     calls = []
-    solve = batch.solve
+    solve = results.solve
     (model,) = named("1 x order 8")
     reference = trade.reference_of(PAPER.scene(), columns(*MOTION[:2]))
     monkeypatch.setattr(trade, "reference_of", lambda *_: reference)
-    monkeypatch.setattr(batch, "solve", lambda span: calls.append(1) or solve(span))
+    monkeypatch.setattr(results, "solve", lambda span: calls.append(1) or solve(span))
     trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, [model])
     # once for the answer; then three times, both columns together and each alone, each time after one untimed
     assert len(calls) == 1 + 3 * 3 * 2 + 1  # one looks whether the cable breaks

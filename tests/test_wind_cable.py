@@ -15,7 +15,7 @@ from cablestudy.cable.element import Mesh, mesh_segments
 from cablestudy.control import statespace
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import quantity_of
-from cablestudy.study import cable_wind, plots
+from cablestudy.study import cable_wind, plots, wind_report
 from cablestudy.study.case import Case
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
@@ -454,10 +454,10 @@ def test_the_estimated_count_of_modes_is_the_computed_one(sets, monkeypatch):
     case = case_of(*sets)
     time = cable_wind.transverse_travel_time(case)
     low, high = 20.4 / (2 * time), 60.4 / (2 * time)
-    estimate, spacing = cable_wind.modes_between(case, low, high)
+    estimate, spacing = wind_report.modes_between(case, low, high)
     assert spacing == pytest.approx(1 / (2 * time))
-    monkeypatch.setattr(cable_wind, "COUNTED", 1000)
-    counted, none = cable_wind.modes_between(case, low, high)
+    monkeypatch.setattr(wind_report, "COUNTED", 1000)
+    counted, none = wind_report.modes_between(case, low, high)
     assert none is None
     assert estimate == 80
     assert abs(counted - estimate) <= 2
@@ -553,7 +553,7 @@ def test_balanced_extremes_are_scaled_and_not_lost():
     assert found["gondola_rms"] == pytest.approx(plain, rel=1e-9)
 
 
-def test_a_mesh_of_the_ladder():
+def test_a_mesh_of_a_refined_model():
     mesh = mesh_segments(np.array([0.3, 0.7]), 4, 8)
     found = rod(mesh, np.ones((4, 8)))
     assert found.collect @ np.ones(found.points.size) == pytest.approx(

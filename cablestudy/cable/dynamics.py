@@ -10,7 +10,7 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, System
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System
 from cablestudy.cable.modes import CombinedModes, Modes
 from cablestudy.cable.plane_modes import COINCIDENT, PlaneModes
 from cablestudy.cable.state import State
@@ -32,24 +32,26 @@ class Dynamics:
     ----------
     state : State
         Of one cable or, with a leading axis, of a batch.
-    length, mass : float or ndarray
-        Unstretched length [m] and mass per unstretched length [kg/m].
-    planes : tuple of tuple of int
-        Directions of motion, coupled ones together: PLANAR, one of its two, or (SPATIAL,).
+    planes : tuple of tuple of int, optional
+        Directions of motion, coupled ones together: PLANAR, one of its two, or (SPATIAL,); without it PLANAR unless a
+        load couples them.
     few : bool
         Whether only the requested modes of a small model are computed: faster, but the last digit of a mode may depend
         on their number.
     """
 
-    def __init__(self, state: State, length, mass, planes=PLANAR, few=False):
-        self.length, self.mass = np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
-        self._state, self._planes, self._mesh, self._few = state, planes, state.mesh, few
+    def __init__(self, state: State, planes=None, few=False):
+        span = state.span
+        self.length = np.asarray(span.unstretched_length, dtype=float)
+        self.mass = np.asarray(span.mass, dtype=float)
+        self._state, self._mesh, self._few = state, state.mesh, few
+        self._planes = planes or (PLANAR if span.planar else (SPATIAL,))
         self._found, self._table, self._spectra, self._among = {}, {}, {}, None
 
     def take(self, index):
         """One cable of a batch; its modes are computed together with those of the batch."""
-        one = Dynamics(self._state, self.length[index], self.mass[index], self._planes, self._few)
-        one._among = self, index
+        one = Dynamics(self._state, self._planes, self._few)
+        one.length, one.mass, one._among = self.length[index], self.mass[index], (self, index)
         return one
 
     @cached_property

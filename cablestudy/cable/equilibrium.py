@@ -99,7 +99,7 @@ class ElementResidual:
 
     def residual(self, unknown):
         """g, shape (d, ...); at the points tension vectors, tensions, tangents and r' minus the chord's direction."""
-        force = np.moveaxis(unknown, 0, -1)[..., None, :] - self.transferred
+        force = np.ascontiguousarray(np.moveaxis(unknown, 0, -1))[..., None, :] - self.transferred
         size = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY)
         t = force / size[..., None]
         aside = (t[..., 1:] ** 2).sum(axis=-1)

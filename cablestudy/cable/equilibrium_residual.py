@@ -17,7 +17,7 @@ class EquilibriumResidual:
     segments : Segments
     """
 
-    tolerance, stalled = 1e-13, 1e-9  # see `newton`
+    tolerance, stalled = 1e-10, 1e-9  # see `newton`; the error left is about the square of the last step
 
     def __init__(self, span, segments):
         self.segments = segments
@@ -40,8 +40,11 @@ class EquilibriumResidual:
         """Vector from the last segment's end to end 2, per unstretched length, shape (3, ...); tensions and kernel."""
         tension = self.tension(unknown)
         parts, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
-        end = [(part * self.segments.fraction).sum(axis=-1) for part in parts]
-        return np.stack([self.strain - end[0], -end[1], -end[2]]), (tension, kernel)
+        gap = np.empty((3, *self.shape))
+        for component, part in enumerate(parts):
+            gap[component] = -(part * self.segments.fraction).sum(axis=-1)
+        gap[0] += self.strain
+        return gap, (tension, kernel)
 
     def flexibility(self, point):
         """Movement of the last segment's end per force, per unstretched length: qq, nn, yy, qn, qy, ny. [1/N]"""
@@ -51,8 +54,9 @@ class EquilibriumResidual:
 
     def step(self, gap, point):
         """Newton step of the tension vector, shape (3, ...). [N]"""
-        q, n, y = solve_symmetric(self.flexibility(point), gap)
-        return np.stack([q, np.where(self.vertical, 0.0, n), np.where(self.vertical, 0.0, y)])
+        step = np.array(solve_symmetric(self.flexibility(point), gap))
+        step[1:] = np.where(self.vertical, 0.0, step[1:])
+        return step
 
     def relative(self, step, unknown, _):
         """Size of a step relative to the tension vector, shape (...). [-]

@@ -118,12 +118,14 @@ def newton(problem, unknown, active):
             if not grows.any():
                 break
             share = np.where(grows, share / 2, share)
-        trace.append([np.where(active, part, np.nan) for part in (np.abs(gap).max(axis=0), change, share)])
+        trace.append((gap, change, np.where(active, share, np.nan)))
         unknown, gap, point = trial, new_gap, new_point
         small = (change < problem.tolerance) | ((change < problem.stalled) & (change >= last / 2))
         settled |= active & small & (share == 1)
         active = active & ~small & ~grows & np.isfinite(change)
         if not active.any():
             break
-    parts = (np.array(part) for part in zip(*trace, strict=True))
-    return unknown, point, Record(*parts, np.where(settled, CONVERGED, STALLED))
+    gaps, changes, shares = (np.array(part) for part in zip(*trace, strict=True))
+    taken = shares == shares
+    residual, changes = np.where(taken, np.abs(gaps).max(axis=1), np.nan), np.where(taken, changes, np.nan)
+    return unknown, point, Record(residual, changes, shares, np.where(settled, CONVERGED, STALLED))

@@ -26,7 +26,7 @@ def static(scene, sets, shape, style, plot, explain, quiet):
 
     _, model = load_scene(scene, sets)
     row, columns = report.static_row(model)
-    echo_notes(row.notes if explain else (), quiet)
+    echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
         if not shape:
@@ -61,8 +61,8 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 
     limit = None if upto is None else read_frequency("--upto", upto)
     _, model = load_scene(scene, sets)
-    case, found, notes = row.modes(Case(model), count or 12, limit)
-    echo_notes(notes if explain else (), quiet)
+    case, found, notes, warnings = row.modes(Case(model), count or 12, limit, estimate=explain)
+    echo_notes((*(notes if explain else ()), *warnings), quiet)
     if limit is None and len(found) < (count or 12):
         echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)
     if plot:
@@ -94,8 +94,8 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
     from cablestudy.study.wind_report import wind_table
 
     document, model = load_scene(scene, sets)
-    table, row, remarks = wind_table(document, model, on)
-    echo_notes((*(row.notes if explain else ()), *remarks), quiet)
+    table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
+    echo_notes((*(row.notes if explain else ()), *row.warnings, *remarks), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
     elif plot:

@@ -2,6 +2,6 @@
 
 A value passes through `strict_yaml` (text -> values with places), `document` and `layers` (base files, options),
 `fields` and `units` (one value -> SI), `tables`, `cable_table` and `scene` (the file format); `mistakes` says what is
-wrong, one line each. `study`, `entries`, `ranges` and `sampling` say what varies, `case_table` reads many cases at
-once, and `schema` describes the format to editors.
+wrong, one line each. `study`, `entries`, `ranges` and `sampling` say what varies; `schema` describes the format to
+editors.
 """

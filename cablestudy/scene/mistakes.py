@@ -12,7 +12,7 @@ MAX_SHOWN = 100
 
 
 def collect(error, document, tables):
-    """The SceneError for a ValidationError.
+    """The SceneError for a ValidationError, sorted by place; at most 100 mistakes.
 
     Parameters
     ----------
@@ -22,11 +22,6 @@ def collect(error, document, tables):
         What was read.
     tables : dict
         Path of each mapping in the file ("*" for an index) -> its model.
-
-    Returns
-    -------
-    SceneError
-        Sorted by place. At most 100 mistakes.
     """
     found = [item for detail in error.errors(include_url=False) for item in _plain(detail, tables)]
     found += _groups(document.value, tables)
@@ -37,19 +32,7 @@ def collect(error, document, tables):
 
 
 def located(found, document):
-    """SceneError from paths and messages.
-
-    Parameters
-    ----------
-    found : iterable of (tuple, str)
-        Path and message.
-    document : Document
-        Knows the places.
-
-    Returns
-    -------
-    SceneError
-    """
+    """SceneError from (path, message) pairs; the document knows the places."""
     placed = []
     for path, message in found:
         about_key = message.startswith(("unknown key", "given together"))

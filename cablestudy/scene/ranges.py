@@ -145,43 +145,13 @@ def _end(value, key):
 
 
 def read_range(mapping):
-    """Range from its YAML mapping.
-
-    Parameters
-    ----------
-    mapping : dict
-        Keys `from`, `to`, `count` and optionally `spacing`.
-
-    Returns
-    -------
-    Range
-
-    Raises
-    ------
-    ValueError
-        A key is missing, unknown or wrong.
-    """
+    """Range from its YAML mapping of `from`, `to`, `count` and optionally `spacing`; ValueError when it is wrong."""
     _check_keys(mapping, "a range", ("from", "to", "count"))
     return Range(mapping["from"], mapping["to"], mapping["count"], mapping.get("spacing", "linear"))
 
 
 def read_interval(mapping):
-    """What a sample draws a key from, from its YAML mapping.
-
-    Parameters
-    ----------
-    mapping : dict
-        Keys `from`, `to` and optionally `spacing`.
-
-    Returns
-    -------
-    Interval
-
-    Raises
-    ------
-    ValueError
-        A key is missing, unknown or wrong, or the ends are equal.
-    """
+    """Interval of a sampled key from its YAML mapping of `from`, `to` and perhaps `spacing`; ValueError when wrong."""
     if not isinstance(mapping, dict):
         raise ValueError(f"expected {{from, to, spacing}}, got {show(mapping)}")
     _check_keys(mapping, "a sampled key", ("from", "to"))
@@ -202,12 +172,7 @@ def _check_keys(mapping, what, needed):
 
 
 def read_vary(text):
-    """Read the argument of `--vary`.
-
-    Parameters
-    ----------
-    text : str
-        `key=from:to:count`, with `log` or `linear` after the count, or `key=a,b,c`; values as in the files.
+    """Read the argument of `--vary`: `key=from:to:count`, `log` or `linear` after the count, or `key=a,b,c`.
 
     Returns
     -------

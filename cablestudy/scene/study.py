@@ -144,7 +144,7 @@ class Study:
         Parameters
         ----------
         index : int
-            From 0 to count - 1. `case_table.tables_of` reads many cases at once.
+            From 0 to count - 1. `study.case_table` reads many at once.
 
         Returns
         -------
@@ -231,17 +231,7 @@ def read_study(path, sets=(), vary=()):
 
 
 def study_of(source, sets=(), vary=()):
-    """Study of a document whose `base:` is still unread; see `read_study`.
-
-    Parameters
-    ----------
-    source : Document
-    sets, vary : sequence of str
-
-    Returns
-    -------
-    Study
-    """
+    """Study of a document whose `base:` is still unread; see `read_study`."""
     for key in ("cable", "gravity"):
         if key in source.given:
             place = source.place((key,), of_key=True)
@@ -286,7 +276,7 @@ def _refuse_idle(study, entries, sets):
     found = []
     for key, place, varying in written:
         path = split_key(key)
-        varied = [other for entry in varying for other, _, _ in entry.columns]
+        varied = [other for entry in varying for other in entry.keys]
         void = [split_key(other) for other in varied] + [path for other in varied for path in REPLACES.get(other, ())]
         if any(path[: len(other)] == other for other in void):
             found += refuse(place, "has no effect: the study varies this key, or one that replaces it", key).mistakes

@@ -9,7 +9,7 @@ from cablestudy.scene.layers import ALTERNATIVES
 
 
 def group_mistakes(table, given, optional=False):
-    """Keys that exclude each other, or of which one is missing.
+    """Keys that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
 
     Parameters
     ----------
@@ -18,12 +18,7 @@ def group_mistakes(table, given, optional=False):
     given : collection of str
         The keys that are there.
     optional : bool
-        Whether a row may be left out altogether.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path inside the table (empty: the table itself), and what is wrong there.
+        Whether a row of alternatives may be left out.
     """
     found, given = [], set(given)
     for groups in ALTERNATIVES.get(table, ()):
@@ -65,7 +60,7 @@ class Table(BaseModel):
         ------
         list of (tuple, bool or ndarray of bool, callable)
             Path inside the table, whether it holds, and the message when it does not. A list is checked only when all
-            before it hold. Numbers may be arrays of many cases, see `case_table`.
+            before it hold. Numbers may be arrays of many cases, see `study.case_table`.
         """
         return ()
 

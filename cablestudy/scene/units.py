@@ -53,13 +53,7 @@ def article(noun):
 
 
 def expected(unit):
-    """What a value in some unit looks like, for messages.
-
-    Parameters
-    ----------
-    unit : str
-        A key of DIMENSIONS.
-    """
+    """What a value in a unit of DIMENSIONS looks like, for messages."""
     noun, example = DIMENSIONS[unit]
     return f'{article(noun)}{f" in {unit}" if unit else ""} (a number, or text such as "{example}")'
 
@@ -97,29 +91,24 @@ def to_si(value, unit):
 
 
 def read_frequency(option, text):
-    """The frequency that an option of the command line gives.
+    """The frequency that an option of the command line gives, positive. [Hz]
 
     Parameters
     ----------
     option, text : str
-        Its name, for the message, and what the user wrote.
-
-    Returns
-    -------
-    float
-        Positive. [Hz]
+        Its name, for messages, and what the user wrote.
 
     Raises
     ------
     SceneError
-        It is none.
+        It is no positive frequency.
     """
     try:
         value = to_si(text, "Hz")
     except ValueError as error:
         raise SceneError(f"{option}: {error}") from None
     if not 0 < value < float("inf"):
-        raise SceneError(f"{option}: a frequency must be positive, got {text}")
+        raise SceneError(f"{option}: a frequency must be positive, got {text:.60}")
     return value
 
 
@@ -186,18 +175,14 @@ def split(text):
 
 @lru_cache(maxsize=4096)
 def factor(name, unit):
-    """Ratio of a unit to the program's, to 28 digits.
+    """Ratio of a unit to the program's, to 28 digits, as Decimal.
 
     Parameters
     ----------
     name : str
-        What the user wrote, for example `lbf/ft`; empty means the program's own unit.
+        As written, for example `lbf/ft`; empty means the program's own unit.
     unit : str
         A key of DIMENSIONS.
-
-    Returns
-    -------
-    Decimal
 
     Raises
     ------
@@ -216,16 +201,7 @@ def factor(name, unit):
 
 
 def common_factor(name, other):
-    """Ratio of one unit to another, to 28 digits.
-
-    Parameters
-    ----------
-    name, other : str
-        What the user wrote.
-
-    Returns
-    -------
-    Decimal
+    """Ratio of one unit to another as written, to 28 digits, as Decimal.
 
     Raises
     ------

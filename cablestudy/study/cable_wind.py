@@ -7,8 +7,6 @@ components have nothing to do with each other. What the paper leaves open is whe
 the larger one of wind across and along the vertical plane of the cable, between which those of a straight cable lie.
 """
 
-from math import ceil, floor
-
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
@@ -21,7 +19,6 @@ from cablestudy.wind.spectrum import speed_spectrum
 DIRECTIONS = ("across", "along")
 AT_ONCE = 2000  # frequencies
 STILL = 1e-9  # share of what moves that no more than rounding leaves
-COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 TRAVEL_POINTS = 2000
 
 
@@ -111,35 +108,3 @@ def transverse_travel_time(case):
     tension = np.sqrt((case.catenary.at(places)[1] ** 2).sum(axis=-1))
     slowness = np.sqrt(span.mass * (1 / np.maximum(tension, np.finfo(float).tiny) + 1 / span.axial_stiffness))
     return float(slowness.mean() * span.unstretched_length)
-
-
-def modes_between(case, low, high):
-    """Modes of the cable, axial ones not counted, in a range of frequencies.
-
-    Parameters
-    ----------
-    case : Case
-    low, high : float
-        [Hz]
-
-    Returns
-    -------
-    count : int
-        Both planes together.
-    spacing : float or None
-        Distance of neighbours in one plane, where the count is an estimate from the travel time of waves. [Hz]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-    """
-    from cablestudy.study.case import Case
-    from cablestudy.study.row import modes
-
-    time = transverse_travel_time(case)
-    if 2 * high * time > COUNTED:
-        return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
-    accurate = case.scene.model.model_copy(update={"elements": None, "accuracy": 1e-3})
-    found = modes(Case(case.scene.model_copy(update={"model": accurate})), upto=high)[1]
-    kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]
-    return sum(kind != "axial" for kind in kinds), None

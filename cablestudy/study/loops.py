@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.control import gondola, winch
 from cablestudy.control.winch import Loop, Notch
 from cablestudy.errors import CablestudyError
-from cablestudy.study.shelf import key_of
+from cablestudy.study.cache import share
 
 
 def coupled_of(cases):
@@ -33,7 +33,7 @@ def coupled_of(cases):
         for index, (limit, inertia) in list(waiting.items()):
             case = cases[index]
             try:
-                modes = case.felt.up_to(limit)
+                modes = case.excited.up_to(limit)
             except CablestudyError as error:
                 found[index] = error
                 del waiting[index]
@@ -69,6 +69,20 @@ def loop_of(case):
     return found
 
 
+def loop_at_rest_of(case):
+    """The loop of a case with the winch held, also where no gain follows from a margin.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Loop
+    """
+    return _without_gain(case).at_rest
+
+
 def prepare(cases, loops=True):
     """Let cases know their coupled modes and their loops, poles and passages with them, by one iteration for all.
 
@@ -77,14 +91,14 @@ def prepare(cases, loops=True):
     Parameters
     ----------
     cases : sequence of Case
-        As many as the shelf keeps, or fewer.
+        At most as many as the cache keeps.
     loops : bool
         Whether the loops are needed at all.
     """
     cases = [case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None]
-    _share(cases, "coupled", coupled_of)
+    share(cases, "coupled", coupled_of)
     if loops:
-        winch.prepare(_share(cases, "loop", _loops_of))
+        winch.prepare(share(cases, "loop", _loops_of))
 
 
 def _loops_of(cases):
@@ -106,35 +120,6 @@ def _loops_of(cases):
     return found
 
 
-def _share(cases, name, compute):
-    """Compute a part of all cases that lack it, once for those with equal keys; an error is left to who asks.
-
-    Returns
-    -------
-    list
-        The parts that there are, each once.
-    """
-    lacking, there = {}, {}
-    for case in cases:
-        try:
-            where = key_of(case, name)
-        except CablestudyError:
-            continue
-        if name in case.__dict__ or where in case.shelf:
-            there[where] = getattr(case, name)
-        else:
-            lacking.setdefault(where, []).append(case)
-    first = [alike[0] for alike in lacking.values()]
-    for (where, alike), part in zip(lacking.items(), compute(first) if first else [], strict=True):
-        if isinstance(part, CablestudyError):
-            continue
-        there[where] = part
-        for case in alike:
-            case.shelf.put(*where, case.size, part)
-            case.__dict__[name] = part
-    return list(there.values())
-
-
 def _controller(case):
     return case.scene.winch.controller if case.scene.winch else None
 
@@ -152,7 +137,7 @@ def _without_gain(case):
         case.end_model_along_x,
         scene.gondola.mass,
         scene.winch.location if scene.winch else "ground",
-        undamped=case.coupled if case.felt.small and case.felt.modes(1).complete else None,  # of all modes
+        undamped=case.coupled if case.excited.small and case.excited.modes(1).complete else None,  # of all modes
     )
     if controller is None:
         return loop

@@ -1,6 +1,6 @@
 """Checks of a study before anything is computed: columns, tolerances, printed values, plot."""
 
-from math import inf
+from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
@@ -108,8 +108,8 @@ def tolerances_of(study):
     return found
 
 
-def reference_of(study, columns):
-    """The printed values of a study, row by row.
+def printed_values(study, columns):
+    """The printed values of a study's reference table, row by row.
 
     Parameters
     ----------
@@ -131,25 +131,25 @@ def reference_of(study, columns):
     if study.reference_path is None:
         return [], []
     names, rows = read_csv(study.reference_path)
-    where = study.where(("reference",))
     headers = {column.header for column in columns}
-    mistakes = [
-        Mistake(where, "reference", f"{study.reference_path}: column {name!r} is not among the study's columns")
-        for name in names
-        if name not in headers
-    ]
+    messages = [f"column {name!r} is not among the study's columns" for name in names if name not in headers]
     if len(rows) != study.count:
-        message = f"{study.reference_path}: {len(rows)} rows, and the study has {study.count} cases"
-        mistakes.append(Mistake(where, "reference", message))
-    for place, row in enumerate(rows, 1):
-        for name in names:
-            parsed = number(row[name]) if row[name].strip() else 0.0
-            if parsed is None or not abs(parsed) < inf:
-                message = f"{study.reference_path}: row {place}, {name}: not a number: {row[name]!r}"
-                mistakes.append(Mistake(where, "reference", message))
-    if mistakes:
-        raise SceneError(*mistakes)
+        messages.append(f"{len(rows)} rows, and the study has {study.count} cases")
+    messages += [
+        f"row {place}, {name}: not a number: {row[name]!r}"
+        for place, row in enumerate(rows, 1)
+        for name in names
+        if row[name].strip() and not _is_finite(row[name])
+    ]
+    if messages:
+        where = study.where(("reference",))
+        raise SceneError(*(Mistake(where, "reference", f"{study.reference_path}: {text}") for text in messages))
     return names, [{name: number(row[name]) for name in names} for row in rows]
+
+
+def _is_finite(text):
+    value = number(text)
+    return value is not None and isfinite(value)
 
 
 def prepare(study):
@@ -163,7 +163,7 @@ def prepare(study):
     -------
     columns : list of Column
     reference : tuple
-        As from `reference_of`.
+        As from `printed_values`.
 
     Raises
     ------
@@ -181,4 +181,4 @@ def prepare(study):
         if header not in {column.header for column in columns}:
             message = f"{name} is not among the study's columns"
             raise SceneError(Mistake(study.where(("plot",)), "plot", message))
-    return columns, reference_of(study, columns)
+    return columns, printed_values(study, columns)

@@ -232,7 +232,7 @@ def _candidates(case, options):
     size, reached = options.count or DEFAULT_MODES, ""
     while True:
         try:
-            finer, some, notes = row.modes(case, None if options.upto else size, options.limit)
+            finer, some, notes, _ = row.modes(case, None if options.upto else size, options.limit)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{reached}{failure}") from None
         lacking = _lacking(finer, some, options)

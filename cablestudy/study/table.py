@@ -90,7 +90,7 @@ class Table:
             yield from lines
             return
         for row in self.rows:
-            writer.writerow([exact(row.get(name)) for name in names])
+            writer.writerow([row.get(name) for name in names])  # csv writes floats by repr, None as nothing
             yield line.text
 
     def _json(self):
@@ -170,7 +170,7 @@ def _indented(value, depth):
 
 
 def exact(value):
-    """A cell of CSV: the shortest text that reads back as the same number."""
+    """A cell as csv writes it: the shortest text that reads back as the same number."""
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)
 
 

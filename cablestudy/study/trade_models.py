@@ -14,9 +14,9 @@ from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
+from cablestudy.study.column_requirements import DISCRETE
 from cablestudy.study.columns import find, value
 from cablestudy.study.row import evaluate
-from cablestudy.study.wanted import DISCRETE
 
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)

@@ -10,10 +10,10 @@ from typing import NamedTuple
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
+from cablestudy.study.column_requirements import DISCRETE
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.row import MODAL
 from cablestudy.study.trade_models import OPEN, integrate_by, read, with_accuracy
-from cablestudy.study.wanted import DISCRETE
 
 LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
 AGREED = 1e-12  # relative difference of two levels at which a value is not refined further

@@ -8,7 +8,11 @@ from functools import lru_cache
 from hashlib import blake2b
 from itertools import chain, islice
 
+import numpy as np
+from pydantic_core import to_json
+
 from cablestudy.errors import SceneError
+from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import ROUNDING, find
 from cablestudy.study.row import evaluate_cases
 from cablestudy.sweep.fingerprint import versions
@@ -152,25 +156,24 @@ def compute(chunk):
     study = _study(chunk.study)
     columns = [find(name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
-    scenes, invalid = {}, {}
-    for case in chunk.cases:
-        try:
-            _, scenes[case] = study.case(case)
-        except SceneError as error:  # of many cases only some are checked before the sweep begins
-            invalid[case] = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in error.mistakes)
-    rows = dict(zip(scenes, evaluate_cases(list(scenes.values()), columns), strict=True))
+    tables, refused = tables_of(study, chunk.cases)
+    scenes, keys = {}, {}
+    for table in tables:
+        cases = table.cases.tolist()
+        scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
+        keys.update(zip(cases, keys_of(table), strict=True))
+    rows = dict(zip(scenes, evaluate_cases(list(scenes.values()), columns, chunk.explain), strict=True))
     records = []
     for case in chunk.cases:
-        if case in invalid:
-            records.append(pack(case, "", invalid[case], [None] * len(headers)))
+        if case in refused:  # of many cases only some are checked before the sweep begins
+            status = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in refused[case].mistakes)
+            records.append(pack(case, "", status, [None] * len(headers)))
             continue
-        cells = rows[case].cells
-        notes = rows[case].notes if chunk.explain else ()
-        numbers = [cells[header] for header in headers]
-        records.append(
-            pack(case, key_of(scenes[case]), cells["status"], numbers, above_rounding(rows[case].errors), notes)
-        )
-    failed = len(invalid) + sum(row.failed for row in rows.values())
+        row = rows[case]
+        numbers = [row.cells[header] for header in headers]
+        notes = row.notes if chunk.explain else ()
+        records.append(pack(case, keys[case], row.cells["status"], numbers, above_rounding(row.errors), notes))
+    failed = len(refused) + sum(row.failed for row in rows.values())
     return Done(headers, records, failed, time.perf_counter() - begin)
 
 
@@ -187,11 +190,41 @@ def _study(pickled):
 
 def key_of(scene):
     """Hash of a resolved scene: the same wherever and whenever it is computed."""
-    return blake2b(scene.model_dump_json().encode(), digest_size=12).hexdigest()
+    return _hash(scene.model_dump_json().encode())
+
+
+def keys_of(table):
+    """Hashes of the scenes of many cases; see `key_of`.
+
+    Parameters
+    ----------
+    table : CaseTable
+
+    Returns
+    -------
+    list of str
+        What `key_of` gives for the scene of each case: only the varied numbers are put into the JSON of one scene.
+    """
+    marks = {key: np.array([-1e-300 / (place + 1)]) for place, key in enumerate(table.values)}
+    text = CaseTable(table.cases[:1], table.scene, marks).scene_of(0).model_dump_json().encode()
+    places = sorted((text.find(to_json(mark[0].item())), key) for key, mark in marks.items())
+    parts, numbers, end = [], [], 0
+    for begin, key in places:
+        parts.append(text[end:begin])
+        numbers.append(to_json(table.values[key].tolist())[1:-1].split(b","))
+        end = begin + len(to_json(marks[key][0].item()))
+    if not places:
+        return [_hash(text)] * len(table.cases)
+    rest = text[end:]
+    return [
+        _hash(b"".join(chain.from_iterable(zip(parts, row, strict=True))) + rest) for row in zip(*numbers, strict=True)
+    ]
+
+
+def _hash(text):
+    return blake2b(text, digest_size=12).hexdigest()
 
 
 def above_rounding(errors):
-    """The estimated errors of a row that exceed the rounding of closed forms; None where no errors are known."""
-    if None in errors.values():
-        return None
-    return {name: error for name, error in errors.items() if error > ROUNDING}
+    """The estimated errors of a row that exceed the rounding of closed forms, and None for those that are not known."""
+    return {name: error for name, error in errors.items() if error is None or error > ROUNDING}

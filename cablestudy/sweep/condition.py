@@ -181,7 +181,7 @@ class _Translator:
         return chain(getters, tests)
 
     def operands(self, tokens, may_be_text):
-        """Tokens -> operands: Variable, number (Fraction, unit), or text.
+        """Tokens -> operands: Variable, number (Decimal, unit), or text.
 
         A word that is neither a column nor a key is text where it is compared with what may hold text.
         """
@@ -202,7 +202,7 @@ class _Translator:
         return operands
 
     def operand(self, token):
-        """Variable, number (Fraction, unit), or text."""
+        """Variable, number (Decimal, unit), or text."""
         if token.kind == "text":
             return token.text[1:-1]
         if token.kind == "name":

@@ -12,9 +12,8 @@ from contextlib import contextmanager, suppress
 from cablestudy.errors import SceneError
 
 MAGIC = b"SQLite format 3\0"
+APPLICATION = 0x63616273  # application_id of SQLite: tells our databases from those of other programs
 SIDE_FILES = ("-wal", "-shm", "-journal")
-# with writable_schema SQLite reads what is left of a file that was cut
-SETTINGS = ("writable_schema = ON", "locking_mode = EXCLUSIVE", "journal_mode = WAL", "synchronous = NORMAL")
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
@@ -46,8 +45,14 @@ class Database:
             _check_beginning(self.path)
         try:
             self._connection = sqlite3.connect(self.path, timeout=0, isolation_level=None)
-            for setting in SETTINGS:
-                self.execute(f"PRAGMA {setting}")
+            self.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
+            if not self.value("PRAGMA page_count"):
+                self.execute(f"PRAGMA application_id = {APPLICATION}")
+            if self.value("PRAGMA application_id") != APPLICATION:
+                raise SceneError(f"{self.path}: is a database of another program; move it away")
+            self.execute("PRAGMA journal_mode = WAL")
+            self.execute("PRAGMA synchronous = NORMAL")
             self.execute("SELECT count(*) FROM sqlite_master")
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode & 0xFF in BUSY:
@@ -55,6 +60,9 @@ class Database:
             raise SceneError(f"{self.path}: cannot be written ({error})") from None
         except sqlite3.DatabaseError:
             return
+        except SceneError:
+            self._connection.close()
+            raise
 
     def recreate(self):
         """Begin with an empty file."""
@@ -68,6 +76,10 @@ class Database:
     def execute(self, statement, values=()):
         """Execute a statement: cursor of its rows."""
         return self._connection.execute(statement, values)
+
+    def value(self, query):
+        """The only value of the only row that a query has."""
+        return self.execute(query).fetchone()[0]
 
     def execute_many(self, statement, rows):
         """Execute a statement for each of many rows of values."""

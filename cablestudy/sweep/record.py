@@ -23,7 +23,7 @@ class Record(NamedTuple):
     cells : list
         Number or None of each column but `status`, in their order.
     errors : dict or None
-        Header -> estimated relative error, where it exceeds that of a closed form; None where no errors are known.
+        Header -> estimated relative error, where it exceeds that of a closed form; a None is not known.
     notes : list of str
     """
 
@@ -100,7 +100,7 @@ def _plausible(record, width):
     cells, errors, notes = record.cells, record.errors, record.notes
     if not isinstance(cells, list) or len(cells) != width or not all(map(_number_or_none, cells)):
         return False
-    if errors is not None and not (isinstance(errors, dict) and all(map(_number, errors.values()))):
+    if errors is not None and not (isinstance(errors, dict) and all(map(_number_or_none, errors.values()))):
         return False
     return isinstance(notes, list) and all(isinstance(note, str) for note in notes)
 

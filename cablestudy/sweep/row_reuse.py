@@ -1,8 +1,8 @@
 """Which rows of an earlier run an edited study can use: more cases, fewer, in another order, other columns."""
 
-from cablestudy.errors import SceneError
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import find
-from cablestudy.sweep.chunks import key_of
+from cablestudy.sweep.chunks import MAX_CASES, keys_of
 from cablestudy.sweep.record import OK, pack, unpack
 
 # columns in closed form: their digits do not depend on which other columns are computed
@@ -82,8 +82,8 @@ def _matches(store, study, cases):
 
 
 def _keys(study, cases):
-    for case in cases:
-        try:
-            yield case + 1, key_of(study.case(case)[1])
-        except SceneError:
-            continue
+    """Yield row, from 1, and key of each case with a valid scene."""
+    for first in range(0, len(cases), MAX_CASES):
+        tables, _ = tables_of(study, cases[first : first + MAX_CASES])
+        for table in tables:
+            yield from zip((table.cases + 1).tolist(), keys_of(table), strict=True)

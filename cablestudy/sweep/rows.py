@@ -22,7 +22,7 @@ class Rows(Sequence):
     study : Study
     columns : list of Column
     reference : tuple
-        From `reference_of`.
+        From `printed_values`.
     store : RowStore
         With every one of the cases.
     cases : range
@@ -63,12 +63,9 @@ class Rows(Sequence):
         exact_errors = {c.header: c.least_error for c in self._columns if c.least_error is not None}
         for record in records:
             there = [h for h, cell in zip(self._store.headers, record.cells, strict=True) if cell is not None]
-            known = record.errors
-            yield (
-                {}
-                if known is None
-                else {header: known.get(header, exact_errors[header]) for header in there if header in exact_errors}
-            )
+            known = record.errors or {}
+            errors = {header: known.get(header, exact_errors[header]) for header in there if header in exact_errors}
+            yield {header: error for header, error in errors.items() if error is not None}
 
     def csv_lines(self, names):
         """The lines of the CSV below its head; stored numbers are copied as text, which a million rows need.
@@ -114,7 +111,7 @@ def table_of(study, columns, reference, store, cases):
     study : Study
     columns : list of Column
     reference : tuple
-        From `reference_of`.
+        From `printed_values`.
     store : RowStore
     cases : range
         From 0.

@@ -9,6 +9,7 @@ from collections import Counter
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.study.prepare import prepare
@@ -236,16 +237,16 @@ class Run:
         -------
         list of str
         """
-        failures = list(self.store.failures())
-        kinds = Counter(NUMBER.sub("…", status) for _, status in failures)
-        lines = [f"row {case + 1}: {status}" for case, status in failures[:SHOWN]]
+        first = list(islice(self.store.failures(), SHOWN))
+        kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
+        lines = [f"row {case + 1}: {status}" for case, status in first]
         if self.options.row is not None or not lines:
             return lines
         counted = [f"{often} x {kind}" for kind, often in kinds.most_common(KINDS)]
-        others = len(failures) - sum(often for _, often in kinds.most_common(KINDS))
+        others = kinds.total() - sum(often for _, often in kinds.most_common(KINDS))
         counted += [f"{others} x others"] if others else []
-        lines.append(f"{len(failures)} of {self.done} rows have no answer: " + "; ".join(counted))
-        for case, _ in failures[: REPLAYED if words else 0]:
+        lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counted))
+        for case, _ in first[: REPLAYED if words else 0]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
 

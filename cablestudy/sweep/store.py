@@ -17,7 +17,6 @@ from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import digest
 from cablestudy.sweep.record import OK, check_sum, pack, unpack
 
-APPLICATION = 0x63616273  # tells our databases from those of other programs (application_id of SQLite)
 FORMAT = 1  # of the two tables (user_version of SQLite)
 SCHEMA = {
     "about": "CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT)",
@@ -74,7 +73,6 @@ class RowStore:
         """Forget whatever the file holds: no rows."""
         self.database.recreate()
         with self.database.transaction():
-            self.database.execute(f"PRAGMA application_id = {APPLICATION}")
             self.database.execute(f"PRAGMA user_version = {FORMAT}")
             for statement in SCHEMA.values():
                 self.database.execute(statement)

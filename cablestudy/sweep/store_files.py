@@ -8,7 +8,7 @@ from cablestudy.study.columns import find
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
 from cablestudy.sweep.record import unpack
-from cablestudy.sweep.store import APPLICATION, COLUMNS, FORMAT, SCHEMA, RowStore
+from cablestudy.sweep.store import COLUMNS, FORMAT, SCHEMA, RowStore
 
 MAX_LISTED = 5  # rows that are named in a message
 
@@ -64,12 +64,10 @@ def open_store(path, identity, count, reuse, resume=False, restart=False):
 
 
 def is_empty(database, any_version=False):
-    """Whether a database has no tables; raises SceneError for one of another program or version."""
-    if not database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+    """Whether a database has no tables; raises SceneError for one of another version."""
+    if not database.value("SELECT count(*) FROM sqlite_master"):
         return True
-    if database.execute("PRAGMA application_id").fetchone()[0] != APPLICATION:
-        raise SceneError(f"{database.path}: is a database of another program; move it away")
-    if not any_version and database.execute("PRAGMA user_version").fetchone()[0] != FORMAT:
+    if not any_version and database.value("PRAGMA user_version") != FORMAT:
         raise SceneError(f"{database.path}: is of another version of cablestudy; --restart begins anew")
     return False
 
@@ -77,7 +75,7 @@ def is_empty(database, any_version=False):
 def _unfinished(database):
     """How many rows are there of which no table is written."""
     finished = database.execute("SELECT value FROM about WHERE name = 'finished'").fetchone()
-    return 0 if finished == ("1",) else database.execute("SELECT count(*) FROM rows").fetchone()[0]
+    return 0 if finished == ("1",) else database.value("SELECT count(*) FROM rows")
 
 
 def stored_description(database):
@@ -131,7 +129,7 @@ def _keep_valid_rows(store, highest):
     wrong, damage = [], None
     try:
         tables = dict(store.database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
-        (structure,) = store.database.execute("PRAGMA quick_check(1)").fetchone()
+        structure = store.database.value("PRAGMA quick_check(1)")
         if structure != "ok" or tables != SCHEMA:
             damage = "its tables were changed" if structure == "ok" else " ".join(structure.split())
         wrong = [row for row, stored in _rows(store, "ASC", highest) if stored is None]

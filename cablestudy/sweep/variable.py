@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
-from typing import get_args
 
-from cablestudy.scene.fields import Quantity
-from cablestudy.scene.scene import TABLES
+from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import DIMENSIONS, common_factor, factor, split
 from cablestudy.study.columns import find
 
@@ -74,7 +72,8 @@ def variable(name, study, option):
         Neither a column nor a varied key; the message suggests one.
     """
     if name in study.varied:
-        return Variable(name, _unit_of_key(name), is_varied=True)
+        quantity = quantity_of(name)
+        return Variable(name, quantity and quantity.unit, is_varied=True)
     if "." in name:
         near = get_close_matches(name, study.varied, 1)
         listed = f"did you mean {near[0]}?" if near else f"varied: {', '.join(study.varied) or 'nothing'}"
@@ -83,20 +82,6 @@ def variable(name, study, option):
     if column.name != "status" and not {column.name, column.header}.intersection(study.columns):
         study.ask(column.name, option)
     return Variable(column.header, column.unit, is_text=column.name == "status")
-
-
-def _unit_of_key(key):
-    """SI unit of a key of the scene; None when it is no quantity."""
-    *path, last = ("*" if part.isdigit() else part for part in key.split("."))
-    model = TABLES.get(tuple(path))
-    field = model and model.model_fields.get(last)
-    kinds = [field.annotation, *field.metadata] if field else []
-    while kinds:
-        kind = kinds.pop()
-        if isinstance(kind, Quantity):
-            return kind.unit
-        kinds += [*getattr(kind, "__metadata__", ()), *get_args(kind)]
-    return None
 
 
 @lru_cache(maxsize=65536)

@@ -7,8 +7,7 @@ import pytest
 from random_scenes import scene_data, scene_of
 
 from cablestudy.cable import catenary, equilibrium
-from cablestudy.cable.assembly import SPATIAL
-from cablestudy.cable.dynamics import PLANAR, Dynamics
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.control.ends import Ends
 from cablestudy.control.transfer import dynamic_stiffness
@@ -56,7 +55,7 @@ def numbers(span, length, mass, force):
     results += [found.end_forces("global") / force]
     rate = np.sqrt(force / mass / length)
     for state in models(found, span):
-        dynamics = Dynamics(state, span.unstretched_length, span.mass, PLANAR if span.planar else (SPATIAL,))
+        dynamics = Dynamics(state)
         modes = dynamics.modes(dynamics.dof)
         results += [state.max_tension / force, state.min_tension / force, dynamics.end_stiffness * length / force]
         results += [
