@@ -13,7 +13,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.study.column_requirements import ColumnRequirements
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate, evaluate_cases, modes, tension_error
+from cablestudy.study.row import evaluate, evaluate_cases, modes, statics_error
 
 DEEP = Twin(CHORD, 0.0, 371.6)  # twice the chord
 ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) models"
@@ -221,8 +221,8 @@ def test_the_statics_of_fixed_elements_state_their_error(twin, elements, warns):
     assert row.errors["chord_m"] == 0
     assert bool(row.warnings) == warns
     if warns:
-        assert re.search(r"the tensions of 10 elements of order 1 are [\d.]+ % off", row.warnings[0])
-        assert f"tensions within {tension_error(row.case):.1e}" in " ".join(row.notes)
+        assert re.search(r"tensions or sag of 10 elements of order 1 are [\d.]+ % off", row.warnings[0])
+        assert f"tensions and sag within {statics_error(row.case):.1e}" in " ".join(row.notes)
 
 
 def test_the_motion_of_fixed_elements_states_its_error_when_asked():
@@ -239,7 +239,7 @@ def test_the_motion_of_fixed_elements_states_its_error_when_asked():
 def test_a_poor_model_is_said_on_the_command_line():
     sets = ("--set", "model={elements: 6}", "--set", "cable.unstretched_length=300", "--format", "json")
     for command in ("static", "modes", "windrms"):
-        assert "warning: the tensions of 6 elements of order 1 are" in run(command, CARLINA, *sets, code=None).err
+        assert "warning: tensions or sag of 6 elements of order 1 are" in run(command, CARLINA, *sets, code=None).err
         assert "warning" not in run(command, CARLINA).err
     assert "motion: estimated error 2.6e-04, of mode" in run("modes", CARLINA, "-n", 1, "--explain").err
     (errors,) = json.loads(run("windrms", CARLINA, "--format", "json").out)["errors"]

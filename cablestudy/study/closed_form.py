@@ -4,7 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from cablestudy.study.column_requirements import ColumnRequirements
 from cablestudy.study.columns import ROUNDING, not_finite, values
+from cablestudy.study.results import Results
+from cablestudy.study.scene_values import TableValues
+
+MAX_REASONS = 3  # in a status
 
 
 @dataclass(frozen=True)
@@ -94,3 +99,48 @@ def _coarse_errors(results, required):
         own.update((name, max(own[name], float(sag[case]))) for name in sags)
         errors[case] = own
     return errors
+
+
+def evaluate_table(table, columns):
+    """Closed-form columns of many cases that differ in numbers only, without an object for each case.
+
+    Parameters
+    ----------
+    table : CaseTable
+    columns : sequence of Column
+
+    Returns
+    -------
+    list of tuple, or None
+        Of each case: list of numbers in the order of the columns but `status`, None where one cannot be had; status;
+        dict of header -> estimated relative error where it exceeds ROUNDING. None where a column is no closed form of
+        many cases.
+    """
+    required = ColumnRequirements(columns)
+    elements = table.scene.model.elements is not None and not required.scene_only
+    if elements or required.run or len(required.closed) < len(required.physical):
+        return None
+    closed = closed_form(Results(TableValues(table.scene, len(table.cases))), required)
+    numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
+    rows = [(cells, "ok", {}) for cells in numbers] or [([], "ok", {}) for _ in table.cases]
+    for case, errors in closed.errors.items():
+        rows[case] = rows[case][0], "ok", {name: error for name, error in errors.items() if error > ROUNDING}
+    for case, failures in closed.failures.items():
+        cells, _, errors = rows[case]
+        cells = [None if c.header in failures else cell for c, cell in zip(required.closed, cells, strict=True)]
+        errors = {name: error for name, error in errors.items() if name not in failures}
+        rows[case] = cells, status_of(failures), errors
+    return rows
+
+
+def status_of(failures):
+    """`ok`, or why columns cannot be had: each reason once.
+
+    Parameters
+    ----------
+    failures : dict
+        Header -> CablestudyError.
+    """
+    reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
+    more = len(reasons) - MAX_REASONS
+    return "; ".join(reasons[:MAX_REASONS] + ([f"and {more} more reasons"] if more > 0 else [])) or "ok"

@@ -9,7 +9,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study import loops, models
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form
+from cablestudy.study.closed_form import closed_form, status_of
 from cablestudy.study.column_requirements import ColumnRequirements
 from cablestudy.study.columns import broken, value
 from cablestudy.study.refinement import SETTINGS, AccuracyNeeds, Search, needs_of, refine, relative
@@ -18,8 +18,8 @@ from cablestudy.study.scene_values import SceneValues, load_count
 
 REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
-MAX_REASONS = 3  # in a status
-POOR_STATICS = 0.01  # relative error of the tensions of fixed elements above which a warning is given
+POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
+FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
@@ -99,19 +99,6 @@ class _Answer:
             cells.update((header, number) for header, number in run.items() if header in cells)
         cells["status"] = status_of(self.failures)
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
-
-
-def status_of(failures):
-    """`ok`, or why columns cannot be had: each reason once.
-
-    Parameters
-    ----------
-    failures : dict
-        Header -> CablestudyError.
-    """
-    reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
-    more = len(reasons) - MAX_REASONS
-    return "; ".join(reasons[:MAX_REASONS] + ([f"and {more} more reasons"] if more > 0 else [])) or "ok"
 
 
 def evaluate(scene, columns, estimate=False):
@@ -305,17 +292,17 @@ def _fixed_answer(answer, required):
 
 
 def _about_fixed(case):
-    """Notes on fixed elements, and warnings where their tensions are far from those of the continuous cable."""
-    model, error = case.scene.model, tension_error(case)
+    """Notes on fixed elements, and a warning where their statics are far from those of the continuous cable."""
+    model, error = case.scene.model, statics_error(case)
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
-        f"statics: {case.model.convergence}; tensions within {error:.1e} of the closed form",
+        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
     )
     if error <= POOR_STATICS:
         return notes, ()
     return notes, (
-        f"warning: the tensions of {model.elements} elements of order {model.order} are {100 * error:.2g} % off those"
-        " of the continuous cable; take more elements, or accuracy instead",
+        f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
+        " those of the continuous cable; take more elements, or model.accuracy instead",
     )
 
 
@@ -327,12 +314,16 @@ def assumed_damping(scene):
     return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
 
 
-def tension_error(case):
-    """Relative error of mean and largest tension of a case with fixed elements, against the closed form. [-]"""
-    return max(
-        relative(getattr(case.statics, name), float(getattr(case.closed_statics, name)))
-        for name in ("mean_tension", "max_tension")
-    )
+def statics_error(case):
+    """Relative error of the statics of fixed elements against the closed form, the largest of three. [-]
+
+    Of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to that.
+    """
+    own, exact, chord = case.statics, case.closed_statics, float(case.span.chord)
+    tensions = ((own.mean_tension, exact.mean_tension), (own.max_tension, exact.max_tension))
+    sag = abs(float(own.sag) - float(exact.sag)) / max(abs(float(exact.sag)), FLAT * chord)
+    errors = [sag, *(relative(float(value), float(truth)) for value, truth in tensions)]
+    return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
 
 
 def _estimate_motion(answers, required):

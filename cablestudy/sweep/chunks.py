@@ -13,10 +13,11 @@ from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
 from cablestudy.study.case_table import CaseTable, tables_of
+from cablestudy.study.closed_form import evaluate_table
 from cablestudy.study.columns import ROUNDING, find
 from cablestudy.study.row import evaluate_cases
 from cablestudy.sweep.fingerprint import versions
-from cablestudy.sweep.record import pack
+from cablestudy.sweep.record import OK, pack
 
 SECONDS = 1.0  # of computing that a chunk should take
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
@@ -157,23 +158,27 @@ def compute(chunk):
     columns = [find(name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
     tables, refused = tables_of(study, chunk.cases)
-    scenes, keys = {}, {}
+    scenes, keys, rows = {}, {}, {}  # rows: case -> numbers, status, errors, notes
     for table in tables:
         cases = table.cases.tolist()
-        scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
         keys.update(zip(cases, keys_of(table), strict=True))
-    rows = dict(zip(scenes, evaluate_cases(list(scenes.values()), columns, chunk.explain), strict=True))
-    records = []
+        closed = None if chunk.explain or len(cases) == 1 else evaluate_table(table, columns)
+        if closed is None:
+            scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
+        else:
+            rows.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
+    for case, row in zip(scenes, evaluate_cases(list(scenes.values()), columns, chunk.explain), strict=True):
+        numbers = [row.cells[header] for header in headers]
+        rows[case] = numbers, row.cells["status"], above_rounding(row.errors), row.notes * chunk.explain
+    records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins
             status = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in refused[case].mistakes)
             records.append(pack(case, "", status, [None] * len(headers)))
             continue
-        row = rows[case]
-        numbers = [row.cells[header] for header in headers]
-        notes = row.notes if chunk.explain else ()
-        records.append(pack(case, keys[case], row.cells["status"], numbers, above_rounding(row.errors), notes))
-    failed = len(refused) + sum(row.failed for row in rows.values())
+        numbers, status, errors, notes = rows[case]
+        failed += status != OK
+        records.append(pack(case, keys[case], status, numbers, errors, notes))
     return Done(headers, records, failed, time.perf_counter() - begin)
 
 

@@ -54,7 +54,7 @@ def pack(case, key, status, cells, errors=(), notes=()):
         case + 1,
         key,
         status,
-        json.dumps(cells, separators=(",", ":"), allow_nan=False),
+        "[" + ",".join(["null" if cell is None else repr(cell) for cell in cells]) + "]",  # as json does, but faster
         json.dumps(errors, allow_nan=False) if errors else "",
         json.dumps(notes) if notes else "",
     )
