@@ -425,33 +425,27 @@ def content(folder):
 
 
 def examine(number, folder):
-    """Yield (Run, faults) of each command on a file."""
+    """Yield (Run, faults) of each command on a file; of a file that is refused, of two commands."""
     data, study = mutated(number)
     (Path(folder) / "fuzz.yaml").write_bytes(data)
     before = content(folder)
     style = ["--format", FORMATS[number % len(FORMATS)]]
-    commands = [
-        ["validate"],
-        STUDY_COMMAND if study else SCENE_COMMANDS[number % 4],
-        *([] if study else SCENE_COMMANDS),
-    ]
+    first = STUDY_COMMAND if study else SCENE_COMMANDS[number % 4]
+    commands = [["validate"], first]
     if number % 50 == 0:
-        commands += [["static"], STUDY_COMMAND]  # files of the wrong kind
-    seen = []
-    for command in commands:
-        if command in seen:
-            continue
-        seen.append(command)
+        commands += [["static"], STUDY_COMMAND]  # also of the wrong kind of file
+    for place, command in enumerate(commands):
         done = run([*command, "fuzz.yaml", *style], folder)
         found = list(faults(done))
         after = content(folder)
         if after != before:
-            found.append(
-                "written: " + ", ".join(sorted(str(path.relative_to(folder)) for path in after.keys() - before))
-            )
-            for path in after.keys() - before:
+            new = sorted(after.keys() - before)
+            found.append("written: " + ", ".join(str(path.relative_to(folder)) for path in new))
+            for path in new:
                 path.unlink()
         yield done, found
+        if place == 0 and done.code == 0 and not study:
+            commands += [command for command in SCENE_COMMANDS if command != first]
 
 
 def prepared(folder):

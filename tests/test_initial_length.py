@@ -50,7 +50,7 @@ def test_the_sag_comes_back():
 @pytest.mark.parametrize("degrees", [0, 19, -75])
 @pytest.mark.parametrize("tension", [40.0, 361.0, 1344.75, 24200.0])
 def test_tension_against_the_reference(degrees, tension):
-    """The 50-digit cable of this length has the wanted mean tension."""
+    """The 50-digit cable of this length has the given mean tension."""
     span = paper_span(degrees=degrees)
     found = span.with_chord_strain(chord_strain_for_tension(span, tension))
     assert Exact(found).mean_tension() == pytest.approx(tension, rel=1e-12)

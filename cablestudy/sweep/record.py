@@ -31,11 +31,11 @@ class Record(NamedTuple):
     key: str
     status: str | None
     cells: list
-    errors: dict | None
+    errors: dict
     notes: list
 
 
-def pack(case, key, status, cells, errors=None, notes=()):
+def pack(case, key, status, cells, errors=(), notes=()):
     """A row as it is stored.
 
     Parameters
@@ -55,7 +55,7 @@ def pack(case, key, status, cells, errors=None, notes=()):
         key,
         status,
         "[" + ",".join(["null" if cell is None else repr(cell) for cell in cells]) + "]",  # as json does, but faster
-        "" if errors == {} else json.dumps(errors, allow_nan=False),
+        json.dumps(errors, allow_nan=False) if errors else "",
         json.dumps(notes) if notes else "",
     )
     return (*stored, check_sum(*stored))
@@ -105,9 +105,7 @@ def _plausible(record, width):
     return isinstance(notes, list) and all(isinstance(note, str) for note in notes)
 
 
-def _number(value):
-    return isfinite(value) if type(value) is float else type(value) is int and abs(value) < MAX_INTEGER
-
-
 def _number_or_none(value):
-    return value is None or _number(value)
+    if type(value) is int:
+        return abs(value) < MAX_INTEGER
+    return value is None or (type(value) is float and isfinite(value))

@@ -60,12 +60,15 @@ class Rows(Sequence):
     def errors(self, places=None):
         """Yield the estimated error of each cell that has one, of all rows or of some: header -> number."""
         records = self._records() if places is None else (self._store.row(self._cases[place]) for place in places)
-        exact_errors = {c.header: c.least_error for c in self._columns if c.least_error is not None}
+        rounding = {c.header: c.least_error for c in self._columns if c.least_error is not None}
         for record in records:
-            there = [h for h, cell in zip(self._store.headers, record.cells, strict=True) if cell is not None]
-            known = record.errors or {}
-            errors = {header: known.get(header, exact_errors[header]) for header in there if header in exact_errors}
-            yield {header: error for header, error in errors.items() if error is not None}
+            cells = dict(zip(self._store.headers, record.cells, strict=True))
+            errors = {header: record.errors.get(header, error) for header, error in rounding.items()}
+            yield {
+                header: errors[header]
+                for header in cells
+                if cells[header] is not None and errors.get(header) is not None
+            }
 
     def csv_lines(self, names):
         """The lines of the CSV below its head; stored numbers are copied as text, which a million rows need.

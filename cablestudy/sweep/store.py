@@ -168,12 +168,10 @@ class RowStore:
 
     def _completed(self, headers, new):
         """A partial row with the columns that were missing."""
-        old, cells, errors = self.row(new.case), dict.fromkeys(self.headers), None
-        cells.update(zip(self.headers, old.cells, strict=True))
-        cells.update(zip(headers, new.cells, strict=True))
-        if None not in (old.errors, new.errors):
-            errors = old.errors | new.errors
-        return pack(new.case, new.key, new.status, list(cells.values()), errors, [*old.notes, *new.notes])
+        old = self.row(new.case)
+        known = dict(zip(self.headers, old.cells, strict=True)) | dict(zip(headers, new.cells, strict=True))
+        errors, notes = old.errors | new.errors, [*old.notes, *new.notes]
+        return pack(new.case, new.key, new.status, list(known.values()), errors, notes)
 
     def replace(self, identity, partial, records):
         """Put rows of another study in place of those that are there.
