@@ -3,18 +3,19 @@
     python benchmarks/kills.py [COUNT]      # `make kills`: 100
 
 SIGKILL, and between two of them SIGTERM or SIGINT, reach the sweep anywhere: while it starts, computes, writes a row,
-or writes the table. Exit code 1 if a byte of the table differs, a row was computed twice, a process or temporary file
-is left, or a sweep that was asked to end says anything but how to go on.
+or writes the table. Exit code 1 if a byte of the table differs, rows that were done are lost or damaged, a process or
+temporary file is left, or a sweep that was asked to end says anything but how to go on.
 """
 
-import json
 import random
+import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -26,7 +27,7 @@ columns: [preload, sag, cable_frequency]
 """
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 INTERRUPTED = 130
-SWEEP = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--format", "csv", "--quiet"]
+SWEEP = [sys.executable, "-m", "cablestudy", "sweep", "study.yaml", "--format", "csv", "--quiet"]
 
 
 def main(count):
@@ -40,8 +41,8 @@ def main(count):
         seconds = time.monotonic() - begin
         kills, stops, ends, table = 0, 0, 0, folder / "results" / "study.csv"
         assert table.read_bytes() == whole
-        journal = folder / "results" / "study.rows.jsonl"
-        journal.unlink()
+        rows, done = folder / "results" / "study.rows.sqlite", 0
+        rows.unlink()
         while kills < count:
             jobs, ended_by = str(generator.choice((1, 2))), generator.choice(SIGNALS)
             sweep = subprocess.Popen(
@@ -60,18 +61,18 @@ def main(count):
             elif sweep.returncode == 0:  # it was faster: its table must be right, and another begins
                 ends += 1
                 assert table.read_bytes() == whole, "the table differs"
-                journal.unlink()
+                rows.unlink()
             else:
                 raise AssertionError(f"exit code {sweep.returncode} after {ended_by.name}: {said}")
-            if journal.exists():
-                check_journal(journal)
+            before, done = done, rows_in(rows)
+            assert done >= before or sweep.returncode == 0, "rows are lost"
             sys.stdout.write(f"\r{kills} kills, {stops} stops, {ends} tables between them ")
             sys.stdout.flush()
         last = subprocess.run([*SWEEP, "--resume"], cwd=folder, capture_output=True, check=True).stdout
         assert last == whole, "the table differs"
         assert table.read_bytes() == whole, "the written table differs"
         left = sorted(path.name for path in (folder / "results").iterdir())
-        assert left == ["study.csv", "study.md", "study.rows.jsonl", "study.run.yaml"], left
+        assert left == ["study.csv", "study.md", "study.rows.sqlite", "study.run.yaml"], left
         time.sleep(2)
         assert not processes_in(folder), "processes are left"
         sys.stdout.write(f"\r{kills} kills, {stops} stops, and {ends + 1} tables, each the same byte for byte\n")
@@ -87,11 +88,17 @@ def processes_in(folder):
     return found
 
 
-def check_journal(journal):
-    """Every whole line of a journal is JSON, and no row is there twice."""
-    lines = [json.loads(line) for line in journal.read_bytes().split(b"\n")[:-1]]
-    rows = [line["row"] for line in lines if "row" in line]
-    assert len(rows) == len(set(rows)), "a row was computed twice"
+def rows_in(path):
+    """How many rows the file of a sweep holds, and the log that a kill left; in a copy, which must be intact."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "copy")
+        for end in ("", "-wal"):
+            with suppress(FileNotFoundError):
+                shutil.copy(f"{path}{end}", f"{copy}{end}")
+        with closing(sqlite3.connect(copy)) as database:
+            assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",), "the rows on disk are damaged"
+            tables = database.execute("SELECT count(*) FROM sqlite_master WHERE name = 'rows'").fetchone()[0]
+            return database.execute("SELECT count(*) FROM rows").fetchone()[0] if tables else 0
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ vary:
   - {{cable.preload: {{from: 600 N, to: 1500 N, count: 120}}}}
 columns: [mass, preload, end_stiffness, gondola_frequency, gondola_rms_open_loop, gondola_rms]
 """
-LIMIT, MEMORY, WORKERS = 180.0, 2e9, 2  # [s], [B]
+LIMIT, MEMORY, WORKERS = 25.0, 2e9, 2  # [s], [B]
 AIMS = {"processes": 0.8, "dask": 0.7}  # of so many times the rate of one process
 
 

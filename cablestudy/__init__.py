@@ -1,3 +1,3 @@
 """Parameter studies of actively controlled suspended cables."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -1,41 +1,59 @@
-"""What can go wrong, each kind with its exit code; the command line prints these and nothing else.
+"""Errors that a user can cause, each class with its exit code.
 
-Imports nothing, so that every layer can raise them.
+This module imports nothing of the package, so that every layer can raise them.
 """
 
 from dataclasses import dataclass
 
 
 class CablestudyError(Exception):
-    """Anything that a user can cause; the message is complete, one line, without a traceback."""
+    """Any error that a user can cause; its message is one complete line, printed without a traceback."""
 
     exit_code = 3
 
 
+LONGEST = {"where": 300, "key": 100, "message": 600}  # characters of each part of a mistake
+
+
+def shorten(text, limit):
+    """Text of at most `limit` characters: the middle of a longer one is replaced by `...`."""
+    half = (limit - 3) // 2
+    return text if len(text) <= limit else f"{text[: limit - 3 - half]}...{text[-half:]}"
+
+
 @dataclass(frozen=True)
 class Mistake:
-    """One mistake in what the user wrote.
+    """One mistake in what the user wrote. Long parts are cut, since they may quote a value of any length.
 
     Attributes
     ----------
     where : str
-        `file:line:column`, or the command-line option that carried it; empty when neither is known.
+        `file:line:column`, or the command-line option; empty when neither is known.
     key : str
         The dotted key, for example `cable.density`; empty when the mistake is not about one key.
     message : str
-        What is wrong, the value met and what is allowed.
+        What is wrong, the value found and what is allowed.
     """
 
     where: str
     key: str
     message: str
 
+    def __post_init__(self):
+        for name, limit in LONGEST.items():
+            object.__setattr__(self, name, shorten(getattr(self, name), limit))
+
     def __str__(self):
         return ": ".join(part for part in (self.where, self.key, self.message) if part)
 
 
 class SceneError(CablestudyError):
-    """Wrong usage, wrong file, wrong value: every mistake that was found, at once."""
+    """Wrong usage, file or value, with all mistakes that were found.
+
+    Parameters
+    ----------
+    mistakes : Mistake or str
+    """
 
     exit_code = 2
 
@@ -48,16 +66,16 @@ class SceneError(CablestudyError):
 
 
 class NoSolutionError(CablestudyError):
-    """The scene is well formed but has no answer: a broken, folded or weightless slack cable."""
+    """A valid scene that has no answer, for example a cable that breaks."""
 
 
 class ConvergenceError(CablestudyError):
-    """An iteration that ended without an answer.
+    """An iteration that did not converge.
 
     Attributes
     ----------
     record : object or None
-        The convergence record of the iteration: steps, residuals, why it stopped.
+        Convergence record of the iteration: steps, residuals, why it stopped.
     """
 
     def __init__(self, message, record=None):

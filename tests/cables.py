@@ -9,10 +9,12 @@ import numpy as np
 from mpmath import mp
 from references import catenary_mp
 
-from cablestudy.cable import initial_length
-from cablestudy.cable.element import basis
+from cablestudy.cable import catenary, equilibrium, initial_length
+from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.span import CORES, Span
-from cablestudy.study.batch import Batch
+from cablestudy.cable.stiffness import tangent_stiffness
+from cablestudy.study.results import Results
+from cablestudy.study.scene_values import SceneValues
 
 G = 9.81
 AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
@@ -71,7 +73,7 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         preload=None,
         sag=None,
     )
-    return Batch([SimpleNamespace(cable=cable, gravity=gravity)]).span_of(0)
+    return Results(SceneValues([SimpleNamespace(cable=cable, gravity=gravity)])).span.take(0)
 
 
 def chord_strain_for_tension(span, tension):
@@ -165,30 +167,22 @@ def graded_error(K, reference):
     return float(np.max(np.abs(K - reference) / np.outer(d, d)))
 
 
-def internal_forces(system):
-    """Nodal forces of the tensions of one cable, shape (nodes, d). [-]"""
-    state, axes = system.state, len(system.axes)
-    mesh, element = state.mesh, basis(state.mesh.order)
-    pull = element.weights[:, None] * state.tension[..., None] * state.direction[..., system.axes]
-    nodal = np.zeros((mesh.nodes, axes))
-    np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
-    return nodal
+CABLES = {
+    "taut": paper_span(),
+    "sagging, 19 degrees": paper_span(186.0, degrees=19),
+    "slack, loads in space": chord_span(100, -30, -0.3, 1e5, loads=[(0.3, (10, 40, -300)), (0.7, (0, -80, 90))]),
+}
+
+
+def state_of(span, elements=6, order=1, mass="lumped"):
+    """Elements of one cable in equilibrium."""
+    start = catenary.solve(span)
+    return equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))[0]
 
 
 def full_stiffness(system):
-    """K_E + K_G of all nodes of one cable by displacements, dense, shape (nodes d, nodes d). [-]
-
-    As in the paper: of an almost inextensible cable it has few digits, wherefore the package has none.
-    """
-    state, axes = system.state, len(system.axes)
-    mesh, element = state.mesh, basis(state.mesh.order)
-    t = state.direction[..., system.axes]
-    along = t[..., :, None] * t[..., None, :]
-    across = (np.eye(axes) - along) * (state.tension / state.stretch)[..., None, None]
-    K = np.zeros((mesh.nodes, axes, mesh.nodes, axes))
-    for nodes, size, own in zip(mesh.element_nodes, mesh.sizes, along / state.compliance + across, strict=True):
-        share, derivative = element.weights / size, element.derivative
-        K[np.ix_(nodes, range(axes), nodes, range(axes))] += np.einsum(
-            "q,qi,qj,qab->iajb", share, derivative, derivative, own
-        )
-    return K.reshape(mesh.nodes * axes, mesh.nodes * axes)
+    """K_E + K_G of all nodes of one cable, dense, in units of force over length, shape (nodes d, nodes d). [-]"""
+    state = system.state
+    K = sum(tangent_stiffness(state)).toarray() * state.span.unstretched_length / state.force
+    chosen = (3 * np.arange(state.mesh.nodes)[:, None] + np.array(system.axes)).ravel()
+    return K[np.ix_(chosen, chosen)]

@@ -3,9 +3,13 @@
 import csv
 import io
 import json
+import shutil
+import sqlite3
 import subprocess
 import sys
+import tempfile
 import time
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,24 +46,45 @@ def run(*arguments, stdin=None, code=0):
 
 def process(*arguments, **options):
     """A command in a process of its own."""
-    command = [sys.executable, "-m", "cablestudy.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "cablestudy", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, **options)
     return Outcome(done.returncode, done.stdout, done.stderr)
 
 
 def start(*arguments):
     """A sweep in a process of its own, left to run."""
-    command = [sys.executable, "-m", "cablestudy.cli", "sweep", *map(str, arguments)]
+    command = [sys.executable, "-m", "cablestudy", "sweep", *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 
-def wait_for_rows(sweep, rows, journal):
-    """Wait until a sweep that runs has more rows than so many on disk."""
+def wait_for_rows(sweep, rows, path):
+    """Wait until a sweep that runs has at least so many rows on disk."""
     end = time.monotonic() + 60
-    while not journal.exists() or journal.read_bytes().count(b"\n") <= rows:
+    while len(stored_rows(path)) < rows:
         assert sweep.poll() is None, sweep.stderr.read()
         assert time.monotonic() < end
         time.sleep(0.01)
+
+
+def stored_rows(path):
+    """Numbers of the rows in the file of a sweep, also while it runs: a copy is read, since the file is locked."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, "copy")
+        for end in ("", "-wal"):
+            with suppress(FileNotFoundError):
+                shutil.copy(f"{path}{end}", f"{copy}{end}")
+        try:
+            with closing(sqlite3.connect(copy)) as database:
+                return [row for (row,) in database.execute("SELECT row FROM rows WHERE status IS NOT NULL")]
+        except sqlite3.DatabaseError:  # not begun yet, or written to while it was copied
+            return []
+
+
+def edit_rows(path, *statements):
+    """Execute SQL statements in the file of a sweep that has ended."""
+    with closing(sqlite3.connect(path, isolation_level=None)) as database:
+        for statement in statements:
+            database.execute(statement)
 
 
 def rows_of(text, style):

@@ -1,7 +1,6 @@
 """Scenes that the tests of the study layer share, and their twins for the references."""
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from command import CARLINA
@@ -11,11 +10,11 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
-from cablestudy.sweep.fill import fill
+from cablestudy.sweep.chunks import Chunks
+from cablestudy.sweep.driver import compute_here
 from cablestudy.sweep.fingerprint import identity
-from cablestudy.sweep.journal import Journal
-from cablestudy.sweep.parallel import local
 from cablestudy.sweep.rows import table_of
+from cablestudy.sweep.store import RowStore
 
 AREA, DENSITY, MODULUS, CHORD, LENGTH, GONDOLA = 2.69e-6, 1440.0, 70.3e9, 185.8, 184.4883, 50.0  # Table 1
 G = 9.81
@@ -104,6 +103,8 @@ def computed(study):
     """The table of a study, nothing written."""
     columns, reference = prepare(study)
     cases = range(study.count)
-    journal = Journal.temporary(identity(study, columns), study.count)
-    fill(study, columns, cases, journal, partial(local, jobs=1))
-    return table_of(study, columns, reference, journal, cases)
+    store = RowStore.temporary(identity(study, columns), study.count)
+    headers = [column.header for column in columns]
+    for done in compute_here(Chunks(study, [(cases, headers)], study.count), jobs=1):
+        store.add(done.headers, done.records)
+    return table_of(study, columns, reference, store, cases)

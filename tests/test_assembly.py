@@ -1,10 +1,10 @@
-"""`cable/assembly.py`: the tangent as a derivative, rigid motions, patch test, mass, compliance."""
+"""`cable/assembly.py`: patch test, mass, compliance and condensation."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from cables import chord_span, full_stiffness, graded_error, internal_forces, paper_span
+from cables import CABLES, chord_span, full_stiffness, graded_error, state_of
 from mpmath import mp
 from references import bars
 
@@ -18,87 +18,10 @@ from cablestudy.cable.assembly import (
     static_force_transfer_of_axes,
     transposed_force_transfer,
 )
-from cablestudy.cable.element import MASSES, Mesh, basis, mesh_segments
+from cablestudy.cable.element import MASSES, Mesh, basis
 
-CABLES = {
-    "taut": paper_span(),
-    "sagging, 19 degrees": paper_span(186.0, degrees=19),
-    "slack, loads in space": chord_span(100, -30, -0.3, 1e5, loads=[(0.3, (10, 40, -300)), (0.7, (0, -80, 90))]),
-}
 each_cable = pytest.mark.parametrize("span", CABLES.values(), ids=CABLES)
 each_order = pytest.mark.parametrize("order", [1, 2, 3, 8])
-
-
-def state_of(span, elements=6, order=1, mass="lumped"):
-    start = catenary.solve(span)
-    return equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))[0]
-
-
-def forces_at(span, state, displacement):
-    """Internal nodal forces with the tension of Hooke's law at the displaced nodes; complex displacements allowed."""
-    mesh, element = state.mesh, basis(state.mesh.order)
-    index = np.arange(mesh.elements)[:, None] * mesh.order + np.arange(mesh.order + 1)
-    slope = np.einsum("qi,eia->eqa", element.derivative, displacement[index]) / mesh.sizes[:, None, None]
-    slope = slope + np.array([1 + span.chord_strain, 0, 0])
-    stretch = np.sqrt((slope**2).sum(axis=-1))
-    pull = ((stretch - 1) / state.compliance * element.weights / stretch)[..., None] * slope
-    nodal = np.zeros(displacement.shape, dtype=displacement.dtype)
-    np.add.at(nodal, index, np.einsum("qi,eqa->eia", element.derivative, pull))
-    return nodal
-
-
-@each_cable
-@each_order
-def test_the_tangent_is_the_derivative_of_the_internal_force(span, order):
-    """Complex step: Im f(u + i h e)/h, exact to rounding, for every degree of freedom."""
-    state = state_of(span, 5, order)
-    K = full_stiffness(System(state, SPATIAL))
-    step = 1e-30
-    for column in range(K.shape[1]):
-        displaced = state.displacement.astype(complex)
-        displaced[column // 3, column % 3] += 1j * step
-        derivative = forces_at(span, state, displaced).imag.ravel() / step
-        assert np.abs(derivative - K[:, column]).max() < 1e-8 * np.abs(K[:, column]).max()
-
-
-@each_cable
-@each_order
-def test_internal_forces_balance_weight_and_loads(span, order):
-    state = state_of(span, 6, order)
-    inner = internal_forces(System(state, SPATIAL))
-    outer = equilibrium.external_forces(span, state.mesh, state.force)
-    assert np.abs(inner - outer)[1:-1].max() < 1e-13
-    # Hooke's law at the nodes gives the same forces, as far as an absolute place determines a strain
-    assert np.abs(inner - forces_at(span, state, state.displacement)).max() < 1e-13 / state.compliance
-
-
-@each_cable
-@each_order
-def test_rigid_motions(span, order):
-    """Translations strain nothing; a rotation only turns the end forces: K u = -f x axis, by the balance of moments."""
-    state = state_of(span, 6, order)
-    system = System(state, SPATIAL)
-    K = full_stiffness(system)
-    scale = abs(K).max()
-    for axis in np.eye(3):
-        assert np.abs(K @ np.tile(axis, state.mesh.nodes)).max() < 1e-13 * scale
-    place = state.displacement + np.outer(state.mesh.node_positions, [1 + span.chord_strain, 0, 0])
-    forces = internal_forces(system)
-    for axis in np.eye(3):
-        turned = K @ np.cross(axis, place).ravel()
-        assert np.abs(turned.reshape(-1, 3) - np.cross(axis, forces)).max() < 1e-12 * scale
-
-
-@each_cable
-@each_order
-def test_stiffness_is_symmetric_and_positive_with_only_translations_free(span, order):
-    state = state_of(span, 6, order)
-    for axes in (IN_PLANE, OUT_OF_PLANE, SPATIAL):
-        K = full_stiffness(System(state, axes))
-        assert abs(K - K.T).max() < 1e-14 * abs(K).max()
-        values = np.linalg.eigvalsh(K)
-        assert values[0] > -1e-13 * values[-1]
-        assert (values < 1e-12 * values[-1]).sum() == len(axes)
 
 
 @each_order
@@ -107,7 +30,7 @@ def test_patch(order):
     span = chord_span(10, 25, 1e-3, 1e6, gravity=0.0)
     mesh = Mesh(np.array([0, 0.07, 0.1, 0.55, 0.9, 1.0]), order)
     state, record = equilibrium.solve(catenary.solve(span), mesh)
-    assert len(record.steps) == 1
+    assert record.steps == 1
     assert state.tension * state.force == pytest.approx(np.full((5, order), 1e3), rel=1e-13)
     assert np.abs(state.displacement).max() < 1e-16
     K = System(state, SPATIAL).end_stiffness * state.force / span.unstretched_length
@@ -182,22 +105,6 @@ def test_forces_carried_are_in_equilibrium_and_gradients_add_up(elements, order)
     place = np.vander(mesh.node_positions, order + 1)
     end = place[-1] - transposed_force_transfer(mesh, weights[:, None] * (slope @ place))
     assert end == pytest.approx(place[1:-1], abs=1e-12)
-
-
-@each_cable
-@pytest.mark.parametrize("elements", [3, 40])
-def test_bars_are_the_papers_bars(span, elements):
-    """K of order 1 against the textbook matrix n n^T EA/L0 + F/|r| (I - n n^T), from this state's own directions."""
-    state = state_of(span, elements)
-    K = full_stiffness(System(state, SPATIAL))
-    expected = np.zeros_like(K)
-    for i in range(elements):
-        n, size = state.direction[i, 0], state.mesh.sizes[i]
-        k = np.outer(n, n) / state.compliance / size
-        k += state.tension[i, 0] / (size * state.stretch[i, 0]) * (np.eye(3) - np.outer(n, n))
-        block = slice(3 * i, 3 * i + 6)
-        expected[block, block] += np.kron([[1, -1], [-1, 1]], k)
-    assert np.abs(K - expected).max() < 1e-13 * np.abs(K).max()
 
 
 def test_condensed_stiffness_of_40_bars_with_loads_at_nodes():

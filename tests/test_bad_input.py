@@ -53,36 +53,16 @@ def changed(old, new, text=SCENE):
     return text.replace(old, new, 1)
 
 
-# what is wrong, in the file, and the line that says so
+# what is wrong, in the file, and the line that says so; tests/test_scene.py and test_document.py have every message
 SCENES = {
-    "unknown key": (("gravity: 9.81", "colour: red"), "1:1: colour: unknown key (allowed: gravity, "),
     "misspelt key": (("gravity", "gravty"), "1:1: gravty: unknown key (did you mean gravity?)"),
-    "missing key": (("  area: 2.69 mm^2\n", ""), "3:3: cable: missing key: one of area, diameter"),
     "two keys of a group": (("  area:", "  diameter: 2 mm\n  area:"), "6:3: cable.diameter: given together with area"),
-    "unknown unit": (
-        ("mm^2", "mn^2"),
-        '6:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2',
-    ),
     "wrong dimension": (("mm^2", "mm"), "6:9: cable.area: expected an area in m^2"),
-    "negative length": (("184.4883", "-184.4883"), "7:23: cable.unstretched_length: must be positive"),
-    "zero area": (("2.69 mm^2", "0"), "6:9: cable.area: must be positive, got 0"),
     "zero with a unit": (("2.69 mm^2", "0 mm^2"), "6:9: cable.area: must be positive"),
-    "not a number": (("2.69 mm^2", ".nan"), "6:9: cable.area: expected an area"),
-    "infinite": (("1440 kg/m^3", ".inf"), "5:12: cable.density: expected a density"),
-    "minus infinite gravity": (("9.81", "-.inf"), "1:10: gravity: expected an acceleration"),
-    "text for a number": (("70.3 GPa", "stiff"), "4:20: cable.elastic_modulus: expected a stress"),
-    "a truth for a number": (("9.81", "true"), "1:10: gravity: expected an acceleration"),
+    "true for a number": (("9.81", "true"), "1:10: gravity: expected an acceleration"),
     "nothing for a number": (("area: 2.69 mm^2", "area:"), "3:3: cable: missing key: one of area, diameter"),
-    "ends that coincide": (("185.8 m", "0"), "3:9: cable.ends: the two ends coincide"),
     "length in mm": (("184.4883 m", "184.4883 mm"), "7:23: cable.unstretched_length: 0.1844883 m is "),
-    "length in km": (("184.4883 m", "184.4883 km"), "7:23: cable.unstretched_length: 184488.3 m is "),
-    "a list for a mapping": (("{mass: 50 kg}", "[50 kg]"), "8:10: gondola: expected a mapping"),
-    "a mapping for a list": (("[[0, 0, 0], [185.8 m, 0, 0]]", "{a: 1}"), "3:9: cable.ends: expected a list"),
     "tabs": (("  density", "\tdensity"), "5:1: a tab: YAML indents with spaces"),
-    "duplicate keys": (("gravity: 9.81", "model: {}"), "9:1: key 'model' is given twice (first on line 1)"),
-    "an unclosed bracket": (("185.8 m, 0, 0]]", "185.8 m, 0, 0]"), "3:9: "),
-    "missing base file": (("gravity: 9.81", "base: absent.yaml"), "1:7: base: absent.yaml: no such file"),
-    "a directory as base": (("gravity: 9.81", "base: ."), "1:7: base: .: a directory, not a file"),
     "base files in a circle": (("gravity: 9.81", "base: bad.yaml"), "1:7: base: base files in a circle"),
 }
 
@@ -95,12 +75,6 @@ def test_a_bad_scene_is_refused_in_one_line_at_its_place(folder, what, command):
     found = refused(folder, command, "bad.yaml")
     assert len(found) == 1
     assert found[0].startswith(f"bad.yaml:{line}")
-
-
-def test_a_length_of_the_wrong_unit_gives_a_hint(folder):
-    for unit in ("mm", "km"):
-        Path("bad.yaml").write_text(changed("184.4883 m", f"184.4883 {unit}"), encoding="utf-8")
-        assert refused(folder, "static", "bad.yaml")[0].endswith("did you mean 184.4883 m?)")
 
 
 def test_a_bad_scene_is_refused_by_sweep_and_validate_too(folder):
@@ -123,14 +97,14 @@ def test_a_bad_scene_is_refused_by_sweep_and_validate_too(folder):
     ],
 )
 @pytest.mark.parametrize("command", ["static", "sweep"])
-def test_what_is_no_scene_or_study_at_all(folder, command, content, message):
+def test_files_that_are_neither_scene_nor_study_are_refused(folder, command, content, message):
     Path("bad.yaml").write_bytes(content)
     assert refused(folder, command, "bad.yaml") == [message]
     assert refused(folder, command, "-", stdin=content) == [message.replace("bad.yaml", "<stdin>")]
 
 
 @pytest.mark.parametrize("command", ["static", "modes", "sweep"])
-def test_files_that_are_not_there(folder, command):
+def test_missing_files_are_refused(folder, command):
     assert refused(folder, command, "absent.yaml") == ["absent.yaml: no such file"]
     assert refused(folder, command, ".") == [".: a directory, not a file"]
 
@@ -144,7 +118,7 @@ def test_an_alias_bomb_is_refused_quickly(folder):
     assert "aliases repeat more than" in found[0]
 
 
-def test_files_at_the_wrong_command(folder):
+def test_scenes_and_studies_given_to_the_wrong_command_are_refused(folder):
     assert refused(folder, "static", "study.yaml") == [
         "study.yaml:2:1: this is a study (it has the key vary): use 'cablestudy sweep'"
     ]
@@ -205,7 +179,7 @@ STUDIES = {
 
 @pytest.mark.parametrize("what", STUDIES)
 def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkeypatch):
-    monkeypatch.setattr("cablestudy.sweep.chunk.evaluate_cases", None)
+    monkeypatch.setattr("cablestudy.sweep.chunks.evaluate_tables", None)
     change, lines = STUDIES[what]
     Path("study.yaml").write_text(changed(*change, STUDY), encoding="utf-8")
     found = refused(folder, "sweep", "study.yaml")
@@ -245,7 +219,7 @@ def test_a_reference_table_that_does_not_fit(folder, table, messages):
     assert all("printed.csv" in line and line.endswith(message) for line, message in zip(found, messages, strict=True))
 
 
-def test_places_that_cannot_be_written_to(folder):
+def test_outputs_that_cannot_be_written_are_refused(folder):
     Path("file").write_text("x", encoding="utf-8")
     for out in ("file", "file/below"):
         assert refused(folder, "sweep", "study.yaml", "--out", out) == [f"--out {out}: file is a file, not a folder"]
@@ -284,21 +258,32 @@ def test_a_bad_set_option(folder, option, message):
     assert found[0].startswith(message)
 
 
+# what made the program stop with a traceback, or numpy warn
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ("cable.area=1e-300", "times the area of the cross-section is 7.03e-290 N: out of range (1e-12 to 1e+24 N)"),
-        ("cable.density=1e-300", "times the area of the cross-section is 2.69e-306 kg/m: out of range"),
-        ("gravity=1e308", "must be at most 1e+09, got 1e+308"),
-        ("cable.preload=1e300 N", "times the elastic modulus times the area: out of range"),
-        ("cable.ends.1.0=1e300", "the two ends are 1e+300 m apart: out of range (1e-09 to 1e+12 m)"),
-        ("cable.loads=[{at: 1 m, force: [0, 0, 1e300]}]", "out of range (at most 1e+30 N)"),
+        ("cable.elastic_modulus=1e-12", "times the area of the cross-section is 2.69e-18 N: out of range"),
+        ("cable.area=1e-300", "must be from 1e-18 to 1e+09 m^2, got 1e-300"),
+        ("cable.diameter=1e160", "must be from 1e-09 to 100000 m, got 1e+160"),
+        ("cable.density=1e-300", "must be from 1e-09 to 1e+15 kg/m^3, got 1e-300"),
+        ("gravity=1e308", "must be from 0 to 1e+06 m/s^2, got 1e+308"),
+        ("cable.preload=1e300 N", 'must be from 1e-24 to 1e+24 N, got "1e300 N"'),
+        ("cable.sag=1e160", "must be from 1e-18 to 1e+09 m, got 1e+160"),
+        ("cable.ends.1.0=1e300", "must be from -1e+09 to 1e+09 m, got 1e+300"),
+        ("cable.loads=[{at: 1 m, force: [0, 0, 1e300]}]", "must be from -1e+24 to 1e+24 N, got 1e+300"),
+        ("cable.damping.time=1e303", "must be from 0 to 1e+12 s, got 1e+303"),
+        ("gondola.mass=1e-308", "must be from 1e-09 to 1e+15 kg, got 1e-308"),
+        ("winch.controller={gain: 1, notch: {frequency: 1e160}}", "must be from 1e-09 to 1e+09 Hz, got 1e+160"),
+        ("winch.controller={gain: 1, notch: {frequency: 1e-303}}", "must be from 1e-09 to 1e+09 Hz, got 1e-303"),
+        ("winch.controller.gain={auto: {gain_margin: 1e5 dB}}", 'must be from 1e-06 to 300 dB, got "1e5 dB"'),
+        ("wind={speed: 1e308, turbulence_rms: 1, length_scale: 1}", "must be from 1e-06 to 1e+06 m/s, got 1e+308"),
+        ("<<=1", "--set <<: unknown key (allowed: gravity, "),
     ],
 )
-def test_numbers_that_no_cable_has_are_refused_and_do_not_overflow(folder, option, message):
-    for command in ("static", "modes"):
-        found = refused(folder, command, "scene.yaml", "--set", option)
-        assert message in found[0]
+def test_values_out_of_range_are_refused_by_every_command(folder, option, message):
+    for command in ("static", "modes", "windrms", "ssm"):
+        (found,) = refused(folder, command, "scene.yaml", "--set", option)
+        assert message in found
 
 
 WINDY = """\
@@ -331,31 +316,20 @@ def test_windrms_names_the_key_that_it_needs(folder, text, key):
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ("gondola.mass=0", "--set gondola.mass: must be positive, got 0"),
-        ("gondola.area=0", "--set gondola.area: must be positive"),
-        ("gondola.drag_coefficient=-1", "--set gondola.drag_coefficient: must be positive"),
         ("cable.damping={model: modal, ratio: -0.01}", "--set cable.damping: "),
         ("cable.damping={model: hysteretic, loss_factor: -1}", "--set cable.damping: "),
         ("cable.damping={model: viscous}", "--set cable.damping"),
         ("wind.speed=0", "--set wind.speed: must be positive, got 0"),
-        ("wind.speed=-6 m/s", "--set wind.speed: must be positive"),
         ("wind.speed=6 m", "--set wind.speed: expected a speed"),
-        ("wind.length_scale=0", "--set wind.length_scale: must be positive"),
-        ("wind.turbulence_intensity=0", "--set wind.turbulence_intensity: must be positive"),
-        ("wind.air_density=0", "--set wind.air_density: must be positive"),
         ("wind.spectrum=karman", "--set wind.spectrum: "),
         ("wind.admittance=all", "--set wind.admittance: "),
         ("winch.location=roof", "--set winch.location: "),
-        ("winch.controller.gain=-1", "--set winch.controller.gain: "),
         ("winch.controller.gain=auto", "--set winch.controller.gain: "),
         ("winch.controller.gain={auto: {gain_margin: 0 dB}}", "--set winch.controller.gain"),
         ("winch.controller.notch=some", "--set winch.controller.notch: "),
-        ("winch.controller.notch.frequency=0 Hz", "--set winch.controller.notch.frequency: must be positive"),
-        ("winch.controller.notch.rolloff_frequency=0", "--set winch.controller.notch.rolloff_frequency: must be"),
-        ("winch.controller.notch.damping_ratio=-1", "--set winch.controller.notch.damping_ratio: "),
     ],
 )
-def test_windrms_refuses_what_no_loop_and_no_wind_has(folder, option, message):
+def test_windrms_refuses_wrong_values_of_loop_and_wind(folder, option, message):
     Path("windy.yaml").write_text(WINDY, encoding="utf-8")
     found = refused(folder, "windrms", "windy.yaml", "--set", option)
     assert len(found) == 1
@@ -374,14 +348,14 @@ def test_a_fixed_value_that_the_study_varies_is_refused(folder):
     assert found == ["--set cable.density: has no effect: the study varies this key, or one that replaces it"]
 
 
-def test_nothing_of_it_shows_a_traceback_in_a_process_of_its_own(folder):
+def test_a_process_of_its_own_shows_no_traceback_either(folder):
     Path("bad.yaml").write_text(changed("2.69 mm^2", ".nan"), encoding="utf-8")
     outcome = process("static", "bad.yaml")
     assert (outcome.code, outcome.out, len(outcome.lines)) == (2, "", 1)
     assert PLACE.match(outcome.err)
 
 
-def test_the_files_of_this_project_are_right():
+def test_the_files_in_configs_are_valid():
     files = sorted(str(path) for path in CONFIGS.glob("*.yaml"))
     outcome = run("validate", *files, "--format", "csv")
     assert CARLINA in files

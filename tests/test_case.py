@@ -8,8 +8,13 @@ from command import SLACK
 from scenes import CHORD, LENGTH, SAGGING, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study import batch, models
+from cablestudy.study import models, results
 from cablestudy.study.case import Case
+from cablestudy.study.closed_form import closed_form
+from cablestudy.study.column_requirements import ColumnRequirements
+from cablestudy.study.columns import COLUMNS
+from cablestudy.study.results import Results
+from cablestudy.study.scene_values import SceneValues, TableValues
 
 
 def test_the_span_of_a_scene():
@@ -34,7 +39,7 @@ def test_a_wanted_tension_or_sag_is_had(wanted, column, model):
 
 def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
     with pytest.raises(NoSolutionError, match="ends before its last load, at 185 m"):
-        Case(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]")).batch.span_of(0)
+        _ = Case(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]")).span
 
 
 def test_results_are_computed_once(monkeypatch):
@@ -49,7 +54,7 @@ def test_results_are_computed_once(monkeypatch):
 
         return call
 
-    for place, name in ((batch, "solve"), (models, "Dynamics")):
+    for place, name in ((results, "solve"), (models, "Dynamics")):
         monkeypatch.setattr(place, name, counted(place, name))
     case = Case(scene())
     for _ in range(3):
@@ -62,6 +67,34 @@ def test_a_mode_that_the_model_does_not_have():
     case = Case(scene("model.elements=3"))
     with pytest.raises(NoSolutionError, match="the model has 2 out-of-plane modes, not 3"):
         case.frequency(3, "out-of-plane")
+
+
+def test_a_case_without_an_equilibrium_says_why_and_leaves_the_others():
+    cables = ("cable.preload=1 kN", "cable.preload=1 N", "cable.preload=2 kN")
+    found = Results(SceneValues([scene(cable, "model=null") for cable in cables]))
+    assert found.statics.mean_tension[[0, 2]] == pytest.approx([1000, 2000], rel=1e-12)
+    assert list(found.failures) == [1]
+    with pytest.raises(NoSolutionError, match="below the least that this cable can have"):
+        found.check(1)
+
+
+def test_a_table_of_scenes_gives_what_the_scenes_give():
+    """Arrays of preloads and moduli in one scene, against scenes with a number each: to the last digit."""
+    columns = [column for column in COLUMNS if column.needs in ("statics", "stiffness", "scene") and not column.each]
+    preload, modulus = np.array([1.0, 500.0, 1345.0, 3000.0]), np.array([70.3e9, 7.03e9, 70.3e9, 7e9])
+    sets = [(f"cable.preload={p}", f"cable.elastic_modulus={e}") for p, e in zip(preload, modulus, strict=True)]
+    scenes = [scene(*one, "model={accuracy: 1e-4}") for one in sets]
+    base = scenes[0]
+    changed = base.cable.model_copy(update={"preload": preload, "elastic_modulus": modulus})
+    table = TableValues(base.model_copy(update={"cable": changed}), 4)
+    required = ColumnRequirements(columns)
+    found, expected = (closed_form(Results(values), required) for values in (table, SceneValues(scenes)))
+    assert found.cells() == expected.cells()
+    assert found.errors == expected.errors
+    assert {case: list(failed) for case, failed in found.failures.items()} == {
+        case: list(failed) for case, failed in expected.failures.items()
+    }
+    assert found.failures[0]
 
 
 def test_end_stiffness_turns_with_the_cable():

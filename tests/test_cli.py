@@ -3,17 +3,21 @@
 import csv
 import io
 import json
+import math
 import os
 import signal
 import subprocess
 import sys
 import time
+import tomllib
 
 import click
 import pytest
-from command import CARLINA, CONFIGS, SLACK, process, rows_of, run, study_file, table_of
+from command import CARLINA, CONFIGS, ROOT, SLACK, process, rows_of, run, study_file, table_of
 
+from cablestudy import __version__
 from cablestudy.cli import main
+from cablestudy.study import report
 
 PRELOAD = str(CONFIGS / "preload.yaml")
 BROKEN = ("--set", "cable.preload=100 kN")  # aramid breaks at 8 kN
@@ -95,6 +99,26 @@ def test_formats_say_the_same(arguments):
         assert len(lines) == 2 + len(tables["csv"])
 
 
+@pytest.mark.parametrize(
+    ("arguments", "size", "most"),
+    [
+        (["modes", "--set", "model.elements=1000000"], "12 modes of a model with 1999998 unknowns", 294117),
+        (["modes", "-n", "2500", "--set", "model.elements=10000"], "2500 modes of a model with 19998 unknowns", 3000),
+        (["ssm", "--set", "model.elements=10000"], "600 modes of a model with 19998 unknowns", 8264),
+        (["windrms", "--set", "model.elements=10000"], "600 modes of a model with 19998 unknowns", 8264),
+        (["static", "--set", "model={elements: 20000, order: 64}"], "20000 elements of order 64 have 1280000 nodes",
+         1000000),
+    ],
+    ids=lambda value: " ".join(value[:1]) if isinstance(value, list) else None,
+)  # fmt: skip
+def test_a_model_that_is_too_large_is_refused_with_its_size(arguments, size, most):
+    outcome = run(arguments[0], CARLINA, *arguments[1:], code=3)
+    assert len(outcome.lines) == 1
+    assert size in outcome.err
+    assert f"(at most {most}" in outcome.err
+    assert "fewer elements" in outcome.err
+
+
 def test_numbers_in_csv_are_the_shortest_that_read_back_the_same():
     text = run("sweep", PRELOAD, "--no-write", "--format", "csv").out
     exact = table_of("sweep", PRELOAD, "--no-write")
@@ -118,6 +142,28 @@ def test_json_carries_units_and_a_single_scene_is_one_row():
     assert table["rows"][0]["status"] == "ok"
 
 
+@pytest.mark.parametrize("style", ["md", "csv", "json", "jsonl"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    ("command", "function"),
+    [("static", "static_table"), ("modes", "mode_table"), ("validate", "validate_table"), ("columns", "columns_table")],
+)
+def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, function, value, style):
+    original = getattr(report, function)
+
+    def spoilt(*arguments):
+        found = original(*arguments)
+        table = found[0] if isinstance(found, tuple) else found
+        table.rows[-1][table.fields[0].name] = value
+        return found
+
+    monkeypatch.setattr(report, function, spoilt)
+    outcome = run(command, *([] if command == "columns" else [CARLINA]), "--format", style, code=3)
+    assert outcome.out == ""
+    assert len(outcome.lines) == 1
+    assert outcome.err.endswith(" is not a finite number\n")
+
+
 def test_markdown_has_four_digits_and_units():
     text = run("static", CARLINA).out
     assert "| preload                  |      1345 | N      |" in text
@@ -135,7 +181,7 @@ def test_dash_is_standard_input_and_set_changes_keys(folder):
     study = f"base: {CARLINA}\nvary: [{{gondola.mass: [1, 2]}}]\ncolumns: [gondola_frequency_static]\n"
     run("sweep", "-", stdin=study)
     left = {path.name for path in (folder / "results").iterdir()}
-    assert left == {"stdin.csv", "stdin.md", "stdin.run.yaml", "stdin.rows.jsonl"}
+    assert left == {"stdin.csv", "stdin.md", "stdin.run.yaml", "stdin.rows.sqlite"}
     assert run("static", "-", stdin="", code=2).err == "<stdin>: empty file\n"
 
 
@@ -162,6 +208,20 @@ def test_notes_go_to_standard_error_and_quiet_silences_them(folder):
     assert run("sweep", PRELOAD, "--quiet").err == ""
     assert run("sweep", PRELOAD, "--check").err == "results/preload.csv: agrees\n"
     assert run("sweep", PRELOAD, "--check", "--quiet").err == ""
+
+
+@pytest.mark.parametrize("command", ["windrms", "ssm", "modes"])
+def test_damping_that_is_assumed_is_said(folder, command):
+    text = (CONFIGS / "carlina.yaml").read_text(encoding="utf-8")
+    bare = "".join(line for line in text.splitlines(keepends=True) if "damping: {model: modal, ratio" not in line)
+    (folder / "bare.yaml").write_text(bare, encoding="utf-8")
+    said = "damping: the scene gives none; modal, with a ratio of 1 %, is assumed"
+    found = run(command, "bare.yaml", "--explain")
+    assert (said in found.lines) == (command != "modes")  # undamped modes need none
+    assert said not in run(command, CARLINA, "--explain").err
+    assert said not in run(command, "bare.yaml", "--explain", "--set", "cable.damping.ratio=0.01").err
+    assert said not in run(command, "bare.yaml").err
+    assert found.out == run(command, CARLINA).out
 
 
 def test_errors_are_shown_even_when_quiet():
@@ -210,6 +270,21 @@ def test_every_command_that_reads_has_the_common_options():
             assert {"--explain", "--plot"} <= options
 
 
+def test_python_m_cablestudy_is_the_command():
+    assert process("--version").out == f"cablestudy, version {__version__}\n"
+    assert (
+        process("static").err == "cablestudy static: Missing argument 'SCENE' ('cablestudy static --help' shows how)\n"
+    )
+    assert process("static", SLACK).out == run("static", SLACK).out
+
+
+def test_the_licence_is_in_the_project_file():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["license"] == "BSD-3-Clause"
+    (name,) = project["license-files"]
+    assert (ROOT / name).read_text(encoding="utf-8").startswith("BSD 3-Clause License\n")
+
+
 def _imported(*arguments):
     script = f"""
 import sys
@@ -247,7 +322,7 @@ def test_a_command_imports_only_what_it_needs(folder):
     ids=lambda arguments: arguments[0],
 )
 def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
-    command = [sys.executable, "-m", "cablestudy.cli", *arguments]
+    command = [sys.executable, "-m", "cablestudy", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
         child.stdout.readline()
         child.stdout.close()
@@ -259,7 +334,7 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
 def test_a_full_disk_is_one_line_and_no_traceback():
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "cablestudy.cli", "columns"]
+        command = [sys.executable, "-m", "cablestudy", "columns"]
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("standard output: ")
@@ -268,7 +343,7 @@ def test_a_full_disk_is_one_line_and_no_traceback():
 @pytest.mark.skipif(os.name != "posix", reason="closing a stream in the shell is POSIX")
 @pytest.mark.parametrize("redirection", [">&-", "<&-"])
 def test_a_closed_stream_is_one_line_and_no_traceback(redirection):
-    command = f"{sys.executable} -m cablestudy.cli static - {redirection}"
+    command = f"{sys.executable} -m cablestudy static - {redirection}"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60,
                           check=False)  # fmt: skip
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
@@ -289,7 +364,7 @@ def test_a_file_whose_name_is_no_text(folder):
     os.rename(study_file(folder, "columns: [sag]\n"), b"bad\xff.yaml")
     outcome = process("sweep", "bad\udcff.yaml")
     assert (outcome.code, len(outcome.lines)) == (0, 1)
-    assert sorted(name[4:] for name in os.listdir(b"results")) == [b".csv", b".md", b".rows.jsonl", b".run.yaml"]
+    assert sorted(name[4:] for name in os.listdir(b"results")) == [b".csv", b".md", b".rows.sqlite", b".run.yaml"]
     with open("results/bad\udcff.md", encoding="utf-8") as file:
         assert file.read().startswith("# bad\\udcff\n")
 
@@ -299,7 +374,7 @@ def test_a_file_whose_name_is_no_text(folder):
 def test_control_c_leaves_the_rows_that_are_done_and_no_traceback(folder, jobs):
     cases = "vary: [{cable.preload: {from: 100, to: 2000, count: 3000}}]\ncolumns: [sag, gondola_frequency]\n"
     study = study_file(folder, cases)
-    command = [sys.executable, "-m", "cablestudy.cli", "sweep", study, "--out", "out", "--jobs", str(jobs)]
+    command = [sys.executable, "-m", "cablestudy", "sweep", study, "--out", "out", "--jobs", str(jobs)]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, text=True
     ) as child:
@@ -308,6 +383,6 @@ def test_control_c_leaves_the_rows_that_are_done_and_no_traceback(folder, jobs):
         out, error = child.communicate(timeout=5)
     assert (child.returncode, out) == (130, "")
     left = [path.name for path in (folder / "out").iterdir()] if (folder / "out").exists() else []
-    assert left in ([], ["study.rows.jsonl"])
+    assert left in ([], ["study.rows.sqlite"])
     assert error.startswith("interrupted: ")
     assert "Traceback" not in error

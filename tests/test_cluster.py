@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from cluster import cluster
-from command import SLACK, process, run, start, study_file, wait_for_rows
+from command import SLACK, process, run, start, stored_rows, study_file, wait_for_rows
 
 from cablestudy.sweep import cluster as module
 
@@ -32,32 +32,39 @@ def slow(folder):
 def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
     run("sweep", slow, "--out", "here", "--jobs", "1", "--quiet")
     with cluster(folder, 2) as made:
-        journal = Path("there/study.rows.jsonl")
+        rows = Path("there/study.rows.sqlite")
         sweep = start(slow, "--out", "there", "--scheduler", made.file)
-        wait_for_rows(sweep, 4, journal)
+        wait_for_rows(sweep, 4, rows)
         made.workers[0].kill()
-        rows = journal.read_bytes().count(b"\n") - 1
+        done = len(stored_rows(rows))
         _, said = sweep.communicate(timeout=60)
         assert sweep.returncode == 0, said
         assert "Traceback" not in said
-        assert rows < 300, "the sweep was over before the worker was killed"
+        assert done < 300, "the sweep was over before the worker was killed"
         # by address, and one worker that is left
         outcome = process("sweep", slow, "--out", "again", "--scheduler", made.address)
         assert (outcome.code, outcome.err) == (0, "written: again/study.csv, again/study.md\n")
         ended = start(slow, "--out", "ended", "--scheduler", made.address)
-        wait_for_rows(ended, 1, Path("ended/study.rows.jsonl"))
+        wait_for_rows(ended, 1, Path("ended/study.rows.sqlite"))
         ended.send_signal(signal.SIGINT)
         _, said = ended.communicate(timeout=30)
         assert ended.returncode == 130, said
         assert len(said.splitlines()) == 2
         assert said.startswith("interrupted: ")
+        left = start(slow, "--out", "left", "--scheduler", made.address)
+        wait_for_rows(left, 1, Path("left/study.rows.sqlite"))
+        made.scheduler.kill()
+        _, said = left.communicate(timeout=60)
+        assert left.returncode == 3, said
+        assert said.startswith(f"{made.address}: the scheduler is gone (")
+        assert len(said.splitlines()) == 1
     for name in ("study.csv", "study.md"):
         assert Path("there", name).read_bytes() == Path("here", name).read_bytes()
         assert Path("again", name).read_bytes() == Path("here", name).read_bytes()
 
 
 def test_nobody_there(slow, folder, monkeypatch):
-    monkeypatch.setattr(module, "ANSWER", 1)
+    monkeypatch.setattr(module, "TIMEOUT", 1)
     outcome = run("sweep", slow, "--no-write", "--scheduler", "tcp://127.0.0.1:9", code=2)
     assert outcome.lines[0].startswith("--scheduler tcp://127.0.0.1:9: no scheduler answers there")
     assert len(outcome.lines) == 1

@@ -152,7 +152,7 @@ def test_byte_order_mark_and_windows_line_ends_do_not_move_places(folder):
     assert document.value == {"a": 1, "b": {"c": 2}}
     assert document.where(("a",)) == "f.yaml:1:4"
     assert document.where(("b", "c")) == "f.yaml:3:6"
-    assert document.where_key(("b", "c")) == "f.yaml:3:3"
+    assert document.where(("b", "c"), of_key=True) == "f.yaml:3:3"
 
 
 def test_a_place_is_that_of_the_nearest_known_ancestor(folder):
@@ -270,7 +270,9 @@ def test_set_replaces_alternatives_and_makes_mappings(folder, lower, key, result
 
 def test_places_after_a_set(folder):
     document = read_document(write("f.yaml", "a: {b: 1, c: 2}\n")).with_sets([("d.e", {"f": 1}, lambda: "late")])
-    assert document.where(("d", "e", "f")) == document.where(("d",)) == document.where_key(("d", "e")) == "late"
+    assert (
+        document.where(("d", "e", "f")) == document.where(("d",)) == document.where(("d", "e"), of_key=True) == "late"
+    )
     assert document.where(("a", "c")) == "f.yaml:1:14"
 
 
@@ -323,7 +325,7 @@ def test_set_options_are_one_layer_and_wrong_ones_are_reported_together(folder):
     document = read_document(write("f.yaml", "cable: {area: 1}\n"))
     assert apply_sets(document, ["cable.area=2", "cable.diameter=3"]).value == {"cable": {"area": 2, "diameter": 3}}
     assert message_of(apply_sets, document, ["a", "b=1", "b=2"]).count("\n") == 1
-    assert apply_sets(document, ()) is document
+    assert apply_sets(document, ()).value == document.value
 
 
 def _read_text(folder, content):
@@ -366,3 +368,7 @@ def test_any_set_option_gives_a_value_or_a_scene_error(text):
     for option in (text, "a=" + text):
         with contextlib.suppress(SceneError):
             parse_set(option)
+
+
+def test_a_key_of_very_many_names_is_refused(folder):
+    assert message_of(parse_set, ".".join("a" * 20_000) + "=1").endswith(": a key of 20000 names (at most 50)")

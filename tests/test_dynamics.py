@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable import dynamics as module
-from cablestudy.cable.assembly import SPATIAL
-from cablestudy.cable.dynamics import PLANAR, Dynamics
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.errors import ConvergenceError
 
@@ -20,7 +19,7 @@ from cablestudy.errors import ConvergenceError
 def dynamics(span, elements=40, order=1, mass="lumped"):
     start = catenary.solve(span)
     state, _ = equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))
-    return Dynamics(state, span.unstretched_length, span.mass, PLANAR if span.planar else (SPATIAL,))
+    return Dynamics(state)
 
 
 # ---- the paper ------------------------------------------------------------------------------------------------------
@@ -282,7 +281,7 @@ def test_the_error_that_a_model_tells_is_true_and_not_idle(a, b, length, order):
     start = catenary.solve(span)
     edges = pieces(start.segments.fraction, start.singularities)
     mesh = mesh_pieces(edges, (1,) * (len(edges) - 1), order)
-    model = Dynamics(equilibrium.from_catenary(start, mesh), span.unstretched_length, span.mass)
+    model = Dynamics(equilibrium.from_catenary(start, mesh))
     for kind, plane in (("in-plane", "in"), ("out-of-plane", "out")):
         exact = continuous_cable.frequencies(a, b, length, EA, MASS, G, 4, plane=plane)
         which = tuple((k, kind, None) for k in range(1, 5))
@@ -302,7 +301,7 @@ def test_the_error_of_a_taut_string_is_told_sharply(elements, order):
     """Of its k-th mode, k sqrt(T/m)/(2 l): at most what is told, and for some mode of a high order not a third."""
     span = chord_span(100.0, 20.0, 1e-3, EA, MASS, gravity=0.0)
     start = catenary.solve(span)
-    model = Dynamics(equilibrium.from_catenary(start, mesh_pieces((0.0, 1.0), (elements,), order)), 100 / 1.001, MASS)
+    model = Dynamics(equilibrium.from_catenary(start, mesh_pieces((0.0, 1.0), (elements,), order)))
     waves = np.arange(1, int((elements * order - 3) / 1.7) + 1)
     # per unstretched length: mass MASS, stiffness T/(1 + strain)
     exact = waves / 2 * np.sqrt(1e-3 * EA / (MASS * 1.001)) / (100 / 1.001)

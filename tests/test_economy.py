@@ -7,9 +7,11 @@ from scenes import scene
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.scene.scene import Scene, load_scene
-from cablestudy.study import batch, loops
-from cablestudy.study.columns import COLUMNS, find, lacks
-from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.scene.study import read_study
+from cablestudy.study import loops, results
+from cablestudy.study.case_table import tables_of
+from cablestudy.study.columns import COLUMNS, ROUNDING, find, lacks
+from cablestudy.study.row import evaluate, evaluate_cases, evaluate_tables
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
 WIND = [find(name) for name in ("preload", "end_stiffness", "gondola_frequency", "gondola_rms", "gain_margin")]
@@ -29,7 +31,7 @@ def counts(monkeypatch):
 
         monkeypatch.setattr(module, name, call)
 
-    count(batch, "solve")
+    count(results, "solve")
     count(equilibrium, "solve_many")
     count(dynamics.Dynamics, "_solve")
     count(assembly, "masses")
@@ -145,6 +147,31 @@ def test_a_mixture_of_random_scenes_gives_each_row_as_it_is_alone():
         together, alone = evaluate_cases(scenes, columns), [evaluate(one, columns) for one in scenes]
         assert [(row.cells, row.errors) for row in together] == [(row.cells, row.errors) for row in alone]
         assert {row.failed for row in together} == {True, False}
+
+
+@pytest.mark.parametrize("keys", [
+    "{cable.preload: [1 N, 60 N, 1000 N, 40 kN], cable.area: [2e-6, 2.69e-6, 3e-6, 4e-6]}",
+    "{cable.sag: [0.1, 4, 300], gravity: [1.6, 9.81, 0]}",
+    "{cable.chord: [185, 186, 100], cable.inclination: [0, 1, 1.5]}",
+    "{cable.diameter: [1 mm, 2 mm], wind.speed: [3, 6], gondola.mass: [10, 50]}",
+])  # fmt: skip
+def test_a_table_of_cases_gives_the_rows_of_each_scene_alone_to_the_last_digit(tmp_path, keys):
+    """Closed forms by arrays, where all columns are; and tables whose columns are not."""
+    base = f"base: {CARLINA}\nset: {{model: {{accuracy: 1e-4}}}}\ncolumns: [sag]\n"
+    path = tmp_path / "study.yaml"
+    path.write_text(f"{base}vary: [{keys}]\n", encoding="utf-8")
+    study = read_study(str(path))
+    closed = [column for column in STATIC if not column.each]
+    tables, refused = tables_of(study, range(study.count))
+    assert not refused
+    for columns in (closed, [find("sag"), find("error_estimate")]):
+        found = evaluate_tables(tables, columns)
+        for case in range(study.count):
+            row = evaluate(study.case(case)[1], columns)
+            numbers, status, errors, notes = found[case]
+            assert [*numbers, status] == [row.cells[column.header] for column in columns] + [row.cells["status"]]
+            assert errors == {name: error for name, error in row.errors.items() if error > ROUNDING}
+            assert notes == ()
 
 
 def test_a_case_without_an_answer_fails_alone():

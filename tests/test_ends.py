@@ -14,8 +14,10 @@ from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 from cablestudy.control.complex_stiffness import ComplexStiffness
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import models
-from cablestudy.study.batch import Batch
+from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
+from cablestudy.study.results import Results
+from cablestudy.study.scene_values import SceneValues
 
 ORDER = 24
 CABLES = {"taut": PAPER, "sagging": SAGGING, "inclined": INCLINED, "downhill": Twin(175.68, -60.49, 184.4883)}
@@ -229,7 +231,7 @@ STIFF = (110003, 110006, 110040, 110041, 120017, 500000, 500040, 500045, 500048,
 def test_a_stiff_cable_is_not_refused_and_right(seed):
     """Against the same cable without modes (`complex_stiffness`), about the gondola's frequency and far from it."""
     case = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 16)
-    model, exact = case.end_model_along_x, ComplexStiffness(case.felt, case.span.frame[:, 0])
+    model, exact = case.end_model_along_x, ComplexStiffness(case.excited, case.span.frame[:, 0])
     s = (0.03 + 1j) * 2 * np.pi * case.gondola_frequency * np.array([0.01, 0.3, 0.99, 3.0, 10.0])
     found = model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
     for one, value in zip(s, found, strict=True):
@@ -450,11 +452,9 @@ def test_ends_of_many_cables_are_those_of_each_alone(model, load):
     # another direction; a level cable without loads is of another group than an inclined one
     sets.append([*sets[0], f"cable.ends=[[0, 0, 0], {'[60, 80, 150]' if load else '[108, 144, 0]'}]"])
     scenes = [scene(*one) for one in sets]
-    batch = Batch(scenes)
-    together = [Case(one, batch, place) for place, one in enumerate(scenes)]
-    for case in together[1:]:
-        case.shelf = together[0].shelf
-    models.prepare(together)
+    results, cache = Results(SceneValues(scenes)), Cache()
+    together = [Case(one, results, place, cache=cache) for place, one in enumerate(scenes)]
+    models.solve_models(together)
     assert len({id(case.model._models) for case in together}) == 1
     for case, one in zip(together, scenes, strict=True):
         for found, expected in zip(all_of(case), all_of(Case(one)), strict=True):

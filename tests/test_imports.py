@@ -1,6 +1,7 @@
 """Imports point one way, and each library is imported where the house rules allow it; read from the source."""
 
 import ast
+import graphlib
 import sys
 from pathlib import Path
 
@@ -21,6 +22,7 @@ ALLOWED = {
     "sweep": {"sweep", "study", "scene", "errors", "__version__"},
     "cli": {"cli", "sweep", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
     "__init__": set(),
+    "__main__": {"cli"},
 }
 LIBRARIES = {"cable": {"numpy", "scipy"}, "errors": set()}
 # reading a file needs no arrays; who draws the points of a sample imports them there and then
@@ -68,6 +70,26 @@ def test_imports_point_one_way(path):
             assert layer == "cli"
         if layer in LIBRARIES and parts[0] not in sys.stdlib_module_names:
             assert parts[0] in LIBRARIES[layer], f"{layer} must not import {name}"
+
+
+def module_of(path):
+    """Name with dots of a module, or of the package whose `__init__.py` it is."""
+    return ".".join(("cablestudy", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    """Imports inside functions counted: `graphlib` finds the circle that there is."""
+    modules = {module_of(path): path for path in MODULES}
+    graph = {}
+    for module, path in modules.items():
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        names = {name for name in imports(path) if name in modules}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.module in modules:  # from package import module
+                names |= {f"{node.module}.{alias.name}" for alias in node.names} & modules.keys()
+        graph[module] = names - {module, "cablestudy"}
+    assert sum(map(len, graph.values())) > 100
+    graphlib.TopologicalSorter(graph).prepare()  # raises CycleError
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / WITHOUT_ARRAYS).rglob("*.py")), ids=lambda path: path.name)

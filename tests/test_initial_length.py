@@ -50,7 +50,7 @@ def test_the_sag_comes_back():
 @pytest.mark.parametrize("degrees", [0, 19, -75])
 @pytest.mark.parametrize("tension", [40.0, 361.0, 1344.75, 24200.0])
 def test_tension_against_the_reference(degrees, tension):
-    """The 50-digit cable of this length has the wanted mean tension."""
+    """The 50-digit cable of this length has the given mean tension."""
     span = paper_span(degrees=degrees)
     found = span.with_chord_strain(chord_strain_for_tension(span, tension))
     assert Exact(found).mean_tension() == pytest.approx(tension, rel=1e-12)
@@ -83,7 +83,7 @@ def test_the_least_tension_of_a_short_cable_that_carries_a_large_load():
     """The longer it is the less its mean tension, up to many chords: found by trying lengths, the load at its place."""
     span = chord_span(1.0, 30, 0.0, 1e6, 1e-3, 9.81, [(0.4, np.array([0.0, 0.0, -50.0]))])
     lengths = np.geomspace(1.0, 1000.0, 2000)
-    tensions = [float(solve(span.with_chord_strain(1 / length - 1)).mean_tension) for length in lengths]
+    tensions = solve(span.with_chord_strain(1 / lengths - 1)).mean_tension
     assert lengths[np.argmin(tensions)] > 20
     with pytest.raises(NoSolutionError, match="below the least") as refused:
         chord_strain_for_tension(span, 0.99 * min(tensions))

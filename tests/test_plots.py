@@ -71,6 +71,12 @@ def test_static_form_draws_the_shape_the_chord_and_the_sag(carlina):
         assert fact in words(figure)
 
 
+def test_the_sag_in_closed_form_has_four_digits():
+    figure = plots.static_form(case_of("slack"))
+    assert figure.get_suptitle() == "Static form: chord 185.8 m, preload 361.6 N, sag 4.087 m"  # Table 6: 4.088 m
+    assert "sag 4.087 m" in [text.get_text() for text in figure.axes[0].texts]
+
+
 def test_the_stated_enlargement_is_the_drawn_one(carlina):
     (axes,) = draw(plots.static_form(carlina)).axes
     box = axes.get_window_extent()
@@ -231,6 +237,22 @@ def test_a_study_without_plot_shows_what_varies(tmp_path):
     assert [axes.get_ylabel() for axes in figure.axes] == ["gondola frequency\nstatic [Hz]", "end stiffness [N/m]"]
     assert figure.axes[-1].get_xlabel() == "mass [kg]"
     assert list(figure.axes[0].lines[0].get_xdata()) == [10.0, 20.0]
+
+
+@pytest.mark.parametrize(
+    ("varied", "joined"),
+    [
+        ("vary: [{gondola.mass: {from: 10 kg, to: 20 kg, count: 5}}]", True),
+        ("sample: {method: sobol, count: 8, over: {gondola.mass: {from: 10 kg, to: 20 kg}}}", False),
+    ],
+)
+def test_samples_are_scattered_and_not_joined(tmp_path, varied, joined):
+    path = tmp_path / "mass.yaml"
+    path.write_text(f"base: {CONFIGS / 'carlina.yaml'}\n{varied}\ncolumns: [gondola_frequency_static]\n")
+    study = read_study(str(path))
+    (line,) = draw(plots.study_plot(study, computed(study))).axes[0].lines
+    assert (line.get_linestyle() != "None") == joined
+    assert line.get_marker() == "o"
 
 
 def test_materials_are_categories_and_a_broken_cable_is_left_out(tmp_path):

@@ -338,8 +338,8 @@ def test_irvine_symmetric_modes_of_a_nearly_inextensible_cable():
     lambda_squared = taut_string.irvine_parameter(m * g * a / chord, chord, stiffness, tension)
     symmetric = taut_string.irvine_symmetric(3, lambda_squared) / (2 * np.pi * chord) * math.sqrt(tension / m)
     f = continuous_cable.frequencies(*cable, 6)
-    for wanted in symmetric:
-        assert np.min(np.abs(f / wanted - 1)) < 1e-5
+    for expected in symmetric:
+        assert np.min(np.abs(f / expected - 1)) < 1e-5
 
 
 def test_hysteretic_stiffness_is_complex_and_symmetric():

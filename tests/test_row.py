@@ -1,18 +1,21 @@
 """One row: what is modelled, how far the order is raised, and what is told about it."""
 
+import json
 import re
 
 import numpy as np
 import pytest
-from command import CARLINA, SLACK
-from scenes import SAGGING, cells, scene
+from command import CARLINA, SLACK, run
+from references import catenary_mp
+from scenes import CHORD, PAPER, SAGGING, G, Twin, cells, scene
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.case import Case
+from cablestudy.study.column_requirements import ColumnRequirements
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate, evaluate_cases, modes
-from cablestudy.study.wanted import Wanted
+from cablestudy.study.row import evaluate, evaluate_cases, modes, statics_error
 
+DEEP = Twin(CHORD, 0.0, 371.6)  # twice the chord
 ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) models"
 
 
@@ -75,23 +78,19 @@ def test_an_axial_mode_of_a_straight_cable_needs_no_transverse_waves():
 @pytest.mark.parametrize("base", [CARLINA, SLACK], ids=["taut", "sagging"])
 @pytest.mark.parametrize("name", ["inplane_frequency", "outofplane_frequency", "symmetric_frequency"])
 def test_the_first_model_suffices_and_hardly_a_coarser_one(base, name):
-    """Over accuracies and waves: the ladder begins where the error that models tell first is below the accuracy."""
+    """Over accuracies and waves: the refinement begins where the estimated error first is below the accuracy."""
     tried, spare = [], []
     for number in (1, 2, 5, 10):
         column = find(f"{name}_{number}")
-        told = {}
+        stated = {}  # errors by orders; a model may be too coarse to have such a mode
         for order in range(4, 48):
-            try:
-                told[order] = Wanted([column]).sample(Case(scene("model.accuracy=1e-3", base=base)).refined(1, order))[
-                    1
-                ]
-            except NoSolutionError:
-                continue  # too coarse to have such a mode
+            case = Case(scene("model.accuracy=1e-3", base=base)).refined(1, order)
+            stated[order] = ColumnRequirements([column]).sample(case)[1].get(column.header, np.inf)
         for accuracy in (1e-3, 1e-6, 1e-10):
             row = row_of(scene(f"model={{accuracy: {accuracy}}}", base=base), column.name)
             used, models = (int(re.search(pattern, " ".join(row.notes))[1]) for pattern in ORDER_AND_MODELS)
             tried.append(models)
-            spare.append(used - min(order for order in told if told[order][column.header] <= accuracy))
+            spare.append(used - min(order for order in stated if stated[order] <= accuracy))
     assert np.mean(tried) < 1.2
     assert np.median(spare) <= 2
     assert max(spare) <= 5
@@ -105,10 +104,10 @@ def test_what_cannot_be_had_says_so():
 
 
 def test_modes_of_a_fixed_model_and_of_an_accuracy():
-    _, found, notes = modes(Case(scene()), 500)
+    _, found, notes, _ = modes(Case(scene()), 500)
     assert len(found) == 117
     assert "40 elements of order 1" in notes[0]
-    _, found, notes = modes(Case(scene(base=SLACK)), 40)
+    _, found, notes, _ = modes(Case(scene(base=SLACK)), 40)
     inside = [found.frequency[i] for i in range(40) if found.kind[i] != "out-of-plane"]
     assert inside == pytest.approx(SAGGING.frequencies(len(inside)), rel=1e-4)
     with pytest.raises(ConvergenceError, match="5000 modes are too many"):
@@ -118,7 +117,7 @@ def test_modes_of_a_fixed_model_and_of_an_accuracy():
 
 
 def test_modes_up_to_a_frequency_miss_none():
-    _, found, _ = modes(Case(scene(base=SLACK)), upto=20.0)
+    _, found, *_ = modes(Case(scene(base=SLACK)), upto=20.0)
     inside, out = SAGGING.frequencies(80), SAGGING.frequencies(80, "out")
     assert len(found) == (inside <= 20).sum() + (out <= 20).sum()
     assert np.all(found.frequency <= 20)
@@ -151,3 +150,97 @@ def test_a_cable_with_hardly_any_weight_troubles_no_other(gravity):
     assert heavy.cells == evaluate(scenes[1], wanted).cells
     assert heavy.cells["status"] == "ok"
     assert light.cells == evaluate(scenes[0], wanted).cells
+
+
+# what cannot be had leaves the rest of its row standing
+
+OPEN_LOOP = ("preload", "cable_frequency", "gondola_frequency", "gondola_rms_open_loop")
+HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
+
+
+@pytest.mark.parametrize("model", ["model={elements: 40}", "model={accuracy: 1e-4}"])
+@pytest.mark.parametrize(("sets", "gone", "reason"), [
+    (["winch.controller.gain=100"], "gondola_rms", "unstable loop at a gain of 100 rad/s"),
+    (["winch=null"], "largest_gain", "largest_gain needs the key winch.controller, which this case does not have"),
+    ([], "inplane_frequency_900", "modes, not 900"),
+])  # fmt: skip
+def test_a_column_that_cannot_be_had_leaves_the_others(model, sets, gone, reason):
+    whole = row_of(scene(model, HYSTERETIC), *OPEN_LOOP)
+    row = row_of(scene(model, HYSTERETIC, *sets), *OPEN_LOOP, gone)
+    assert reason in row.cells["status"]
+    assert row.cells[find(gone).header] is None
+    assert whole.cells["status"] == "ok"
+    for name in OPEN_LOOP:
+        header = find(name).header
+        assert row.cells[header] == pytest.approx(whole.cells[header], rel=1e-6)
+    assert find(gone).header not in row.errors
+
+
+def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
+    def no_limit(self, margin):
+        raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
+
+    monkeypatch.setattr("cablestudy.control.winch.Loop.with_margin", no_limit)
+    row = row_of(scene("winch.controller.gain={auto: {gain_margin: 6 dB}}"), *OPEN_LOOP, "gondola_rms", "gain_margin")
+    assert row.cells["status"].startswith("no gain follows from a gain margin")
+    assert [row.cells[name] for name in ("gondola_rms_mm", "gain_margin_dB")] == [None, None]
+    assert row.cells["gondola_rms_open_loop_mm"] == pytest.approx(
+        row_of(scene(), "gondola_rms_open_loop").cells["gondola_rms_open_loop_mm"], rel=1e-6
+    )
+
+
+def test_modal_damping_with_an_accuracy_leaves_what_has_no_damping():
+    row = row_of(scene("model={accuracy: 1e-4}"), "sag", "gondola_frequency", "gondola_damping_ratio")
+    assert row.cells["status"].startswith("modal damping grows with the number of modes")
+    assert row.cells["gondola_damping_ratio"] is None
+    assert row.cells["sag_m"] > 0
+    assert row.cells["gondola_frequency_Hz"] == pytest.approx(0.71876, rel=1e-4)
+
+
+def test_without_an_equilibrium_what_the_scene_says_stands():
+    row = row_of(scene("cable.preload=1 N"), "chord", "sag", "cable_frequency")
+    assert "below the least that this cable can have" in row.cells["status"]
+    assert [row.cells[name] for name in ("chord_m", "sag_m", "cable_frequency_Hz")] == [185.8, None, None]
+
+
+# fixed elements say how far they are off
+
+
+def bars_off(twin, elements):
+    """Relative error of the mean tension of bars against the catenary of 50 digits."""
+    chain = twin.chain(elements)
+    H, V0 = catenary_mp.solve(twin.a, twin.b, twin.length, twin.stiffness, twin.mass * G)
+    exact = float(catenary_mp.mean_tension(H, V0, twin.length, twin.mass * G))
+    return abs(chain.tensions.mean() / exact - 1)
+
+
+@pytest.mark.parametrize(("twin", "elements", "warns"), [(PAPER, 40, False), (DEEP, 10, True), (DEEP, 200, False)])
+def test_the_statics_of_fixed_elements_state_their_error(twin, elements, warns):
+    row = row_of(twin.scene(f"model.elements={elements}"), "preload", "sag", "chord")
+    assert row.errors["preload_N"] == pytest.approx(bars_off(twin, elements), rel=1e-3, abs=1e-12)
+    assert row.errors["chord_m"] == 0
+    assert bool(row.warnings) == warns
+    if warns:
+        assert re.search(r"tensions or sag of 10 elements of order 1 are [\d.]+ % off", row.warnings[0])
+        assert f"tensions and sag within {statics_error(row.case):.1e}" in " ".join(row.notes)
+
+
+def test_the_motion_of_fixed_elements_states_its_error_when_asked():
+    columns = [find("cable_frequency"), find("sag")]
+    silent, asked = (evaluate(scene("model.elements=40"), columns, estimate=estimate) for estimate in (False, True))
+    assert silent.errors["cable_frequency_Hz"] is None
+    assert silent.errors["sag_m"] < 1e-3
+    # a taut string of bars with lumped mass: sin(x)/x of x = pi/80 below
+    assert asked.errors["cable_frequency_Hz"] == pytest.approx((np.pi / 80) ** 2 / 6, rel=0.01)
+    assert "motion: estimated error 2.6e-04" in asked.notes
+    assert asked.cells == silent.cells
+
+
+def test_a_poor_model_is_said_on_the_command_line():
+    sets = ("--set", "model={elements: 6}", "--set", "cable.unstretched_length=300", "--format", "json")
+    for command in ("static", "modes", "windrms"):
+        assert "warning: tensions or sag of 6 elements of order 1 are" in run(command, CARLINA, *sets, code=None).err
+        assert "warning" not in run(command, CARLINA).err
+    assert "motion: estimated error 2.6e-04, of mode" in run("modes", CARLINA, "-n", 1, "--explain").err
+    (errors,) = json.loads(run("windrms", CARLINA, "--format", "json").out)["errors"]
+    assert errors["gondola_frequency_Hz"] < 1e-3

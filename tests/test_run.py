@@ -5,6 +5,8 @@ import json
 import os
 import platform
 import shlex
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,13 +14,14 @@ import numpy
 import pytest
 import scipy
 import yaml
-from command import CARLINA, CONFIGS, SLACK, process, rows_of, run, study_file, table_of
+from command import CARLINA, CONFIGS, SLACK, edit_rows, process, rows_of, run, stored_rows, study_file, table_of
 
 from cablestudy import __version__
 from cablestudy.errors import SceneError
 from cablestudy.study.table import Field, Table
 from cablestudy.sweep import progress
 from cablestudy.sweep.check import Difference, Tolerance, compare, read_tolerances
+from cablestudy.sweep.fingerprint import RESULTS_VERSION
 from cablestudy.sweep.run import read_shard
 
 VARY = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m, 190 m]}, {cable.area: [20 mm^2, 24 mm^2]}]\n"
@@ -87,7 +90,7 @@ def test_a_case_that_was_not_checked_fails_alone(folder, monkeypatch):
 
 def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
     study_file(folder, FAILING)
-    monkeypatch.setattr("cablestudy.sweep.supply.SECONDS", 0.0)
+    monkeypatch.setattr("cablestudy.sweep.chunks.SECONDS", 0.0)
     outcome = run("sweep", "study.yaml", "--fail-fast", "--jobs", "1", code=3)
     assert outcome.out == ""
     assert (
@@ -95,7 +98,7 @@ def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
         == "stopped at the first case without an answer (--fail-fast); --resume goes on: 3 rows are done"
     )
     assert outcome.lines[0].startswith("row 3: ")
-    assert [path.name for path in Path("results").iterdir()] == ["study.rows.jsonl"]
+    assert [path.name for path in Path("results").iterdir()] == ["study.rows.sqlite"]
     run("sweep", "study.yaml", "--resume", "--jobs", "1", code=3)
     resumed = Path("results/study.csv").read_bytes()
     run("sweep", "study.yaml", "--out", "whole", "--jobs", "1", code=3)
@@ -106,19 +109,18 @@ def test_shards_make_the_table_of_one_run(folder):
     name = study_file(folder, SHARDED, SLACK)
     run("sweep", name, "--out", "whole")
     lines = run("merge", name, code=2).lines
-    assert lines == ["results/study.shard-K-of-N.jsonl: no shards there ('cablestudy sweep --shard K/N' makes them)"]
+    assert lines == ["results/study.shard-K-of-N.sqlite: no shards there ('cablestudy sweep --shard K/N' makes them)"]
     outcome = run("sweep", name, "--shard", "3/4")
-    assert (outcome.out, outcome.err) == ("", "written: results/study.shard-3-of-4.jsonl\n")
+    assert (outcome.out, outcome.err) == ("", "written: results/study.shard-3-of-4.sqlite\n")
     run("sweep", name, "--shard", "1/4", "--jobs", "1")
-    path = Path("results/study.shard-1-of-4.jsonl")
-    kept = path.read_bytes().splitlines(keepends=True)
-    assert [json.loads(line)["row"] for line in kept[1:-1]] == [1, 5, 9]
-    path.write_bytes(b"".join(kept[:2]))
+    path = Path("results/study.shard-1-of-4.sqlite")
+    assert stored_rows(path) == [1, 5, 9]
+    edit_rows(path, "DELETE FROM rows WHERE row > 1", "UPDATE about SET value = '0' WHERE name = 'finished'")
     lines = run("merge", name, code=2).lines
     assert [line.partition(": cablestudy ")[0] for line in lines] == [
-        "results/study.shard-1-of-4.jsonl: not complete, 2 rows missing (5, 9)",
-        "results/study.shard-2-of-4.jsonl: no such shard, 3 rows missing (2, 6, 10)",
-        "results/study.shard-4-of-4.jsonl: no such shard, 2 rows missing (4, 8)",
+        "results/study.shard-1-of-4.sqlite: not complete, 2 rows missing (5, 9)",
+        "results/study.shard-2-of-4.sqlite: no such shard, 3 rows missing (2, 6, 10)",
+        "results/study.shard-4-of-4.sqlite: no such shard, 2 rows missing (4, 8)",
     ]
     assert run("sweep", name, "--shard", "1/4", code=2).lines[0].endswith("--restart")  # unfinished
     for line in lines:  # what it says helps
@@ -156,10 +158,10 @@ def test_shards_that_do_not_belong_together(folder):
     run("sweep", name, "--shard", "1/2")
     run("sweep", name, "--shard", "2/2", "--set", "gravity=1.62")
     (line,) = run("merge", name, code=2).lines
-    assert line == "results/study.shard-2-of-2.jsonl: gravity: 1.62 there, not given now"
+    assert line == "results/study.shard-2-of-2.sqlite: gravity: 1.62 there, not given now"
     study_file(folder, SHARDED.replace("187", "187.5").replace(", area", ""), SLACK)
     lines = run("merge", name, code=2).lines
-    assert lines[:2] == [f"results/study.shard-1-of-2.jsonl: {part}: not as now" for part in ("vary", "columns")]
+    assert lines[:2] == [f"results/study.shard-1-of-2.sqlite: {part}: not as now" for part in ("vary", "columns")]
     run("sweep", name, "--shard", "1/3")
     assert run("merge", name, code=2).lines == ["--out results: shards of 2 and of 3 lie there: move one kind away"]
     assert not Path("results/study.csv").exists()
@@ -214,7 +216,7 @@ def test_provenance_lies_beside_the_table(folder):
     content = yaml.safe_load(Path("results/study.run.yaml").read_text(encoding="utf-8"))
     assert content["command"] == "cablestudy sweep study.yaml --set 'gravity=9.8 m/s^2'"
     assert content["versions"] == {
-        "cablestudy": __version__, "numpy": numpy.__version__, "scipy": scipy.__version__,
+        "cablestudy": __version__, "results": RESULTS_VERSION, "numpy": numpy.__version__, "scipy": scipy.__version__,
         "python": platform.python_version(),
     }  # fmt: skip
     assert content["rows"] == {"total": 10, "reused": 0, "failed": 6}
@@ -226,8 +228,8 @@ def test_provenance_lies_beside_the_table(folder):
     assert study["scene"]["cable"]["elastic_modulus"] == "70.3 GPa"  # of the base
     assert study["vary"][1] == {"gondola.mass": ["5 kg", "7 kg"]}
     assert study["columns"] == ["preload_N", "sag_m", "cable_frequency_Hz"]
-    header = json.loads(Path("results/study.rows.jsonl").read_text(encoding="utf-8").splitlines()[0])
-    assert header["fingerprint"] == content["fingerprint"]
+    with closing(sqlite3.connect("results/study.rows.sqlite")) as database:
+        assert dict(database.execute("SELECT * FROM about"))["fingerprint"] == content["fingerprint"]
     table = Path("results/study.csv").read_text(encoding="utf-8")
     assert "cablestudy" not in table
     assert __version__ not in table
@@ -404,7 +406,7 @@ def test_what_takes_no_time_shows_no_progress():
     ("seconds", "text"), [(0.1, "1 s"), (60, "60 s"), (90, "2 min"), (5399, "90 min"), (9000, "2.5 h")]
 )
 def test_times_for_people(seconds, text):
-    assert progress.spoken(seconds) == text
+    assert progress.rounded_duration(seconds) == text
 
 
 def test_a_run_that_was_killed_while_it_wrote_leaves_nothing_for_long(folder):

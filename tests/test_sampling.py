@@ -184,79 +184,45 @@ GOOD = "over: {gravity: {from: 1, to: 2}}"
         (f"sample: {{count: 4, {GOOD}}}", "3:9: sample: missing key: method"),
         (f"sample: {{method: sobol, {GOOD}}}", "3:9: sample: missing key: count"),
         ("sample: {method: sobol, count: 4}", "3:9: sample: missing key: over"),
-        (
-            f"sample: {{method: sobl, count: 4, {GOOD}}}",
-            '3:18: sample.method: got "sobl" (did you mean sobol?)',
-        ),
-        (
-            f"sample: {{method: sobol, count: 0, {GOOD}}}",
-            "3:32: sample.count: expected a whole number from 1 to 10000000, got 0",
-        ),
-        (
-            f"sample: {{method: sobol, count: 20000000, {GOOD}}}",
-            "3:32: sample.count: expected a whole number from 1 to 10000000, got 20000000",
-        ),
-        (
-            f"sample: {{method: sobol, count: 4, seed: 1.5, {GOOD}}}",
-            "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got 1.5",
-        ),
-        (
-            f"sample: {{method: sobol, count: 4, seed: -1, {GOOD}}}",
-            "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got -1",
-        ),
-        (
-            f"sample: {{method: sobol, count: 4, sed: 1, {GOOD}}}",
-            "3:35: sample.sed: unknown key (did you mean seed?)",
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {}}",
-            "3:41: sample.over: expected at least 1 item, got 0",
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {gravity: [1, 2]}}",
-            "3:51: sample.over.gravity: expected {from, to, spacing}, got a list",
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {gravity: {from: 1}}}",
-            "3:51: sample.over.gravity: a sampled key needs the key to (from, to, spacing)",
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {gravity: {from: 1, to: 2, count: 3}}}",
-            "3:42: sample.over.gravity: unknown key count of a sampled key (from, to, spacing)",
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {gravity: {from: 2, to: 2}}}",
-            "3:51: sample.over.gravity: from and to are equal: nothing to sample",
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {gravity: {from: 0, to: 2, spacing: log}}}",
-            "3:51: sample.over.gravity: spacing: log needs ends of one sign, not zero, got 0 and 2",
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {cable.sag: {from: 1 m, to: 2 N}}}",
-            '3:53: sample.over.cable.sag: "N" (force) and "m" (length) do not fit each other',
-        ),
-        (
-            "sample: {method: sobol, count: 4, over: {cable..sag: {from: 1 m, to: 2 m}}}",
-            "3:54: sample.over.cable..sag: a key is written as names joined by dots, for example cable.area",
-        ),
-        (
-            f"vary: [{{gravity: [1, 2]}}]\nsample: {{method: sobol, count: 4, {GOOD}}}",
-            "4:51: sample.over.gravity: varies in an entry above already",
-        ),
-        (
-            f"set: {{gravity: 3}}\nsample: {{method: sobol, count: 4, {GOOD}}}",
-            "3:16: gravity: has no effect: the study varies this key, or one that replaces it",
-        ),
+        (f"sample: {{method: sobl, count: 4, {GOOD}}}",
+         '3:18: sample.method: got "sobl" (did you mean sobol?)'),
+        (f"sample: {{method: sobol, count: 0, {GOOD}}}",
+         "3:32: sample.count: expected a whole number from 1 to 10000000, got 0"),
+        (f"sample: {{method: sobol, count: 20000000, {GOOD}}}",
+         "3:32: sample.count: expected a whole number from 1 to 10000000, got 20000000"),
+        (f"sample: {{method: sobol, count: 4, seed: 1.5, {GOOD}}}",
+         "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got 1.5"),
+        (f"sample: {{method: sobol, count: 4, seed: -1, {GOOD}}}",
+         "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got -1"),
+        (f"sample: {{method: sobol, count: 4, sed: 1, {GOOD}}}",
+         "3:35: sample.sed: unknown key (did you mean seed?)"),
+        ("sample: {method: sobol, count: 4, over: {}}",
+         "3:41: sample.over: expected at least 1 item, got 0"),
+        ("sample: {method: sobol, count: 4, over: {gravity: [1, 2]}}",
+         "3:51: sample.over.gravity: expected {from, to, spacing}, got a list"),
+        ("sample: {method: sobol, count: 4, over: {gravity: {from: 1}}}",
+         "3:51: sample.over.gravity: a sampled key needs the key to (from, to, spacing)"),
+        ("sample: {method: sobol, count: 4, over: {gravity: {from: 1, to: 2, count: 3}}}",
+         "3:42: sample.over.gravity: unknown key count of a sampled key (from, to, spacing)"),
+        ("sample: {method: sobol, count: 4, over: {gravity: {from: 2, to: 2}}}",
+         "3:51: sample.over.gravity: from and to are equal: nothing to sample"),
+        ("sample: {method: sobol, count: 4, over: {gravity: {from: 0, to: 2, spacing: log}}}",
+         "3:51: sample.over.gravity: spacing: log needs ends of one sign, not zero, got 0 and 2"),
+        ("sample: {method: sobol, count: 4, over: {cable.sag: {from: 1 m, to: 2 N}}}",
+         '3:53: sample.over.cable.sag: "N" (force) and "m" (length) do not fit each other'),
+        ("sample: {method: sobol, count: 4, over: {cable..sag: {from: 1 m, to: 2 m}}}",
+         "3:54: sample.over.cable..sag: a key is written as names joined by dots, for example cable.area"),
+        (f"vary: [{{gravity: [1, 2]}}]\nsample: {{method: sobol, count: 4, {GOOD}}}",
+         "4:51: sample.over.gravity: varies in an entry above already"),
+        (f"set: {{gravity: 3}}\nsample: {{method: sobol, count: 4, {GOOD}}}",
+         "3:16: gravity: has no effect: the study varies this key, or one that replaces it"),
         (
             "vary: [{cable.area: [1 mm^2]}]\n"
             "sample: {method: sobol, count: 1, over: {cable.diameter: {from: 1 mm, to: 2 mm}}}",
             "4:58: cable.diameter: given together with area: give exactly one of area, diameter",
         ),
-        (
-            "sample: {method: saltelli, count: 9000000, over: {gravity: {from: 1, to: 2}, a.a: {from: 1, to: 2}}}",
-            "3:9: sample: 36000000 cases (at most 10000000)",
-        ),
+        ("sample: {method: saltelli, count: 9000000, over: {gravity: {from: 1, to: 2}, a.a: {from: 1, to: 2}}}",
+         "3:9: sample: 36000000 cases (at most 10000000)"),
         (
             "sample: {method: sobol, count: 9000000, over: {"
             + ", ".join(f"{key}: {{from: 1, to: 2}}" for key in ("gravity", "a.a", "a.b", "a.c", "a.d", "a.e"))
@@ -268,12 +234,10 @@ GOOD = "over: {gravity: {from: 1, to: 2}}"
             "sample: {method: sobol, count: 10000, over: {gravity: {from: 1, to: 2}}}",
             "3:7: vary: 100000000 cases (at most 10000000)",
         ),
-        (
-            "sample: {method: sobol, count: 4, over: {model.elements: {from: 1, to: 20}}}",
-            "3:58: model.elements: expected a whole number from 1 to 1000000, got ",
-        ),
+        ("sample: {method: sobol, count: 4, over: {model.elements: {from: 1, to: 20}}}",
+         "3:58: model.elements: expected a whole number from 1 to 1000000, got "),
     ],
-)
+)  # fmt: skip
 def test_a_mistake_is_reported_at_its_place(text, message):
     Path("study.yaml").write_text(f"base: {CARLINA}\n{COLUMNS}{text}\n", encoding="utf-8")
     with pytest.raises(SceneError) as caught:

@@ -27,9 +27,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def system_of(path=CARLINA, *sets, **wish):
+def system_of(path=CARLINA, *sets, **options):
     document, scene = load_scene(path, sets)
-    return ssm.choose(document, scene, ssm.Wish(**wish)).system()
+    return ssm.choose(document, scene, ssm.Options(**options)).system()
 
 
 # ----------------------------------------------------------------------------------------------------------- files
@@ -59,22 +59,62 @@ def test_files_hold_what_was_computed(folder, attached):
     assert npz["Ts"] == mat["Ts"].item() == plain["Ts"] == 0
 
 
-def test_matlab_file_has_the_sparse_second_order_model(folder):
+@pytest.mark.parametrize("attached", WITH)
+def test_names_are_the_same_in_all_files(folder, attached):
+    for kind in export.KINDS:
+        run("ssm", CARLINA, *WITH[attached], "--modes", 3, "--out", f"cable{kind}")
+    with np.load(folder / "cable.npz", allow_pickle=False) as archive:
+        npz = set(archive)
+    mat = {name for name in loadmat(folder / "cable.mat") if not name.startswith("__")}
+    assert mat == npz == set(json.loads((folder / "cable.json").read_text()))
+    assert {"A", "B", "C", "D", "D1", "D2", "Ts", "StateName", "InputUnit"} <= npz
+    # a closed loop has no second-order model
+    second_order = {"Mass", "Damping", "Stiffness", "CoordinateName", "CoordinateUnit"}
+    assert npz & second_order == (set() if attached == "loop" else second_order)
+
+
+def test_second_order_model_with_free_ends_has_the_poles_of_the_state_space(folder):
     system = system_of(attached="gondola", count=20)
-    run("ssm", CARLINA, "--with", "gondola", "--modes", 20, "--out", "cable.mat")
+    for kind in export.KINDS:
+        run("ssm", CARLINA, "--with", "gondola", "--modes", 20, "--out", f"cable{kind}")
     found = loadmat(folder / "cable.mat", spmatrix=False)
-    for name, matrix in (("M", system.second_order.mass), ("K", system.second_order.stiffness),
-                         ("Damping", system.second_order.damping)):  # fmt: skip
-        assert np.array_equal(found[name].toarray(), matrix)
+    npz, plain = np.load(folder / "cable.npz"), json.loads((folder / "cable.json").read_text())
+    order = system.second_order
+    for name, matrix in (("Mass", order.mass), ("Stiffness", order.stiffness), ("Damping", order.damping)):
+        for file in (found[name].toarray(), npz[name], plain[name]):  # sparse in the MATLAB file
+            assert np.array_equal(file, matrix)
     assert len(found["CoordinateName"]) == 26
     # end 1 and y, z of end 2 held: the modes of what is left are the poles
     free = [*range(20), 23]
-    M, K, C = (found[name].toarray()[np.ix_(free, free)] for name in ("M", "K", "Damping"))
+    M, K, C = (npz[name][np.ix_(free, free)] for name in ("Mass", "Stiffness", "Damping"))
     inverse = np.linalg.inv(M)
     first_order = np.block([[np.zeros_like(M), np.eye(21)], [-inverse @ K, -inverse @ C]])
     poles, expected = (np.linalg.eigvals(matrix) for matrix in (first_order, system.a))
     for pole in poles:
         assert np.abs(expected - pole).min() < 1e-8 * np.abs(pole)
+
+
+@pytest.mark.parametrize(
+    ("damping", "attached"),
+    [("{ratio: 0.01}", None), ("{loss_factor: 0.01}", "gondola"), ("{time: 1 ms}", "loop")],
+)
+@pytest.mark.parametrize("name", ["mass", "stiffness"])
+def test_a_number_that_is_not_finite_is_never_exported(folder, monkeypatch, name, damping, attached):
+    """A NaN put into the second-order model: one line, exit code 3, no file."""
+    second_order = statespace._second_order
+
+    def spoilt(*arguments):
+        model = second_order(*arguments)
+        getattr(model, name)[-3, -3] = np.nan
+        return model
+
+    monkeypatch.setattr(statespace, "_second_order", spoilt)
+    for kind in export.KINDS:
+        done = run("ssm", CARLINA, *WITH[attached], "--set", f"cable.damping={damping}", "--out", f"x{kind}", code=3)
+        assert done.out == ""
+        assert done.lines[-1].startswith(f"{CARLINA}: the state space overflows: ")
+        assert done.lines[-1].endswith(" would have entries that are not finite")
+    assert list(folder.iterdir()) == []
 
 
 def test_python_control_takes_the_file(folder):
@@ -219,7 +259,7 @@ def test_bode_plot(folder, attached):
 
 def test_bode_plot_draws_the_curves():
     document, scene = load_scene(CARLINA)
-    choice = ssm.choose(document, scene, ssm.Wish(attached="gondola"))
+    choice = ssm.choose(document, scene, ssm.Options(attached="gondola"))
     span, shown = ssm.read_span("0.1:100:50"), ssm_tables.curves(choice)
     frequency, *numbers = ssm_tables.drawn(span, shown)
     magnitude, phase = plots.bode(shown, frequency, *numbers).axes

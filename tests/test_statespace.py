@@ -164,7 +164,7 @@ def test_hysteretic_modes_lose_half_the_loss_factor_times_their_elastic_share():
 
 
 def test_error_keeps_the_fewest_modes(model):
-    share = reduction.share_omitted(model, [3], [3])
+    share = reduction.inertia_share(model, 3, 3)
     assert share.sum() == pytest.approx(1, rel=1e-12)
     for error in (0.5, 0.1, 1e-3, 1e-12):
         kept = reduction.fewest(share, error)
@@ -175,7 +175,7 @@ def test_error_keeps_the_fewest_modes(model):
 
 def test_error_bounds_the_inertia_that_the_response_lacks():
     model = case_of(CARLINA, "cable.damping={ratio: 0}").end_model
-    kept = reduction.fewest(reduction.share_omitted(model, [3], [3]), 1e-2)
+    kept = reduction.fewest(reduction.inertia_share(model, 3, 3), 1e-2)
     omega = 0.1 * model.omega.min()
     exact = statespace.cable(model).response([1j * omega])[0, 3, 3]
     less = statespace.cable(model, kept).response([1j * omega])[0, 3, 3]
@@ -265,10 +265,10 @@ def test_closed_poles_cross_the_axis_at_the_largest_gain(model, notch, location)
 @pytest.mark.parametrize("selection", ["all", "third"])
 def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
     document, scene = load_scene(CARLINA)
-    choice = ssm.choose(document, scene, ssm.Wish(wind=True))
+    choice = ssm.choose(document, scene, ssm.Options(wind=True))
     model = choice.case.end_model
     kept = chosen(model, selection)
-    system = statespace.cable(model, kept, forces=ssm._nodal(choice))
+    system = statespace.cable(model, kept, forces=ssm.nodal_forces(choice.case, choice.modes))
     K, M, C, _ = dense
     for s in [0j] if selection == "third" else [0j, 5j, 100j]:
         full = K + s * C + s**2 * M
@@ -283,7 +283,7 @@ def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
 
 def test_forces_on_an_inclined_cable_are_in_global_axes():
     document, scene = load_scene(CARLINA, ["cable.ends=[[0, 0, 0], [120, 80, 116]]"])
-    system = ssm.choose(document, scene, ssm.Wish(wind=True, count=3)).system()
+    system = ssm.choose(document, scene, ssm.Options(wind=True, count=3)).system()
     held = system.response([0j])[0, :, 6:].real.reshape(2, 3, -1, 3)
     # whatever direction a force has, both ends together hold it (statics)
     np.testing.assert_allclose(held.sum(axis=0), -np.eye(3)[:, None] * np.ones((3, 39, 3)), atol=1e-8)

@@ -1,16 +1,30 @@
-"""Where a study's tables lie."""
+"""The file with the rows of a sweep, whatever it holds: the table is the right one, or a line says what to do."""
 
-import os
+import csv
+import io
+import json
+import random
+import shutil
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
-from command import CARLINA, study_file
-from scenes import computed
+from command import SLACK, edit_rows, rows_of, run, start, stored_rows, study_file, wait_for_rows
 
-from cablestudy.errors import SceneError
-from cablestudy.scene.study import read_study
-from cablestudy.study.store import Place
-from cablestudy.sweep.check import Tolerance, compare
+from cablestudy.study.table import exact
+from cablestudy.sweep import chunks
+from cablestudy.sweep.fingerprint import digest
+from cablestudy.sweep.record import check_sum, pack, unpack
+
+ROWS = Path("results/study.rows.sqlite")
+TABLE = Path("results/study.csv")
+FOUR = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
+LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 600}}]\ncolumns: [sag, cable_frequency]\n"
+UNFINISHED = "UPDATE about SET value = '0' WHERE name = 'finished'"
 
 
 @pytest.fixture(autouse=True)
@@ -20,66 +34,388 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.fixture
+def table(folder):
+    """The table of a finished sweep of four rows."""
+    study_file(folder, FOUR, SLACK)
+    run("sweep", "study.yaml", "--jobs", "1")
+    return TABLE.read_bytes()
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Numbers of cases that are computed in this process."""
+    calls, evaluate = [], chunks.evaluate_tables
+    monkeypatch.setattr(
+        chunks, "evaluate_tables", lambda t, *rest: calls.append(sum(len(x.cases) for x in t)) or evaluate(t, *rest)
+    )
+    return calls
+
+
+def resume(*, code=0):
+    """Lines on standard error of a resumed sweep."""
+    return run("sweep", "study.yaml", "--resume", "--jobs", "1", code=code).lines
+
+
+CELLS = json.dumps([1344.5, 12.5])
+ROW = {"row": 2, "key": "00", "status": "ok", "cells": CELLS, "errors": "", "notes": ""}
+WRONG = {
+    "a number": ("UPDATE rows SET cells = replace(cells, '.', '.0') WHERE row = 2", None),
+    "a key": ("UPDATE rows SET key = '0' WHERE row = 2", None),
+    "a status": ("UPDATE rows SET status = 'broken' WHERE row = 2", None),
+    "no check sum": ("UPDATE rows SET sum = NULL WHERE row = 2", None),
+    "a text as check sum": ("UPDATE rows SET sum = 'x' WHERE row = 2", None),
+    "a blob": ("UPDATE rows SET cells = CAST(cells AS BLOB) WHERE row = 2", None),
+    # with the right check sum
+    "a cell missing": (None, {"cells": "[1344.5]"}),
+    "a cell too many": (None, {"cells": "[1344.5,12.5,1.0]"}),
+    "a text as cell": (None, {"cells": '[1344.5,"12.5"]'}),
+    "a list as cell": (None, {"cells": "[1344.5,[]]"}),
+    "true as cell": (None, {"cells": "[1344.5,true]"}),
+    "not a number": (None, {"cells": "[1344.5,NaN]"}),
+    "infinite": (None, {"cells": "[1344.5,1e999]"}),
+    "too many digits": (None, {"cells": f"[1344.5,{'9' * 400}]"}),
+    "far too many digits": (None, {"cells": f"[1344.5,{'9' * 9999}]"}),
+    "a mapping": (None, {"cells": '{"preload_N":1344.5,"sag_m":12.5}'}),
+    "no JSON": (None, {"cells": "1344.5,12.5"}),
+    "a deep list": (None, {"cells": "[" * 100_000}),
+    "no cells": (None, {"cells": None}),
+    "no key": (None, {"key": None}),
+    "errors that are a list": (None, {"errors": "[1]"}),
+    "errors that are text": (None, {"errors": '{"sag_m": "1e-9"}'}),
+    "notes that are text": (None, {"notes": '"note"'}),
+    "notes that are numbers": (None, {"notes": "[1]"}),
+    "a number as status": (None, {"status": b"ok"}),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_row_with_wrong_content_is_computed_again(table, computed, what):
+    statement, changed = WRONG[what]
+    if statement:
+        edit_rows(ROWS, statement)
+    else:
+        fields = {**ROW, **changed}
+        with closing(sqlite3.connect(ROWS, isolation_level=None)) as database:
+            values = (*fields.values(), check_sum(**fields))
+            database.execute("REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)", values)
+    TABLE.unlink()
+    computed.clear()
+    assert resume()[:2] == [
+        "results/study.rows.sqlite: left out what is not as it was written: row 2",
+        "3 of 4 rows are there already",
+    ]
+    assert computed == [1]
+    assert TABLE.read_bytes() == table
+    assert stored_rows(ROWS) == [1, 2, 3, 4]
+
+
+def test_rows_beyond_the_study_are_left_out(table):
+    with closing(sqlite3.connect(ROWS, isolation_level=None)) as database:
+        for case in (-1, 4, 10**12):
+            database.execute("INSERT INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)", pack(case, "0", "ok", [1.0, 2.0]))
+    assert resume()[:2] == [
+        "results/study.rows.sqlite: left out what is not as it was written: rows 0, 5, 1000000000001",
+        "4 of 4 rows are there already",
+    ]
+    assert TABLE.read_bytes() == table
+
+
+def test_a_text_that_is_not_utf_8(table):
+    edit_rows(ROWS, "UPDATE rows SET status = CAST(x'ff' AS TEXT) WHERE row = 2")
+    first, second, _ = resume()
+    assert first.startswith("results/study.rows.sqlite: is damaged (Could not decode to UTF-8")
+    assert first.endswith("; 3 of its rows could be read")
+    assert second == "3 of 4 rows are there already"
+    assert TABLE.read_bytes() == table
+
+
 @pytest.mark.parametrize(
-    ("study", "stem"),
-    [("configs/preload.yaml", "preload"), ("a.b.yml", "a.b"), ("<stdin>", "stdin"), ("/x/ünï.yaml", "ünï")],
+    "statements",
+    [
+        ["DROP TABLE rows"],
+        ["ALTER TABLE rows RENAME TO lines"],
+        ["ALTER TABLE rows RENAME COLUMN cells TO numbers"],
+        ["ALTER TABLE rows DROP COLUMN notes"],
+        ["ALTER TABLE rows ADD COLUMN more TEXT"],
+        ["DROP TABLE rows", "CREATE TABLE rows (row TEXT, cells TEXT)", "INSERT INTO rows VALUES ('x', 'y')"],
+        ["DROP TABLE rows", "CREATE VIEW rows AS SELECT 1 AS row, 2 AS status"],
+        ["CREATE TRIGGER no BEFORE INSERT ON rows BEGIN SELECT RAISE(ABORT, 'no'); END", "DELETE FROM rows"],
+    ],
 )
-def test_files_are_named_after_the_study(study, stem):
-    place = Place("out", study)
-    assert (place.csv, place.md) == (os.path.join("out", f"{stem}.csv"), os.path.join("out", f"{stem}.md"))
+def test_tables_that_were_changed_are_begun_anew(table, statements):
+    edit_rows(ROWS, *statements)
+    assert resume()[0].startswith("results/study.rows.sqlite: is damaged (")
+    assert TABLE.read_bytes() == table
+    edit_rows(ROWS, *statements, UNFINISHED)
+    lines = run("sweep", "study.yaml", code=None).lines  # may see an unfinished run, damage, or no rows
+    assert len(lines) <= 2
+    run("sweep", "study.yaml", "--restart")
+    assert TABLE.read_bytes() == table
 
 
-def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
-    study = read_study(study_file(folder, 'title: "Two | three"\ncolumns: [sag]\n'))
-    place = Place("deep/out", study.name)
-    place.check_writable()
-    assert not (folder / "deep").exists()
-    table = computed(study)
-    place.write(study, table, "a: 1\n")
-    names = sorted(path.name for path in (folder / "deep" / "out").iterdir())
-    assert names == ["study.csv", "study.md", "study.run.yaml"]
-    assert Path(place.csv).read_text(encoding="utf-8") == table.render("csv")
-    assert Path(place.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.render('md')}"
-    assert list(compare(table, place.csv, Tolerance(0.0))) == []
-    assert Path(place.run).read_text(encoding="utf-8") == "a: 1\n"
-    place.check_stored()
+def described(**changes):
+    """Change what the file says about the study of its rows, the digest with it."""
+    with closing(sqlite3.connect(ROWS, isolation_level=None)) as database:
+        known = json.loads(dict(database.execute("SELECT * FROM about"))["study"])
+        known = {**known, **changes}
+        for name, value in (("study", json.dumps(known)), ("fingerprint", digest(known))):
+            database.execute("UPDATE about SET value = ? WHERE name = ?", (value, name))
 
 
-def test_a_study_without_title_is_headed_by_its_name(folder):
-    study = read_study(study_file(folder, "columns: [sag]\n"))
-    Place(".", study.name).write(study, computed(study), "a: 1\n")
-    assert Path("study.md").read_text(encoding="utf-8").startswith("# study\n\n| ")
-    assert CARLINA in Path("study.yaml").read_text(encoding="utf-8")
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda: edit_rows(ROWS, "UPDATE about SET value = '{}' WHERE name = 'study'"),
+        lambda: edit_rows(ROWS, "UPDATE about SET value = 5 WHERE name = 'study'"),
+        lambda: edit_rows(ROWS, "UPDATE about SET value = NULL WHERE name = 'study'"),
+        lambda: edit_rows(ROWS, "UPDATE about SET value = 'x' WHERE name = 'fingerprint'"),
+        lambda: edit_rows(ROWS, "UPDATE about SET value = 'x' WHERE name = 'partial'"),
+        lambda: edit_rows(ROWS, "UPDATE about SET value = '[[]]' WHERE name = 'partial'"),
+        lambda: edit_rows(ROWS, "UPDATE about SET value = replace(value, 'sag_m', 'mass_kg') WHERE name = 'study'"),
+        lambda: edit_rows(ROWS, "DELETE FROM about"),
+        lambda: described(columns=5),
+        lambda: described(columns=[5]),
+        lambda: described(columns=["sagg_m"]),
+        lambda: described(scene=[]),
+        lambda: described(versions=None),
+        lambda: described(vary={}),
+    ],
+)
+def test_a_description_that_was_changed_is_refused(table, change):
+    change()
+    assert resume(code=2) == [
+        "results/study.rows.sqlite: the description of the study that its rows belong to was changed;"
+        " --restart begins anew"
+    ]
+    run("sweep", "study.yaml", "--restart")
+    assert TABLE.read_bytes() == table
 
 
-def test_a_file_in_the_way(folder):
-    (folder / "out").write_text("x", encoding="utf-8")
-    for name in ("out", "out/deeper"):
-        with pytest.raises(SceneError, match=f"--out {name}: out is a file, not a folder"):
-            Place(name, "a.yaml").check_writable()
-    (folder / "there").mkdir()
-    (folder / "there" / "study.csv").mkdir()  # a folder where the file should go
-    study = read_study(study_file(folder, "columns: [sag]\n"))
-    with pytest.raises(SceneError, match="cannot be written"):
-        Place("there", study.name).write(study, computed(study), "a: 1\n")
-    assert [path.name for path in (folder / "there").iterdir()] == ["study.csv"]
+def test_a_description_with_the_right_digest_of_another_scene_is_refused(table):
+    described(scene={"cable": 5, "wind": [[[1]]]})
+    lines = resume(code=2)
+    assert "results/study.rows.sqlite: cable: 5 there, not given now" in lines
+    assert lines[-1].endswith("--restart begins anew, --out DIR begins elsewhere")
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="nothing is closed to root")
-def test_a_folder_that_is_closed(folder):
-    (folder / "closed").mkdir(mode=0o500)
-    with pytest.raises(SceneError, match="cannot be written to"):
-        Place("closed", "a.yaml").check_writable()
+def other_database(*statements):
+    ROWS.unlink()
+    edit_rows(ROWS, *statements)
 
 
-@pytest.mark.parametrize("end", [".csv", ".md", ".run.yaml", ".rows.jsonl"])
-def test_a_folder_in_the_way_of_a_file(folder, end):
-    (folder / f"a{end}").mkdir()
-    with pytest.raises(SceneError) as caught:
-        Place(str(folder), "a.yaml").check_writable()
-    assert str(caught.value) == f"{folder}/a{end}: cannot be written (a folder is there)"
+FOREIGN = {
+    "a database of another program": lambda: other_database("CREATE TABLE notes (text)"),
+    "no database of a sweep": lambda: ROWS.write_bytes(b"sag_m\n1\n"),
+}
 
 
-def test_nothing_stored(folder):
-    with pytest.raises(SceneError, match="no such file to compare with"):
-        Place("out", "a.yaml").check_stored()
+@pytest.mark.parametrize("what", FOREIGN)
+def test_a_file_of_another_program_is_left_alone(table, what):
+    FOREIGN[what]()
+    before = ROWS.read_bytes()
+    for options in ((), ("--resume",), ("--restart",)):
+        lines = run("sweep", "study.yaml", *options, code=2).lines
+        assert lines == [f"results/study.rows.sqlite: is {what}; move it away"]
+    assert ROWS.read_bytes() == before
+    assert [path.name for path in Path("results").glob("study.rows*")] == [ROWS.name]
+
+
+def test_a_file_of_another_version_is_refused(table):
+    edit_rows(ROWS, "PRAGMA user_version = 99")
+    line = "results/study.rows.sqlite: is of another version of cablestudy; --restart begins anew"
+    for options in ((), ("--resume",)):
+        assert run("sweep", "study.yaml", *options, code=2).lines == [line]
+    run("sweep", "study.yaml", "--restart")
+    assert TABLE.read_bytes() == table
+
+
+def test_rows_of_an_earlier_version_are_not_used(table):
+    old = Path("results/study.rows.jsonl")
+    old.write_text('{"journal": 2}\n', encoding="utf-8")
+    assert resume()[0] == f"{old}: rows of an earlier version of cablestudy are not used; it may be deleted"
+    assert old.read_text(encoding="utf-8") == '{"journal": 2}\n'
+    assert TABLE.read_bytes() == table
+
+
+def test_an_empty_file_is_no_obstacle(table):
+    for options in ((), ("--resume",), ("--restart",)):
+        ROWS.write_bytes(b"")
+        run("sweep", "study.yaml", *options)
+        assert TABLE.read_bytes() == table
+
+
+@pytest.fixture
+def long_table(folder):
+    """The table of a finished sweep of 600 rows, which fill many pages of the file."""
+    study_file(folder, LONG.replace("600", "900").replace(", cable_frequency", ", preload, mass"), SLACK)
+    run("sweep", "study.yaml", "--jobs", "1")
+    return TABLE.read_bytes()
+
+
+def test_a_file_cut_anywhere_gives_the_same_table(long_table):
+    whole, kept = ROWS.read_bytes(), []
+    lengths = [10, 100, 4096, *random.Random(3).sample(range(len(whole)), 7)]
+    for length in lengths:
+        ROWS.write_bytes(whole[:length])
+        lines = resume()
+        assert TABLE.read_bytes() == long_table
+        assert sorted(stored_rows(ROWS)) == list(range(1, 901))
+        kept += [int(line.split()[0]) for line in lines if "there already" in line]
+    assert max(kept) > 200  # what could be read was not computed again
+
+
+def test_bytes_changed_anywhere_give_the_same_table_or_a_line(long_table):
+    whole, generator, refused = ROWS.read_bytes(), random.Random(5), 0
+    for _ in range(12):
+        damaged = bytearray(whole)
+        for place in generator.sample(range(len(whole)), generator.choice((1, 10, 100))):
+            damaged[place] = generator.randrange(256)
+        ROWS.write_bytes(damaged)
+        outcome = run("sweep", "study.yaml", "--resume", "--jobs", "1", code=None)
+        if outcome.code:
+            assert outcome.code == 2
+            assert outcome.lines[0].startswith("results/study.rows.sqlite: ")
+            assert len(outcome.lines) <= 3
+            refused += 1
+            ROWS.unlink()
+            continue
+        assert TABLE.read_bytes() == long_table
+    assert refused < 6
+
+
+def test_without_resume_a_damaged_file_is_not_overwritten(table):
+    edit_rows(ROWS, UNFINISHED)
+    ROWS.write_bytes(ROWS.read_bytes()[:4096])
+    before = ROWS.read_bytes()
+    (line,) = run("sweep", "study.yaml", code=2).lines
+    assert line.startswith("results/study.rows.sqlite: is damaged (database disk image is malformed)")
+    assert line.endswith(": --resume keeps the rows that can be read, --restart begins anew")
+    assert ROWS.read_bytes() == before
+    run("sweep", "study.yaml", "--restart")
+    assert TABLE.read_bytes() == table
+
+
+def change_while_it_runs(folder, change, *, done=5):
+    """Run a sweep of 600 rows, and change its files when some rows are there: exit code and standard error."""
+    study_file(folder, LONG, SLACK)
+    sweep = start("study.yaml", "--jobs", "1")
+    wait_for_rows(sweep, done, ROWS)
+    change()
+    _, said = sweep.communicate(timeout=120)
+    assert "Traceback" not in said
+    return sweep.returncode, said
+
+
+@pytest.fixture(scope="module")
+def whole_table(tmp_path_factory):
+    """The table of LONG, of an undisturbed sweep."""
+    folder = tmp_path_factory.mktemp("whole")
+    run("sweep", study_file(folder, LONG, SLACK), "--out", folder, "--jobs", "1", "--quiet")
+    return (folder / "study.csv").read_bytes()
+
+
+def test_a_file_deleted_while_the_sweep_runs(folder, whole_table):
+    code, said = change_while_it_runs(folder, ROWS.unlink)
+    assert (code, said) == (0, "written: results/study.csv, results/study.md\n")
+    assert TABLE.read_bytes() == whole_table
+    assert sorted(path.name for path in Path("results").iterdir()) == ["study.csv", "study.md", "study.run.yaml"]
+
+
+def test_a_file_overwritten_while_the_sweep_runs(folder, whole_table):
+    def overwrite():
+        with ROWS.open("r+b") as file:
+            file.write(b"x" * 8192)
+
+    code, said = change_while_it_runs(folder, overwrite)
+    assert code in (0, 2)
+    assert len(said.splitlines()) == 1
+    run("sweep", "study.yaml", "--resume", code=None)
+    ROWS.unlink()
+    run("sweep", "study.yaml", "--resume")
+    assert TABLE.read_bytes() == whole_table
+
+
+@pytest.mark.parametrize("what", ["renamed", "deleted"])
+def test_a_folder_renamed_or_deleted_while_the_sweep_runs(folder, what, whole_table):
+    change = (lambda: Path("results").rename("moved")) if what == "renamed" else (lambda: shutil.rmtree("results"))
+    code, said = change_while_it_runs(folder, change)
+    # the folder is made anew for the table
+    assert (code, said) == (0, "written: results/study.csv, results/study.md\n")
+    assert TABLE.read_bytes() == whole_table
+    if what == "renamed":
+        assert run("sweep", "study.yaml", "--out", "moved", "--resume").lines[0].endswith("rows are there already")
+        assert Path("moved/study.csv").read_bytes() == TABLE.read_bytes()
+
+
+def test_three_sweeps_of_one_study_at_once(folder, whole_table):
+    study_file(folder, LONG, SLACK)
+    sweeps = [start("study.yaml", "--jobs", "1") for _ in range(3)]
+    said = [sweep.communicate(timeout=120)[1] for sweep in sweeps]
+    codes = [sweep.returncode for sweep in sweeps]
+    assert sorted(codes) == [0, 2, 2], said
+    for code, text in zip(codes, said, strict=True):
+        if code == 2:
+            assert text == "results/study.rows.sqlite: another sweep is at work on it\n"
+    assert TABLE.read_bytes() == whole_table
+
+
+def test_a_log_left_by_a_killed_sweep_belongs_to_its_rows(folder, whole_table):
+    study_file(folder, LONG, SLACK)
+    sweep = start("study.yaml", "--jobs", "1")
+    wait_for_rows(sweep, 5, ROWS)
+    sweep.kill()
+    sweep.communicate()
+    log = Path(f"{ROWS}-wal")
+    assert log.exists()
+    done = len(stored_rows(ROWS))
+    ROWS.with_name("copy.sqlite").write_bytes(ROWS.read_bytes())
+    assert run("sweep", "study.yaml", "--resume").lines[0] == f"{done} of 600 rows are there already"
+    table = TABLE.read_bytes()
+    assert table == whole_table
+    assert not log.exists()
+    log.write_bytes(b"what another program left")
+    run("sweep", "study.yaml", "--resume")
+    assert TABLE.read_bytes() == table
+
+
+def test_a_record_is_read_as_it_was_packed():
+    stored = pack(6, "0a", "broken \udcff", [None, 1, 0.1, -0.0, 1e-308], {"sag_m": 1e-9}, ("a note",))
+    record = unpack(stored, 5)
+    assert (record.case, record.key, record.status) == (6, "0a", "broken \\udcff")
+    assert repr(record.cells) == "[None, 1, 0.1, -0.0, 1e-308]"
+    assert (record.errors, record.notes) == ({"sag_m": 1e-9}, ["a note"])
+    assert unpack(pack(0, "", "ok", [], None), 0).errors is None
+    assert unpack(stored, 4) is None
+    assert unpack((0, *stored[1:]), 5) is None
+
+
+def test_a_run_that_keeps_nothing_leaves_nothing_even_if_it_is_killed(folder):
+    study_file(folder, LONG, SLACK)
+    command = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--no-write", "--jobs", "1"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as sweep:
+        time.sleep(1.5)
+        sweep.kill()
+    assert [path.name for path in folder.iterdir()] == ["study.yaml"]
+
+
+STUDIES = {
+    "grid": "vary: [{gravity: {from: 9, to: 10, count: 3}}, {cable.area: [20 mm^2, 30 mm^2]}]\ncolumns: [sag, mass]\n",
+    "zip": "vary: [{gravity: [9, 10], cable.unstretched_length: [187 m, 100 m]}]\ncolumns: [status, sag, iterations]\n",
+    "text": "vary: [{cable.loads: [null, [{at: 1 m, force: [0, 0, 1]}]]}]\ncolumns: [sag]\n",
+    "shown by a column": "vary: [{cable.area: [20 mm^2, 30 mm^2]}, {gravity: [9, 10]}]\ncolumns: [area, preload]\n",
+    "nothing varies": "columns: [sag]\n",
+    "only the status": "vary: [{gravity: [9, 10]}]\ncolumns: [status]\n",
+}
+
+
+@pytest.mark.parametrize("what", STUDIES)
+def test_the_csv_holds_the_rows_of_the_other_formats(folder, what):
+    """Its numbers are copied as stored text; JSON is made of the numbers."""
+    study_file(folder, STUDIES[what], SLACK)
+    text = run("sweep", "study.yaml", "--format", "csv", code=None).out
+    plain = rows_of(run("sweep", "study.yaml", "--format", "json", code=None).out, "json")
+    found = list(csv.DictReader(io.StringIO(text)))
+    assert [list(row) for row in found] == [list(row) for row in plain]
+    assert found == [{name: exact(value) for name, value in row.items()} for row in plain]
+    assert TABLE.read_text(encoding="utf-8") == text

@@ -207,7 +207,7 @@ def test_a_study_upon_a_study_is_refused():
     assert mistakes_of(HEAD) == ["scene.yaml:7:1: this is a study (it has the key vary): use 'cablestudy sweep'"]
 
 
-def test_a_flood_of_mistakes_is_cut_off():
+def test_at_most_100_mistakes_are_shown():
     found = mistakes_of(HEAD + "vary: [{gravity: {from: -1, to: -2, count: 500}}]\n")
     assert len(found) == 101
     assert found[-1] == "study.yaml: and 400 more mistakes"

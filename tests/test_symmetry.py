@@ -28,7 +28,7 @@ def state_of(span, elements, order, mass="lumped", closed=False):
 
 
 def dynamics(span, state, axes):
-    return Dynamics(state, span.unstretched_length, span.mass, (axes,))
+    return Dynamics(state, (axes,))
 
 
 def mirror_image(shapes, axes):

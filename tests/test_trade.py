@@ -14,10 +14,10 @@ from scipy.optimize import brentq
 
 from cablestudy.errors import ConvergenceError, SceneError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import batch, plots, trade, trade_models, trade_tables
 from cablestudy.study import case as case_module
-from cablestudy.study.columns import find
-from cablestudy.study.trade_models import Answer, Choice, choices
+from cablestudy.study import plots, results, trade, trade_models, trade_tables
+from cablestudy.study.columns import ROUNDING, find
+from cablestudy.study.trade_models import Answer, Model, models_of
 
 RESULTS = Path(__file__).parents[1] / "results"
 ETA = 0.02
@@ -32,7 +32,7 @@ def columns(*names):
 
 def named(*patterns, of=("end_stiffness", "cable_frequency", "gondola_rms_open_loop")):
     """Models by name."""
-    return [choice for choice in choices(columns(*of)) if any(re.fullmatch(p, choice.name) for p in patterns)]
+    return [model for model in models_of(columns(*of)) if any(re.fullmatch(p, model.name) for p in patterns)]
 
 
 def errors(scene, names, *patterns):
@@ -90,6 +90,14 @@ def test_modal_damping_has_no_truth():
     assert set(found.failures) == {"gondola_rms_open_loop", "largest_gain"}
     assert all("modal damping grows with the number of modes" in reason for reason in found.failures.values())
     assert set(found.values) == {"cable_frequency"}
+
+
+def test_an_unstable_loop_leaves_the_open_loop_its_reference():
+    windy = PAPER.scene(HYSTERETIC)
+    alone = trade.reference_of(windy, columns("gondola_rms_open_loop"))
+    both = trade.reference_of(windy, columns("gondola_rms", "gondola_rms_open_loop"))
+    assert "unstable loop" in both.failures.pop("gondola_rms")
+    assert both == alone
 
 
 def test_the_reference_of_the_wind_is_the_integral_over_the_continuous_cable():
@@ -156,7 +164,7 @@ def test_errors_of_bars_fall_with_their_order(twin, mass, name, order):
 @pytest.mark.parametrize(("order", "elements"), [(2, (8, 16, 32)), (3, (8, 16)), (4, (8, 12))])
 def test_errors_of_order_p_fall_with_2p(order, elements):
     models = [
-        Choice("", str(n), lambda scene, wanted, n=n: trade_models._from_case(
+        Model("", str(n), lambda scene, wanted, n=n: trade_models.solve_case(
             lambda scene, _: trade_models.fixed(n, order, "lumped", scene), scene, wanted))
         for n in elements
     ]  # fmt: skip
@@ -166,10 +174,10 @@ def test_errors_of_order_p_fall_with_2p(order, elements):
     np.testing.assert_allclose(slopes[-1], 2 * order, atol=0.4)
 
 
-def test_catenary_is_exact_and_does_not_move():
+def test_the_catenary_is_exact_and_static():
     (entry,) = trade.compare(SAGGING.scene(), columns("sag", *MOTION), 1, named("catenary")).entries
-    assert entry.errors == {"sag": trade.ROUNDING, "end_stiffness": trade.ROUNDING}
-    assert entry.status == "cable_frequency, inplane_frequency_8: nothing moves"
+    assert entry.errors == {"sag": ROUNDING, "end_stiffness": ROUNDING}
+    assert entry.status == "cable_frequency, inplane_frequency_8: statics alone"
     assert entry.dof == 0
 
 
@@ -251,12 +259,12 @@ def test_error_control_holds_what_it_says():
 
 
 def test_errors_are_relative_and_a_zero_is_right_or_wrong():
-    assert trade.deviation(1.1, 1.0) == pytest.approx(0.1)
-    assert trade.deviation(-1.0, 1.0) == 2.0
-    assert trade.deviation(0.0, 0.0) == 0.0
-    assert trade.deviation(1e-9, 0.0) == 1.0
-    assert trade.deviation(None, None) == 0.0
-    assert trade.deviation(None, 1.0) == 1.0
+    assert trade.relative_error(1.1, 1.0) == pytest.approx(0.1)
+    assert trade.relative_error(-1.0, 1.0) == 2.0
+    assert trade.relative_error(0.0, 0.0) == 0.0
+    assert trade.relative_error(1e-9, 0.0) == 1.0
+    assert trade.relative_error(None, None) == 0.0
+    assert trade.relative_error(None, 1.0) == 1.0
 
 
 # ------------------------------------------------------------------------------------------------------- Pareto front
@@ -279,7 +287,7 @@ def test_front_by_brute_force():
 
 def test_only_models_with_every_column_are_on_the_front():
     def answer(**values):
-        return Choice("", f"{sorted(values.items())}", lambda scene, wanted: Answer(
+        return Model("", f"{sorted(values.items())}", lambda scene, wanted: Answer(
             {c.name: values[c.name] for c in wanted if c.name in values},
             {c.name: "no" for c in wanted if c.name not in values}))  # fmt: skip
 
@@ -295,12 +303,12 @@ def test_only_models_with_every_column_are_on_the_front():
 
 def test_every_timing_solves_the_statics_anew(monkeypatch):
     calls = []
-    solve = batch.solve
-    (choice,) = named("1 x order 8")
+    solve = results.solve
+    (model,) = named("1 x order 8")
     reference = trade.reference_of(PAPER.scene(), columns(*MOTION[:2]))
     monkeypatch.setattr(trade, "reference_of", lambda *_: reference)
-    monkeypatch.setattr(batch, "solve", lambda span: calls.append(1) or solve(span))
-    trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, [choice])
+    monkeypatch.setattr(results, "solve", lambda span: calls.append(1) or solve(span))
+    trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, [model])
     # once for the answer; then three times, both columns together and each alone, each time after one untimed
     assert len(calls) == 1 + 3 * 3 * 2 + 1  # one looks whether the cable breaks
 
@@ -308,8 +316,8 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 def test_a_slow_model_is_not_repeated(monkeypatch):
     calls = []
     monkeypatch.setattr(trade, "BUDGET", 0.0)
-    choice = Choice("", "slow", lambda scene, wanted: calls.append(1) or Answer({"sag": 1.0}))
-    (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [choice]).entries
+    model = Model("", "slow", lambda scene, wanted: calls.append(1) or Answer({"sag": 1.0}))
+    (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert len(calls) == 1
     assert entry.time > 0
 
@@ -341,8 +349,8 @@ def test_a_sharp_bend_fails_bar_by_bar_at_most():
     """The cable hangs almost folded: some models have no answer, the others stand."""
     sharp = scene("cable.ends=[[0, 0, 0], [0.06 m, 0, 0]]", "cable.unstretched_length=10 m", "model={accuracy: 1e-4}")
     found = trade.compare(sharp, columns("end_stiffness"), 1)
-    assert found.entries[0].errors == {"end_stiffness": trade.ROUNDING}
-    assert len(found.entries) == len(choices(columns("end_stiffness")))
+    assert found.entries[0].errors == {"end_stiffness": ROUNDING}
+    assert len(found.entries) == len(models_of(columns("end_stiffness")))
     for entry in found.entries:
         assert (entry.status == "ok") == ("end_stiffness" in entry.errors)
 
@@ -369,7 +377,7 @@ def test_formats(style):
     rows = rows_of(outcome.out, style)
     assert outcome.err == ""
     assert rows[0]["model"] == "continuous cable"
-    assert {row["family"] for row in rows[1:]} == {choice.family for choice in choices(columns("sag"))}
+    assert {row["family"] for row in rows[1:]} == {model.family for model in models_of(columns("sag"))}
     for row in rows[1:]:
         assert row["time_ms"] > 0
         assert row["pareto"] in ("yes", "no")
@@ -378,16 +386,16 @@ def test_formats(style):
 
 def test_defaults_are_what_the_scene_has_keys_for(tmp_path):
     document, windy = load_scene(CARLINA, [HYSTERETIC])
-    found, notes = trade.wanted(document, windy)
+    found, notes = trade.columns_to_compare(document, windy)
     assert [column.name for column in found] == list(trade.DEFAULT)
     assert notes == []
-    found, notes = trade.wanted(*load_scene(CARLINA))
+    found, notes = trade.columns_to_compare(*load_scene(CARLINA))
     assert [column.name for column in found] == list(trade.DEFAULT[:4])
     assert "gondola_rms_open_loop: modal damping" in notes[0]
     text = Path(CARLINA).read_text(encoding="utf-8")
     bare = tmp_path / "bare.yaml"
     bare.write_text(text[: text.index("\ngondola:") + 1], encoding="utf-8")
-    found, notes = trade.wanted(*load_scene(str(bare)))
+    found, notes = trade.columns_to_compare(*load_scene(str(bare)))
     assert [column.name for column in found] == list(trade.DEFAULT[:3])
     assert notes[0] == "left out: gondola_frequency: needs the key gondola.mass"
 
@@ -398,8 +406,8 @@ def test_defaults_are_what_the_scene_has_keys_for(tmp_path):
         ("sagg", "--columns: unknown column 'sagg' (did you mean sag?)"),
         ("sag,", "--columns: names separated by commas, e.g. end_stiffness,cable_frequency"),
         ("sag,sag_m", "--columns: sag is listed twice"),
-        ("dof", "--columns: dof is nothing that a model computes more or less well"),
-        ("chord", "--columns: chord is nothing that a model computes more or less well"),
+        ("dof", "--columns: dof does not depend on the model"),
+        ("chord", "--columns: chord does not depend on the model"),
         ("deflection", f"{CARLINA}:3:3: cable.loads: missing key: 'cablestudy trade' needs it"),
     ],
 )
@@ -467,11 +475,11 @@ def test_stored_errors_are_the_computed_ones(name):
     title = (RESULTS / f"trade-{name}.md").read_text(encoding="utf-8").splitlines()[0]
     path, *sets = shlex.split(title.removeprefix("# Error against time: "))
     document, model = load_scene(str(CONFIGS.parent / path), [word for word in sets if word != "--set"])
-    wanted, _ = trade.wanted(document, model)
+    wanted, _ = trade.columns_to_compare(document, model)
     assert [key for key in stored["catenary"] if key.endswith("_error")] == [
         *(f"{column.name}_error" for column in wanted), "largest_error"
     ]  # fmt: skip
-    assert list(stored) == [trade_tables.CONTINUOUS, *(choice.name for choice in choices(wanted))]
+    assert list(stored) == [trade_tables.CONTINUOUS, *(model.name for model in models_of(wanted))]
     cheap = named("catenary", "Irvine", "(5|10|20|40) .* bars", "1 x order.*", "(1|10) modes.*", ".* 1000 points")
     assert len(cheap) > 20
     found = trade.compare(model, wanted, 1, cheap)
@@ -490,4 +498,4 @@ def test_stored_errors_are_the_computed_ones(name):
 def test_unknown_scene_keys_are_places():
     document, bare = load_scene(CARLINA, ["gondola.area=null"])
     with pytest.raises(SceneError, match=r"gondola\.area: missing key: 'cablestudy trade' needs it"):
-        trade.wanted(document, bare, "gondola_rms_open_loop")
+        trade.columns_to_compare(document, bare, "gondola_rms_open_loop")

@@ -163,11 +163,11 @@ def test_a_range_runs_evenly_from_end_to_end(low, high, count, spacing):
     assert values == pytest.approx(even, rel=1e-12, abs=1e-15 * max(low, high))
 
 
-def test_a_range_over_more_than_a_double_can_tell():
-    for first, last in (("1e-299 N", "1e299 N"), ("1e299 N", "1e-299 N")):
+def test_a_range_over_hundreds_of_powers_of_ten():
+    for first, last in (("1e-99 N", "1e99 N"), ("1e99 N", "1e-99 N")):
         values = list(Range(first, last, 5, "log"))
         exponents = [math.log10(float(value.split()[0])) for value in values]
-        assert exponents == pytest.approx(sorted([-299, -149.5, 0, 149.5, 299], reverse=first == "1e299 N"), abs=1e-9)
+        assert exponents == pytest.approx(sorted([-99, -49.5, 0, 49.5, 99], reverse=first == "1e99 N"), abs=1e-9)
 
 
 def test_a_long_range_is_not_stored():
@@ -193,6 +193,8 @@ LOG = "spacing: log needs ends of one sign, not zero, got 0 and 2"
         ({"from": 1, "to": 2, "count": 3, "spacing": "cubic"}, 'spacing: expected linear or log, got "cubic"'),
         ({"from": 0, "to": 2, "count": 3, "spacing": "log"}, LOG),
         ({"from": "x", "to": 2, "count": 3}, 'from: expected a number, or text such as "10 kg", got "x"'),
+        ({"from": 1, "to": "1e101 m", "count": 3}, 'to: expected a number, or text such as "10 kg", got "1e101 m"'),
+        ({"from": 1e-101, "to": 1, "count": 3}, 'from: expected a number, or text such as "10 kg", got 1e-101'),
         ({"from": 1, "to": math.inf, "count": 3}, 'to: expected a number, or text such as "10 kg", got inf'),
         ({"from": 1, "to": "2 m", "count": 3}, 'from and to: give both with a unit or both without, got 1 and "2 m"'),
         ({"from": "1 kg", "to": "2 m", "count": 3}, '"m" (length) and "kg" (mass) do not fit each other'),

@@ -1,21 +1,21 @@
-"""Elements -> the tangent of a whole cable, its compliance from the forces that each Gauss point carries.
+"""Linear response of a cable about a state by the force method: compliance, end stiffness, mass.
 
-A cable is statically determinate but for one force: with loads f on its nodes the tension vector at the Gauss points is
-N = c - S f, where S, the same for every cable with so many elements of an order, adds up the loads nearer to end 1, and
-c is constant along the cable. The elements' gradient r' answers by the local compliance
+A cable has one static redundant, a vector: under nodal loads f the tension vector at the Gauss points is N = c - S f.
+S depends on the mesh alone and sums the loads nearer to end 1; c is constant along the cable. The gradient r' changes
+by the local compliance
 
     A = |r'|/T (I - t t^T) + 1/EA t t^T,
 
-the inverse of K_G + K_E at that point. The ends at rest give c: sum of w A (c - S f) = 0, with the weights w of the
-points; and S^T, the same by virtual work, adds the gradients up to displacements. So
+the inverse of K_G + K_E at that point. Fixed ends determine c: sum of w A (c - S f) = 0 with the weights w of the
+points. By virtual work S^T sums gradients to displacements, so that
 
-    K^-1 = (S - m)^T w A (S - m),    m = (sum of w A)^-1 (sum of w A S),    end stiffness = (sum of w A)^-1:
+    K^-1 = (S - m)^T w A (S - m),    m = (sum of w A)^-1 (sum of w A S),    end stiffness = (sum of w A)^-1.
 
-sums of positive terms, in which EA appears only as its inverse. Nothing of the size of the cable is factorised, and an
-almost inextensible cable is as well conditioned as an elastic one. Lengths are counted in unstretched lengths and
-forces in a reference force.
+These are sums of positive terms in which EA appears only as 1/EA: an almost inextensible cable is as well conditioned
+as an elastic one, and no matrix of the size of the cable is factorised. Lengths are in unstretched lengths, forces in a
+reference force. Source: Przemieniecki (1968), Theory of Matrix Structural Analysis, chapter 8 (force method).
 
-Every array may have leading axes, one entry for each cable: they share a mesh. No sum runs over cables.
+Arrays may have leading axes, one entry for each cable of a batch on one mesh. No sum runs over cables.
 """
 
 from dataclasses import dataclass
@@ -24,62 +24,22 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from cablestudy.cable.element import Mesh, basis, highest, mass_matrix
+from cablestudy.cable.element import basis, highest, mass_matrix
+from cablestudy.cable.state import State
 
 IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
 
 
-@dataclass(frozen=True)
-class State:
-    """A cable in equilibrium, at the Gauss points and nodes of a mesh, or many on one mesh; chord frame.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    direction : ndarray, shape (..., n, q, 3)
-        Unit tangent. [-]
-    tension : ndarray, shape (..., n, q)
-        In units of `force`. [-]
-    stretch : ndarray, shape (..., n, q)
-        |r'|. [-]
-    displacement : ndarray, shape (..., nodes, 3)
-        Of the nodes from the straight chord, in unstretched lengths. [-]
-    compliance : float or ndarray, shape (...)
-        force / EA. [-]
-    force : float or ndarray, shape (...)
-        Reference force. [N]
-    mirror_symmetric : bool
-        Whether each cable, with its elements, is its own mirror image at mid-length.
-    """
-
-    mesh: Mesh
-    direction: np.ndarray
-    tension: np.ndarray
-    stretch: np.ndarray
-    displacement: np.ndarray
-    compliance: np.ndarray
-    force: np.ndarray
-    mirror_symmetric: bool
-
-    def take(self, index):
-        """One cable of many, or some of them."""
-        fields = (self.direction, self.tension, self.stretch, self.displacement, self.compliance, self.force)
-        return State(self.mesh, *(field[index] for field in fields), self.mirror_symmetric)
-
-
 @lru_cache(maxsize=128)
 def element_force_transfer(order):
-    """Share of a force on each inner node of an element that its Gauss points carry less, shape (q, order - 1). [-]
-
-    Of the polynomial that is in equilibrium with it, end 1 of the element being free.
-    """
+    """Block of S of one element: for unit forces on its inner nodes, end 1 free, shape (q, order - 1). [-]"""
     element = basis(order)
     rows = (element.weights[:, None] * element.derivative[:, :-1]).T
     return -np.linalg.solve(rows, np.eye(order)[:, 1:])
 
 
 def static_force_transfer(mesh, forces):
-    """S f: what the Gauss points carry less for forces on the inner nodes, end 1 being free.
+    """S f: minus the tension vectors at the Gauss points under forces on the inner nodes, end 1 free.
 
     Parameters
     ----------
@@ -101,14 +61,14 @@ def static_force_transfer(mesh, forces):
 
 
 def static_force_transfer_of_axes(mesh, axes, forces):
-    """The same for forces of all directions in one column, shape (..., dof, r); it is of shape (..., n q, d, r)."""
+    """S f for forces whose columns hold all components, shape (..., dof, r); the result has shape (..., n q, d, r)."""
     *lead, _, count = forces.shape
     points = static_force_transfer(mesh, forces.reshape(*lead, mesh.nodes - 2, axes * count))
     return points.reshape(*points.shape[:-1], axes, count)
 
 
 def transposed_force_transfer(mesh, weighted):
-    """S^T w e: how far the inner nodes stay behind end 2 for gradients e times weights w.
+    """S^T w e: displacement of end 2 minus those of the inner nodes, for gradients e times weights w.
 
     Parameters
     ----------
@@ -122,7 +82,7 @@ def transposed_force_transfer(mesh, weighted):
     n, p, shape = mesh.elements, mesh.order, weighted.shape
     parts = weighted.reshape(*shape[:-2], n, p, shape[-1])
     whole = parts.sum(axis=-2)
-    ahead = np.cumsum(whole[..., ::-1, :], axis=-2)[..., ::-1, :]  # from the element's end 1 on
+    ahead = np.cumsum(whole[..., ::-1, :], axis=-2)[..., ::-1, :]  # from the element's end 1 to end 2 of the cable
     behind = np.concatenate([ahead[..., 1:, :], np.zeros_like(ahead[..., :1, :])], axis=-2)
     inner = behind[..., None, :] + element_force_transfer(p).T @ parts
     nodes = np.concatenate([ahead[..., None, :], inner], axis=-2)
@@ -130,7 +90,7 @@ def transposed_force_transfer(mesh, weighted):
 
 
 def local_compliance(t, along, across):
-    """along t t^T + across (I - t t^T) for unit vectors t in two or three dimensions, without a difference.
+    """along t t^T + across (I - t t^T) for unit vectors t in two or three dimensions, without cancellation.
 
     Parameters
     ----------
@@ -177,7 +137,7 @@ class System:
     axes: tuple
 
     def take(self, index):
-        """That of one cable of many, with what its ends feel, which is computed for all of them at once."""
+        """That of one cable of a batch; its end stiffness and end shapes are computed for the whole batch at once."""
         one = System(self.state.take(index), self.axes)
         for name in ("tangent", "compliance", "end_stiffness", "end_shapes"):
             one.__dict__[name] = getattr(self, name)[index]
@@ -201,7 +161,7 @@ class System:
 
     @cached_property
     def local_flexibility(self):
-        """Gradient per force along and across the cable at the Gauss points, shapes (..., 1) and (..., n q). [-]"""
+        """1/EA and |r'|/T at the Gauss points, shapes (..., 1) and (..., n q). [-]"""
         state = self.state
         across = state.stretch / state.tension
         return np.asarray(state.compliance)[..., None], across.reshape(*across.shape[:-2], -1)
@@ -213,7 +173,7 @@ class System:
 
     @cached_property
     def weighted_flexibility(self):
-        """w times the gradient per force along each of them, shape (..., n q, d). [-]"""
+        """w times the local flexibility along each direction of `frame`, shape (..., n q, d). [-]"""
         along, across = self.local_flexibility
         flexibility = np.repeat((self.weights * across)[..., None], len(self.axes), axis=-1)
         if len(self.axes) > 1:
@@ -224,7 +184,7 @@ class System:
     def compliance(self):
         """w A at the Gauss points, shape (..., n q, d, d). [-]"""
         along, across = self.local_flexibility
-        if len(self.axes) == 1:  # across its plane
+        if len(self.axes) == 1:  # out of the plane
             return (self.weights * across)[..., None, None]
         return local_compliance(self.tangent, self.weights * along, self.weights * across)
 
@@ -235,12 +195,12 @@ class System:
 
     @cached_property
     def end_shapes(self):
-        """Static shapes for unit movements of end 2, shape (..., nodes, d, d). [-]"""
+        """Static displacements for unit displacements of end 2, end 1 fixed, shape (..., nodes, d, d). [-]"""
         axes, mesh = len(self.axes), self.state.mesh
         strained = _times(self.compliance, self.end_stiffness[..., None, :, :])
-        behind = transposed_force_transfer(mesh, strained.reshape(*strained.shape[:-2], -1))
+        difference = transposed_force_transfer(mesh, strained.reshape(*strained.shape[:-2], -1))
         shapes = np.zeros((*strained.shape[:-3], mesh.nodes, axes, axes))
-        shapes[..., 1:-1, :, :] = np.eye(axes) - behind.reshape(*behind.shape[:-1], axes, axes)
+        shapes[..., 1:-1, :, :] = np.eye(axes) - difference.reshape(*difference.shape[:-1], axes, axes)
         shapes[..., -1, :, :] = np.eye(axes)
         return shapes
 
@@ -263,14 +223,14 @@ class System:
         return moved.reshape(*moved.shape[:-2], self.dof, count)
 
     def root(self, transferred, points=slice(None)):
-        """B f with K^-1 = B^T B, for forces f that are the same on each cable.
+        """B f with K^-1 = B^T B, for the same forces f on each cable.
 
         Parameters
         ----------
         transferred : ndarray, shape (n q, d, r)
             S f.
         points : slice
-            Of which Gauss points: all.
+            Rows of B: Gauss points, without it all.
 
         Returns
         -------
@@ -286,7 +246,7 @@ class System:
     def modal_energies(self, shapes):
         """Twice the elastic and the geometric energy of displacement shapes.
 
-        Sums of squares: nothing cancels, however stiff the cable.
+        Sums of squares, without cancellation however stiff the cable.
 
         Parameters
         ----------
@@ -306,10 +266,10 @@ class System:
         return _weighed(along * stiff, squares), _weighed(~along * stiff, squares)
 
     def highest_energy(self, shapes):
-        """What the two highest polynomials of each element contribute to the energies of displacement shapes.
+        """Energy of the two highest polynomials of each element in displacement shapes, for error estimates.
 
-        The larger of twice the complementary energy of that part of the tensions, and of the geometric energy of that
-        part of the gradient: neither is stiff where the cable is.
+        The larger one of twice the complementary energy of that part of the tensions and twice the geometric energy of
+        that part of the gradient; EA amplifies neither.
 
         Parameters
         ----------
@@ -323,18 +283,18 @@ class System:
         force = frame.swapaxes(-1, -2) @ (
             (self.weights[:, None] / self.weighted_flexibility)[..., None] * (frame @ gradient)
         )
-        strained, turned = frame @ self._highest(force), self._highest(gradient)
+        strained, rotated = frame @ self._highest(force), self._highest(gradient)
         stiff = np.repeat(self.weights[:, None] ** 2 / self.weighted_flexibility[..., -1:], len(self.axes), axis=-1)
-        return np.maximum(_weighed(self.weighted_flexibility, strained**2), _weighed(stiff, turned**2))
+        return np.maximum(_weighed(self.weighted_flexibility, strained**2), _weighed(stiff, rotated**2))
 
     def _highest(self, field):
-        """What the two highest polynomials of each element have of a field at the Gauss points."""
+        """Part of a field at the Gauss points in the two highest polynomials of each element."""
         mesh, (*lead, _, d, r) = self.state.mesh, field.shape
         parts = field.reshape(*lead, mesh.elements, mesh.order, d * r)
         return (highest(mesh.order) @ parts).reshape(field.shape)
 
     def elastic_energy(self, shapes):
-        """Twice the elastic energy of displacement shapes and of their products, shape (..., r, r)."""
+        """Psi^T K_E Psi of displacement shapes, shape (..., r, r)."""
         along = (self.tangent[..., None] * self._gradient(shapes)).sum(axis=-2)
         weighted = self.weights[:, None] / self.local_flexibility[0][..., None] * along
         return weighted.swapaxes(-1, -2) @ along
@@ -343,7 +303,7 @@ class System:
         """Gradient of shapes at the Gauss points, shape (..., n q, d, r)."""
         mesh, lead, rest = self.state.mesh, shapes.shape[:-3], shapes.shape[-2:]
         flat = shapes.reshape(*lead, mesh.nodes, rest[0] * rest[1])
-        # the nodes of one element after the other, the last of one being the first of the next
+        # the nodes of each element; neighbours share one
         parts = sliding_window_view(flat, mesh.order + 1, axis=-2)[..., :: mesh.order, :, :].swapaxes(-1, -2)
         gradient = basis(mesh.order).derivative / mesh.sizes[:, None, None] @ parts
         return gradient.reshape(*lead, len(self.weights), *rest)
@@ -359,7 +319,7 @@ class System:
 
 
 def _times(matrices, vectors):
-    """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than one after the other."""
+    """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than matmul."""
     return (matrices[..., None] * vectors[..., None, :, :]).sum(axis=-2)
 
 
@@ -397,12 +357,25 @@ def masses(mesh, axes):
         (nodes d, nodes d), (dof, dof).
     """
     per_node = mass_matrix(mesh.order, mesh.mass)
-    whole = _sparse(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
+    whole = add_elements(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
     return whole, whole[axes:-axes, axes:-axes]
 
 
-def _sparse(mesh, axes, blocks):
-    """Element blocks summed into a sparse array of all nodes."""
+def add_elements(mesh, axes, blocks):
+    """Sum of element matrices as a sparse matrix of all nodes.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    axes : int
+        Components d of a node.
+    blocks : ndarray, shape (n, (order + 1) d, (order + 1) d)
+        Node by node, the components of one node together.
+
+    Returns
+    -------
+    scipy.sparse.csr_array, shape (nodes d, nodes d)
+    """
     from scipy.sparse import coo_array
 
     index = np.arange(mesh.elements)[:, None] * mesh.order * axes + np.arange((mesh.order + 1) * axes)

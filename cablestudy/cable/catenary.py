@@ -1,33 +1,34 @@
-"""The elastic catenary in closed form: exact statics and end stiffness of many cables at once.
+"""The elastic catenary in closed form (Irvine 1981, section 1.3): statics and end stiffness of a batch of cables.
 
-A cable is cut into segments at its point loads (`segment.py` holds their closed form). The tension vector at
-mid-length is the one unknown; `closure.py` finds it.
+A cable is divided into segments at its point loads (`segment`). The tension vector at mid-length is the only unknown
+(`equilibrium_residual`); Newton's method finds it (`newton`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.closure import Closure, hold_upright, newton
+from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.guess import first_tension
+from cablestudy.cable.midspan import arc_length_at_midspan
+from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
 from cablestudy.cable.segment import TINY, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
 
-EPSILON = float(np.finfo(float).eps)
-LAST = 1e-8  # correction after which a tension is right
+LAST = 1e-8  # relative size of the last step up to which a tension counts as found: the error is about its square
 
 
 @dataclass(frozen=True)
 class Segments:
-    """The pieces of a cable between point loads; arrays have shape (..., k + 1).
+    """Segments of a cable between its point loads; arrays have shape (..., k + 1).
 
     Attributes
     ----------
     fraction : ndarray
         Share of the unstretched length. [-]
     offset : tuple of 3 ndarrays
-        Tension vector at mid-segment minus the cable's unknown, in the chord frame. [N]
+        Tension vector at mid-segment minus the unknown at mid-length, chord frame. [N]
     weight : ndarray
         [N]
     """
@@ -38,7 +39,7 @@ class Segments:
 
 
 def split(span):
-    """Cut a cable at its point loads.
+    """Divide a cable into segments at its point loads.
 
     Parameters
     ----------
@@ -68,26 +69,8 @@ def components(vectors):
 
 
 @dataclass(frozen=True)
-class Record:
-    """How an iteration went.
-
-    Attributes
-    ----------
-    steps : ndarray of int, shape (...)
-        Newton steps taken.
-    residual : ndarray, shape (...)
-        Size of the last correction relative to the answer. [-]
-    converged : ndarray of bool, shape (...)
-    """
-
-    steps: np.ndarray
-    residual: np.ndarray
-    converged: np.ndarray
-
-
-@dataclass(frozen=True)
 class Catenary:
-    """A solved cable, or a batch of them.
+    """Equilibrium of a cable or of a batch of cables.
 
     Attributes
     ----------
@@ -111,8 +94,7 @@ class Catenary:
             tuple(part[index] for part in self.segments.offset),
             self.segments.weight[index],
         )
-        record = Record(self.record.steps[index], self.record.residual[index], self.record.converged[index])
-        return Catenary(self.span.take(index), parts, segments, record)
+        return Catenary(self.span.take(index), parts, segments, self.record.of(index))
 
     @cached_property
     def kernel(self):
@@ -125,10 +107,9 @@ class Catenary:
 
     @property
     def slack(self):
-        """Whether a part without weight has no tension, and no definite form, shape (...)."""
-        return np.all([part == 0 for part in (*self.tension, self.segments.weight + 0 * self.tension[0])], axis=0).any(
-            axis=-1
-        )
+        """Whether a segment without weight has no tension, and no definite form, shape (...)."""
+        nothing = np.all([part == 0 for part in self.tension], axis=0) & (self.segments.weight == 0)
+        return nothing.any(axis=-1)
 
     @property
     def mean_tension(self):
@@ -138,39 +119,56 @@ class Catenary:
         vertical = q * sine + n * cosine
         h2 = self.kernel.horizontal**2 + y**2
         total = self.kernel.sum_of_tensions
-        # as H goes to 0 with a change of sign of V the logarithm is beaten by H^2
+        # as H goes to 0 with a change of sign of V, H^2 times the logarithm goes to 0
         mean = vertical**2 / total + total / 4 + h2 * (1 + self.kernel.excess) / total
         return (mean * self.segments.fraction).sum(axis=-1)
 
     @property
     def max_tension(self):
-        """Largest tension, at an end or a load, shape (...). [N]"""
+        """Largest tension, at an end or at a load, shape (...). [N]"""
         return np.maximum(*self.kernel.tensions).max(axis=-1)
 
     @property
     def min_tension(self):
-        """Smallest tension, shape (...). [N]"""
+        """Smallest tension, at an end, at a load or at the lowest point, shape (...). [N]"""
         cosine, sine = self._angles
         q, n, y = self.tension
         vertical = np.abs(q * sine + n * cosine)
         lowest = np.hypot(self.kernel.horizontal, y)
         return np.where(vertical < self.segments.weight / 2, lowest, np.minimum(*self.kernel.tensions)).min(axis=-1)
 
+    def end_forces(self, frame="chord"):
+        """Force of the cable on each end, point loads there included.
+
+        Parameters
+        ----------
+        frame : {"chord", "global"}
+
+        Returns
+        -------
+        ndarray, shape (..., 2, 3)
+            [N]
+        """
+        middle, up = np.stack(self.tension, axis=-1), self.span.up
+        half = (self.segments.weight / 2)[..., None] * up[..., None, :]
+        first, last = (middle - half)[..., 0, :], (middle + half)[..., -1, :]
+        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
+
     @property
     def singularities(self):
-        """Where the tension of each segment would vanish, as complex arc length over unstretched length.
+        """Complex arc length over unstretched length at which T(s) of each segment vanishes, shape (..., k + 1). [-]
 
-        The cable bends most at the real part, over about twice the imaginary part; shape (..., k + 1). [-]
+        T^2 = H^2 + (V + w s)^2. The curvature is largest at the real part, over about twice the imaginary part, and the
+        distance of the singularity bounds the length on which a polynomial series converges.
         """
         cosine, sine = self._angles
         q, n, y = self.tension
-        heavy = np.maximum(np.broadcast_to(self.segments.weight, q.shape), TINY)
+        weight = np.maximum(np.broadcast_to(self.segments.weight, q.shape), TINY)
         fraction = self.segments.fraction
         middle = np.cumsum(fraction, axis=-1) - fraction / 2
-        level = np.hypot(self.kernel.horizontal, y)
-        far = 1e30  # a straight segment bends nowhere
-        aside, deep = -(q * sine + n * cosine) / heavy, level / heavy
-        return middle + fraction * (np.clip(aside, -far, far) + 1j * np.minimum(deep, far))
+        real, imaginary = -(q * sine + n * cosine) / weight, np.hypot(self.kernel.horizontal, y) / weight
+        far = 1e30  # a segment without weight is straight
+        return middle + fraction * (np.clip(real, -far, far) + 1j * np.minimum(imaginary, far))
 
     @property
     def horizontal_tension(self):
@@ -194,19 +192,19 @@ class Catenary:
 
     @cached_property
     def end_stiffness(self):
-        """Force on end 2 per movement of end 2, end 1 fixed, chord frame, shape (..., 3, 3). [N/m]
+        """Static stiffness of end 2, end 1 fixed, chord frame: the inverse flexibility, shape (..., 3, 3). [N/m]
 
-        A vertical cable that folds has none sideways: the limit of an inclined one, as 1/log(H). One with a slack part
-        has none at all.
+        A folded vertical cable has no transverse stiffness, the limit of an inclined one as 1/log(H); a cable with a
+        slack segment has no stiffness.
         """
         columns = [np.stack(solve_symmetric(self.flexibility, tuple(np.eye(3)[i])), axis=-1) for i in range(3)]
         folded = (np.abs(self.span.cosine) == 0) & (self.min_tension < 1e-50 * self.max_tension)
-        sideways = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
-        none = (folded[..., None, None] & sideways) | self.slack[..., None, None]
+        transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
+        none = (folded[..., None, None] & transverse) | self.slack[..., None, None]
         return np.where(none, 0.0, np.stack(columns, axis=-1))
 
     def at(self, position):
-        """Place and tension vector along the cable.
+        """Displacement and tension vector along the cable.
 
         Parameters
         ----------
@@ -233,7 +231,7 @@ class Catenary:
         part = position - pick(edges - self.segments.fraction)
         weight = np.asarray(self.span.weight)[..., None]
         up = (sine, cosine, 0.0)
-        # mid-point of the piece between the segment's start and the wanted place
+        # tension vector in the middle of the piece between the segment's end 1 and the position
         middle = [pick(p) + weight * (part - whole) / 2 * u for p, u in zip(self.tension, up, strict=True)]
         pieces, _ = extension(middle, weight * part, stiffness, cosine, sine)
         wholes, _ = extension(self.tension, self.segments.weight, stiffness, cosine, sine)
@@ -246,55 +244,8 @@ class Catenary:
 
     @cached_property
     def middle(self):
-        """Arc length at mid-span (halfway along the horizontal) over unstretched length, shape (...). [-]
-
-        Where no load acts horizontally the horizontal tension is a common factor and drops out, so that the place is
-        definite for a vertical cable too, as the limit of an inclined one. With such a load on a vertical cable: 1/2.
-        """
-        cosine, sine = self._angles
-        stiffness = np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
-        along, kernel = self.kernel.horizontal, self.kernel
-        scale = np.maximum(np.abs(along).max(axis=-1, keepdims=True), TINY)
-        give = 1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions
-        advance = along / scale * self.segments.fraction * give
-        reached = np.cumsum(advance, axis=-1)
-        half = reached[..., -1:] / 2
-        which = np.minimum((reached < half).sum(axis=-1, keepdims=True), reached.shape[-1] - 1)
-        whole = np.take_along_axis(self.segments.fraction, which, axis=-1)
-        before = np.take_along_axis(reached - advance, which, axis=-1)
-        rate = np.take_along_axis(np.broadcast_to(along / scale, reached.shape), which, axis=-1)
-        tension = [np.take_along_axis(np.broadcast_to(p, reached.shape), which, axis=-1) for p in self.tension]
-        weight = np.asarray(self.span.weight)[..., None]
-
-        # only those still under way are carried on: a few near the vertical take long
-        part = np.empty(whole.shape).ravel()
-        todo = np.arange(part.size)
-        data = [np.broadcast_to(x, whole.shape).ravel() for x in (
-            whole, half - before, EPSILON * half, rate, stiffness, weight, cosine, sine, *tension)]  # fmt: skip
-        low, high, place = np.zeros_like(data[0]), data[0].copy(), data[0] / 2
-        for _ in range(80):  # Newton kept inside a bracket
-            whole_, target, rounding, rate_, stiffness_, weight_, cosine_, sine_, q, n, y = data
-            shift = weight_ * (place - whole_) / 2
-            piece = evaluate((q + shift * sine_, n + shift * cosine_, y), weight_ * place, cosine_, sine_)
-            gap = target - rate_ * place * (1 / stiffness_ + 2 * (1 + piece.excess) / piece.sum_of_tensions)
-            low, high = np.where(gap > 0, place, low), np.where(gap > 0, high, place)
-            slope = np.maximum(rate_, TINY) * (1 / stiffness_ + 1 / np.maximum(piece.tensions[1], TINY))
-            trial = place + gap / slope
-            trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
-            trial = np.where(np.abs(gap) > rounding, trial, place)
-            moving = np.abs(trial - place) > 4e-16
-            place = trial
-            part[todo] = trial
-            if not moving.all():
-                todo, low, high, place = (x[moving] for x in (todo, low, high, place))
-                data = [x[moving] for x in data]
-            if not len(todo):
-                break
-        part = part.reshape(whole.shape)
-        edges = np.cumsum(self.segments.fraction, axis=-1) - self.segments.fraction
-        position = (np.take_along_axis(edges, which, axis=-1) + part)[..., 0]
-        # pulled out of the vertical a cable goes and comes back: halfway along the horizontal means nothing
-        return np.where((np.abs(self.span.cosine) == 0) & (self.span.sideways > 0), 0.5, position)
+        """Arc length at mid-span over unstretched length (`midspan`), shape (...). [-]"""
+        return arc_length_at_midspan(self)
 
     @cached_property
     def sag(self):
@@ -306,8 +257,8 @@ class Catenary:
         displacement, _ = self.at(position[..., None])
         along, across = displacement[..., 0, 0], displacement[..., 0, 1]
         cosine, sine = np.asarray(self.span.cosine), np.asarray(self.span.sine)
-        # across the chord nothing cancels; but near the vertical what a large force across moves tells little of height
-        leaning = (np.abs(cosine) > 0.1) | (self.span.sideways < np.abs(cosine) * self.mean_tension)
+        # displacements across the chord do not cancel; a nearly vertical cable under a large transverse load needs both
+        leaning = (np.abs(cosine) > 0.1) | (self.span.transverse_load < np.abs(cosine) * self.mean_tension)
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
         sag = self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
         return np.where(self.slack, np.nan, sag)
@@ -328,36 +279,27 @@ def solve(span):
 
     Notes
     -----
-    The tension vector minimises the complementary energy, which is strictly convex: the answer is unique, and a Newton
-    step that is halved until the slope along it no longer grows always arrives. Without weight that energy has a kink
-    where a segment loses its tension: either it is least there, and the segment slack, or the search goes on beside it.
+    Newton's method on the complementary energy (`newton`). Without weight that energy has a kink where a segment loses
+    its tension: either the kink is the minimum, and the segment slack, or the iteration starts again next to it.
     """
     span = span.broadcast()
-    problem = Closure(span, split(span))
-    shape, strain = problem.shape, problem.strain
-    floor = np.asarray(span.weight) + np.abs(span.load_forces).sum(axis=(-1, -2))
-    unknown, upright = hold_upright(
-        span, tuple(np.broadcast_to(u, shape).astype(float) for u in first_tension(span)), floor
-    )
-    weightless = (floor == 0) & (strain <= 0)  # no tension at all: nothing to solve
-    unknown = (np.where(weightless, problem.stiffness[..., 0], unknown[0]), *unknown[1:])
-    active = np.broadcast_to(~weightless, shape)
-    scales = floor, span.sideways
-    unknown, steps, change = newton(problem, unknown, upright, active, scales)
-    bare = active & (np.asarray(span.weight) == 0)
-    for _ in range(problem.segments.fraction.shape[-1] if bare.any() else 0):
+    problem = EquilibriumResidual(span, split(span))
+    unknown = problem.start(first_tension(span), span)
+    loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
+    unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
+    unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
+    change, weightless = record.last_correction, ~loose & (np.asarray(span.weight) == 0)
+    for _ in range(problem.segments.fraction.shape[-1] if weightless.any() else 0):
         sizes = np.sqrt(sum(part**2 for part in problem.tension(unknown)))
-        lost = bare & ~((change < LAST) & (sizes.min(axis=-1) > LAST * sizes.max(axis=-1)))
-        if not lost.any():
+        unsolved = weightless & ~((change < LAST) & (sizes.min(axis=-1) > LAST * sizes.max(axis=-1)))
+        if not unsolved.any():
             break
-        held, place, beside = problem.kink(sizes)
-        held, again = lost & held, lost & ~held & ~(change < LAST)
-        unknown = tuple(
-            np.where(held, p, np.where(again, b, u)) for p, b, u in zip(place, beside, unknown, strict=True)
-        )
-        change, bare = np.where(held, 0.0, change), again
+        minimum, place, beside = problem.kink(sizes)
+        slack, again = unsolved & minimum, unsolved & ~minimum & ~(change < LAST)
+        unknown = np.where(slack, place, np.where(again, beside, unknown))
+        change, weightless = np.where(slack, 0.0, change), again
         if again.any():
-            unknown, more, other = newton(problem, unknown, upright, again, scales)
-            steps, change = steps + more, np.where(again, other, change)
-    converged = np.isfinite(change) & (change < LAST) & ~weightless
-    return Catenary(span, problem.tension(unknown), problem.segments, Record(steps, change, converged))
+            unknown, _, more = newton(problem, unknown, again)
+            record, change = record.then(more), np.where(again, more.last_correction, change)
+    reason = np.where(loose, UNDETERMINED, np.where(change < LAST, CONVERGED, STALLED))
+    return Catenary(span, problem.tension(unknown), problem.segments, replace(record, reason=reason))

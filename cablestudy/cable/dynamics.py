@@ -1,8 +1,8 @@
 """Eigenmodes of a cable with fixed ends: the lowest, all up to a frequency, or all.
 
-Modes come from the compliance K^-1 M, so that the lowest are the most accurate; each frequency is then the Rayleigh
-quotient of its shape, with energies summed as squares. In-plane and out-of-plane motion are solved apart where they
-decouple. Small models of many cables are solved in one call.
+The eigenvalue problem is that of the compliance, K^-1 M, so that the lowest modes are the most accurate; each frequency
+is then the Rayleigh quotient of its shape, with energies summed as squares. Uncoupled planes and symmetries are solved
+separately. Small models of a batch of cables are solved in one call.
 """
 
 from functools import cached_property
@@ -10,44 +10,48 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, State, System
+from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System
 from cablestudy.cable.modes import CombinedModes, Modes
 from cablestudy.cable.plane_modes import COINCIDENT, PlaneModes
+from cablestudy.cable.state import State
 from cablestudy.cable.symmetry import symmetry_subspaces
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
 DENSE_LIMIT = 150  # degrees of freedom up to which a full eigen-solution is cheaper than Lanczos
-ALL_LIMIT = 3000  # degrees of freedom up to which all modes are given
+ALL_LIMIT = 3000  # degrees of freedom up to which all modes can be computed
 PLANAR = (IN_PLANE, OUT_OF_PLANE)
-FIRST = 16  # modes that are asked for at first
+FIRST = 16  # modes computed first where their number is unknown
+LARGEST_BASIS = 10_000_000  # numbers in the basis of a Lanczos iteration: 80 MB, and some 20 s for 600 modes
 ALL_AT_ONCE = 200  # degrees of freedom up to which all modes cost little more than some
 
 
 class Dynamics:
-    """The free vibration of a cable about an equilibrium, or of many whose models are alike.
+    """Free vibration of a cable about an equilibrium, or of a batch of cables on one mesh.
 
     Parameters
     ----------
     state : State
-        Of one cable or, with a leading axis, of many.
-    length, mass : float or ndarray
-        Unstretched length [m] and mass per unstretched length [kg/m].
-    planes : tuple of tuple of int
-        The directions that move, those together that do not decouple: PLANAR, one of its two, or (SPATIAL,).
+        Of one cable or, with a leading axis, of a batch.
+    planes : tuple of tuple of int, optional
+        Directions of motion, coupled ones together: PLANAR, one of its two, or (SPATIAL,); without it PLANAR unless a
+        load couples them.
     few : bool
-        Whether no more modes of a small model are found than are asked for: faster, but the last digit of a mode may
-        depend on how many there are.
+        Whether only the requested modes of a small model are computed: faster, but the last digit of a mode may depend
+        on their number.
     """
 
-    def __init__(self, state: State, length, mass, planes=PLANAR, few=False):
-        self.length, self.mass = np.asarray(length, dtype=float), np.asarray(mass, dtype=float)
-        self._state, self._planes, self._mesh, self._few = state, planes, state.mesh, few
+    def __init__(self, state: State, planes=None, few=False):
+        span = state.span
+        self.length = np.asarray(span.unstretched_length, dtype=float)
+        self.mass = np.asarray(span.mass, dtype=float)
+        self._state, self._mesh, self._few = state, state.mesh, few
+        self._planes = planes or (PLANAR if span.planar else (SPATIAL,))
         self._found, self._table, self._spectra, self._among = {}, {}, {}, None
 
     def take(self, index):
-        """One cable of many, which finds its modes when another one of them does."""
-        one = Dynamics(self._state, self.length[index], self.mass[index], self._planes, self._few)
-        one._among = self, index
+        """One cable of a batch; its modes are computed together with those of the batch."""
+        one = Dynamics(self._state, self._planes, self._few)
+        one.length, one.mass, one._among = self.length[index], self.mass[index], (self, index)
         return one
 
     @cached_property
@@ -65,22 +69,22 @@ class Dynamics:
 
     @property
     def planes(self):
-        """The directions that move, those together that do not decouple: tuple of tuple of int."""
+        """Directions of motion, coupled ones together: tuple of tuple of int."""
         return self._planes
 
     @cached_property
     def dof(self):
-        """Free displacements in all. [-]"""
+        """Number of free displacements. [-]"""
         return (self._mesh.nodes - 2) * sum(len(axes) for axes in self._planes)
 
     @property
     def small(self):
-        """Whether the modes of many such models are found together."""
+        """Whether the modes of a batch of such models are computed together."""
         return self.dof <= ALL_AT_ONCE
 
     @cached_property
     def unit_frequency(self):
-        """Frequency that belongs to the eigenvalue 1, shape (...). [Hz]"""
+        """Frequency of the eigenvalue 1, shape (...). [Hz]"""
         return np.sqrt(self.state.force / self.mass) / self.length / (2 * np.pi)
 
     @cached_property
@@ -96,7 +100,7 @@ class Dynamics:
         return stiffness * np.asarray(self.state.force / self.length)[..., None, None]
 
     def modes(self, count):
-        """At least the `count` lowest modes, or all there are; what was found for as many is kept.
+        """At least the `count` lowest modes, or all; cached by their number.
 
         Parameters
         ----------
@@ -111,11 +115,11 @@ class Dynamics:
         ConvergenceError
         """
         if self.small:
-            # so many in each model of a batch, however many another one wants
+            # rounded up: models of a batch then share a call, and a cable's digits do not depend on the others
             count = min(_step(count), self.dof) if self._few else self.dof
             count = self.dof if 2 * count > self.dof else count
         else:
-            # just so many, whatever was found before: the last digits of a mode depend on how many are asked for
+            # exactly as many as requested: the last digits of Lanczos modes depend on their number
             count = min(count, self.dof)
         if count not in self._found:
             whole, index = self._among or (None, None)
@@ -123,7 +127,7 @@ class Dynamics:
         return self._found[count]
 
     def up_to(self, frequency):
-        """All modes of one cable up to a frequency [Hz], and at least one beyond it where there is one."""
+        """All modes of one cable up to a frequency [Hz], and at least one above it if the model has one."""
         count = self.dof if self.small else FIRST
         while True:
             modes = self.modes(count)
@@ -139,16 +143,16 @@ class Dynamics:
         which : tuple of tuple
             Number (from 1), kind and symmetry or None of each.
         errors : bool
-            Whether the errors are wanted too; see `Modes.errors`.
+            Whether to estimate the errors (`Modes.errors`).
         about : float
-            How many modes there may be below the highest of them; as many are found at first.
+            Estimated number of modes below the highest one: as many are computed first.
 
         Returns
         -------
         frequency, error : list of float
-            [Hz], [-]; the errors are empty where they are not wanted.
+            [Hz], [-]; errors only on request, otherwise empty.
         count : int
-            Among how many modes they were found.
+            Number of modes computed.
 
         Raises
         ------
@@ -170,7 +174,7 @@ class Dynamics:
             count *= 2
 
     def _among_lowest(self, count, which, errors):
-        """The same of the lowest `count` modes, not a number where one is none of them, and whether these are all."""
+        """`frequencies` among the lowest `count` modes, not a number where missing, and whether these are all modes."""
         if self._among is not None:
             whole, cable = self._among
             found, wrong, complete = whole._among_lowest(count, which, errors)
@@ -196,7 +200,7 @@ class Dynamics:
         Parameters
         ----------
         count : int
-            How many; all when the model has fewer.
+            Number of modes; all if the model has fewer.
 
         Returns
         -------
@@ -212,7 +216,7 @@ class Dynamics:
         return Modes(frequency, kinds, frequency.shape[-1] == self.dof, combined)
 
     def _solve(self, system, count):
-        """`PlaneModes` of one system, its lowest modes; of each half where these are solved apart."""
+        """`PlaneModes` of the lowest modes of one system, one for each symmetry subspace."""
         dof, lead = system.dof, np.shape(self.length)
         count = min(count, dof)
         if count == 0:
@@ -228,16 +232,23 @@ class Dynamics:
                 for part, root, vector in self._spectra[system.axes]
             ]
         if count <= dof // 4:
+            basis = _basis_size(count, dof)
+            if basis * dof > LARGEST_BASIS:
+                raise ConvergenceError(
+                    f"{count} modes of a model with {dof} unknowns are too many to compute "
+                    f"(at most {max(LARGEST_BASIS // basis, ALL_LIMIT)} unknowns for so many modes): "
+                    f"take fewer elements, fewer of a higher order, or an accuracy instead"
+                )
             every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
             return [_motion(system, np.stack([_lanczos(one, count) for one in every]).reshape(*lead, dof, count))]
         raise ConvergenceError(
             f"{count} modes of a model with {dof} unknowns: "
-            f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be had"
+            f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be computed"
         )
 
 
 def _motion(system, inner, sign=0):
-    """`PlaneModes` with shapes of the interior."""
+    """`PlaneModes` from shapes of the inner nodes."""
     *lead, _, count = inner.shape
     axes, nodes = len(system.axes), system.state.mesh.nodes
     shapes = np.zeros((*lead, nodes, axes, count))
@@ -252,32 +263,34 @@ def _step(count):
 
 
 def _spectrum(system, part):
-    """A part of the motion of a small system, B M P of it, and the eigenvectors of its square, lowest frequency first.
-
-    K^-1 = B^T B, and P^T M P = I: the square is the inverse of the stiffness that the patterns P of the part have.
-    """
+    """A subspace, R = B M P, and the eigenvectors of P^T M K^-1 M P = R^T R, lowest frequency first."""
     root = part.root(system)
     return part, root, np.linalg.eigh(root.swapaxes(-1, -2) @ root)[1][..., ::-1]
 
 
 def _shapes(root, vector, count):
-    """The lowest shapes of what `_spectrum` found, in the patterns of its part, orthonormal, shape (..., k, count)."""
+    """The lowest eigenvectors after one step of inverse iteration, orthonormal, shape (..., k, count)."""
     shapes = root.swapaxes(-1, -2) @ (root @ vector[..., :count])
-    # what a high mode has of the low ones by rounding is taken off again, lowest first
+    # orthogonalised from the lowest on: removes rounding errors of high modes along low ones
     pure, size = np.linalg.qr(shapes / np.sqrt((shapes**2).sum(axis=-2, keepdims=True)))
     return pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
 
 
+def _basis_size(count, dof):
+    """Number of vectors that the Lanczos iteration keeps."""
+    return min(dof, max(2 * count + 10, 30))
+
+
 def _lanczos(system, count):
-    """Lowest modes of a large system by shift-inverted Lanczos iteration about zero, from a fixed start."""
+    """Lowest modes of a large system by shift-invert Lanczos iteration about zero, from a fixed start vector."""
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     dof = system.dof
     inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right.reshape(-1, 1))[:, 0], dtype=float)
-    begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # no symmetry, same every time
+    begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
         _, vector = eigsh(
-            inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=min(dof, max(2 * count + 10, 30))
+            inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=_basis_size(count, dof)
         )
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"eigenmodes: {error}") from None

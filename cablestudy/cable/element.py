@@ -13,8 +13,8 @@ from numpy.polynomial import legendre
 
 MASSES = ("lumped", "consistent", "blended")
 MAX_ORDER = 64
-SHORTEST = 1e-9  # of the length: no element is halved below it
-HAIR = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node
+SHORTEST = 1e-9  # of the length: shorter pieces are not divided
+MERGED = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Basis:
     derivative : ndarray, shape (q, p + 1)
         Of the nodal functions at the Gauss points.
     shares : ndarray, shape (p + 1,)
-        Integral of each nodal function: how a distributed load is shared.
+        Integral of each nodal function: consistent nodal loads of a uniform load.
     """
 
     nodes: np.ndarray
@@ -76,13 +76,13 @@ def basis(order):
     x, lobatto_weights = _lobatto(order)
     points, weights = legendre.leggauss(order)
     derivative = 2 * np.linalg.solve(legendre.legvander(x, order).T, _vandermonde_derivative(points, order).T).T
-    derivative -= derivative.mean(axis=1, keepdims=True)  # a rigid motion strains nothing, to the last digit
+    derivative -= derivative.mean(axis=1, keepdims=True)  # no strain by translation, to the last digit
     return Basis((x + 1) / 2, (points + 1) / 2, weights / 2, derivative, lobatto_weights / 2)
 
 
 @lru_cache(maxsize=128)
 def highest(order):
-    """Projection of values at the Gauss points of an element on the two highest polynomials there, shape (q, q). [-]"""
+    """Projection of values at the Gauss points of an element on its two highest polynomials, shape (q, q). [-]"""
     element = basis(order)
     values = legendre.legvander(2 * element.points - 1, order - 1)[:, -2:]
     size = 2 * np.arange(order)[-2:] + 1
@@ -154,17 +154,17 @@ class Mesh:
 
     @cached_property
     def elements(self):
-        """How many elements. [-]"""
+        """Number of elements. [-]"""
         return len(self.edges) - 1
 
     @cached_property
     def nodes(self):
-        """How many nodes. [-]"""
+        """Number of nodes. [-]"""
         return self.elements * self.order + 1
 
     @cached_property
     def mirror_symmetric(self):
-        """Whether the elements are their own mirror image at mid-length."""
+        """Whether the mesh is its own mirror image at mid-length."""
         return bool(np.abs(self.edges + self.edges[::-1] - 1).max() < 1e-15)
 
     @cached_property
@@ -202,23 +202,23 @@ class Mesh:
 
 
 def _apart(places):
-    """Ascending places on [0, 1] without those that hardly differ from the one before, or from the end."""
+    """Ascending places on [0, 1], those closer than MERGED to the one before or to the end left out."""
     kept = [0.0]
     for place in places[1:-1]:
-        if kept[-1] + HAIR < place < 1 - HAIR:
+        if kept[-1] + MERGED < place < 1 - MERGED:
             kept.append(place)
     return np.array([*kept, 1.0])
 
 
 def mesh_segments(fractions, elements, order=1, mass="lumped"):
-    """Share out elements over the segments between point loads, by length, at least one each.
+    """Mesh with a node at each point load: elements distributed over the segments by length, at least one each.
 
     Parameters
     ----------
     fractions : ndarray, shape (k + 1,)
         Share of the unstretched length of each segment. [-]
     elements : int
-        How many in all; at least one a segment.
+        Total number, at least one for each segment.
     order, mass
         As in `Mesh`.
 
@@ -241,10 +241,10 @@ def _mesh(fractions, elements, order, mass):
         raise ValueError(f"{len(fractions) - 1} point loads need at least {len(fractions)} elements, got {elements}")
     counts = np.ones(len(fractions), dtype=int)
     spare = elements - len(fractions)
-    wanted = np.maximum(fractions * elements - 1, 0.0)
-    wanted *= spare / wanted.sum() if wanted.sum() > 0 else 0.0
-    counts += np.floor(wanted + 1e-9).astype(int)
-    for index in np.argsort(-(wanted - np.floor(wanted + 1e-9)), kind="stable")[: elements - counts.sum()]:
+    quota = np.maximum(fractions * elements - 1, 0.0)
+    quota *= spare / quota.sum() if quota.sum() > 0 else 0.0
+    counts += np.floor(quota + 1e-9).astype(int)
+    for index in np.argsort(-(quota - np.floor(quota + 1e-9)), kind="stable")[: elements - counts.sum()]:
         counts[index] += 1
     ends = np.concatenate([[0.0], np.cumsum(fractions)])
     ends[-1] = 1.0
@@ -253,7 +253,9 @@ def _mesh(fractions, elements, order, mass):
 
 
 def pieces(fractions, singularities):
-    """Pieces of a cable that are short where it bends sharply, so that a polynomial follows it on each.
+    """Divide a cable into pieces no longer than the distance to the nearest singularity of T(s).
+
+    On each piece the polynomials of one element then converge geometrically in their order.
 
     Parameters
     ----------
@@ -284,7 +286,7 @@ def pieces(fractions, singularities):
 
 @lru_cache(maxsize=256)
 def mesh_pieces(edges, counts, order, mass="lumped"):
-    """So many elements for each piece.
+    """Mesh with a number of equal elements for each piece.
 
     Parameters
     ----------
@@ -297,7 +299,7 @@ def mesh_pieces(edges, counts, order, mass="lumped"):
     Returns
     -------
     Mesh
-        The same for the same pieces, with what is computed of it.
+        The same object for the same arguments.
     """
     parts = [
         low + (high - low) * np.arange(count) / count

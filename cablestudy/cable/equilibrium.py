@@ -5,57 +5,16 @@ is unknown: the places of the ends determine it. It minimises the complementary 
 that fulfils the equation while every tension is positive is therefore THE equilibrium: no false state passes.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.cable.assembly import State, inverse, local_compliance, static_force_transfer, transposed_force_transfer
-from cablestudy.cable.element import basis, lagrange
+from cablestudy.cable.assembly import inverse, local_compliance, static_force_transfer, transposed_force_transfer
+from cablestudy.cable.newton import SLACK, newton
+from cablestudy.cable.state import State
 from cablestudy.errors import ConvergenceError
 
-MAX_STEPS = 60
-HALVINGS = 40
-TOLERANCE = 1e-9  # of the last correction: the error left is about its square
 TINY = 1e-300
-CONVERGED = "converged"
-
-
-@dataclass(frozen=True)
-class Step:
-    """One Newton step.
-
-    Attributes
-    ----------
-    residual : float
-        How far end 2 was from its place before the step, over the length. [-]
-    correction : float
-        Change of the tension over the largest one, or of its part across the chord over the largest such part. [-]
-    share : float
-        Share of the full step that was taken. [-]
-    """
-
-    residual: float
-    correction: float
-    share: float
-
-
-@dataclass(frozen=True)
-class Convergence:
-    """How a Newton iteration went.
-
-    Attributes
-    ----------
-    steps : tuple of Step
-    reason : str
-        Why it stopped.
-    """
-
-    steps: tuple
-    reason: str
-
-    def __str__(self):
-        trace = ", ".join(f"{step.correction:.1e}" for step in self.steps)
-        return f"{len(self.steps)} steps ({trace}); {self.reason}"
 
 
 def from_catenary(catenary, mesh):
@@ -87,11 +46,11 @@ def _state(catenary, mesh, force, displacement):
     shape = (*size.shape[:-1], mesh.elements, mesh.order)
     return State(
         mesh=mesh,
+        span=catenary.span,
         direction=(force / np.maximum(size, TINY)[..., None]).reshape(*shape, 3),
         tension=size.reshape(shape),
         stretch=(1 + compliance[..., None] * size).reshape(shape),
         displacement=displacement,
-        compliance=compliance,
         force=reference,
         mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.span.mirror_symmetric)),
     )
@@ -111,77 +70,72 @@ def external_forces(span, mesh, force):
     return total
 
 
-def solve(catenary, mesh):
-    """Equilibrium of the discrete cable.
+class ElementResidual:
+    """Residual of elements, for Newton's method: distance of end 2 from its place under a tension vector c.
 
     Parameters
     ----------
-    catenary : Catenary
-        One cable, solved: the start.
+    span : Span
+        Fields of shape (...).
     mesh : Mesh
+    force : ndarray, shape (...)
+        Unit of force. [N]
 
-    Returns
-    -------
-    state : State
-    convergence : Convergence
-
-    Raises
-    ------
-    ConvergenceError
-        No equilibrium with every tension positive was reached; its record is the Convergence.
-    """
-    state, record = solve_many(catenary, mesh)
-    convergence = record.of(())
-    if convergence.reason != CONVERGED:
-        raise record.error(())
-    return state, convergence
-
-
-@dataclass(frozen=True)
-class Record:
-    """How the Newton iterations of many cables went.
-
-    Attributes
-    ----------
-    residual, correction, share : ndarray, shape (steps, ...)
-        As in `Step`; not a number once a cable has stopped.
-    slack : ndarray of bool, shape (...)
-        Whether a piece hangs slack in equilibrium, without tension.
-    converged : ndarray of bool, shape (...)
-    mesh : Mesh
+    Notes
+    -----
+    N = c - S f at the Gauss points; r' = N/EA + N/|N|; g = chord - sum of w r', per unstretched length.
     """
 
-    residual: np.ndarray
-    correction: np.ndarray
-    share: np.ndarray
-    slack: np.ndarray
-    converged: np.ndarray
-    mesh: object
+    tolerance, stalled = 1e-9, 1e-6  # see `newton`; the error left is about the square of the last step
 
-    def of(self, index):
-        """`Convergence` of one cable."""
-        columns = (self.residual, self.correction, self.share)
-        rows = zip(*(part[(slice(None), *np.atleast_1d(index))].tolist() for part in columns), strict=True)
-        steps = tuple(Step(*row) for row in rows if row[2] == row[2])
-        reason = CONVERGED
-        if not self.converged[index]:
-            reason = f"no convergence in {len(steps)} steps, last correction {steps[-1].correction:.1e}"
-            if self.slack[index]:
-                reason = "somewhere the cable hangs slack"
-        return Convergence(steps, reason)
+    def __init__(self, span, mesh, force):
+        self.axes = 2 if span.planar else 3
+        self.loads = external_forces(span, mesh, force)[..., : self.axes]
+        self.transferred = static_force_transfer(mesh, self.loads[..., 1:-1, :])
+        self.weights = mesh.point_weights.ravel()
+        self.axial = (force / np.asarray(span.axial_stiffness, dtype=float))[..., None]
+        self.chord = np.zeros((*np.shape(force), self.axes))
+        self.chord[..., 0] = span.chord_strain
 
-    def error(self, index):
-        """Why one cable has no equilibrium."""
-        record, mesh = self.of(index), self.mesh
-        if self.slack[index]:
-            return ConvergenceError(
-                f"too few elements ({mesh.elements} of order {mesh.order}) for so sharp a bend: "
-                "one would hang slack, without tension",
-                record,
-            )
-        return ConvergenceError(
-            f"static form of {mesh.elements} elements of order {mesh.order}: {record.reason}", record
-        )
+    def residual(self, unknown):
+        """g, shape (d, ...); at the points tension vectors, tensions, tangents and r' minus the chord's direction."""
+        force = np.ascontiguousarray(np.moveaxis(unknown, 0, -1))[..., None, :] - self.transferred
+        size = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY)
+        t = force / size[..., None]
+        aside = (t[..., 1:] ** 2).sum(axis=-1)
+        ahead = t[..., 0] > 0
+        back = np.where(ahead, -aside / np.where(ahead, 1 + t[..., 0], 1.0), t[..., 0] - 1)
+        slope = (self.axial * size)[..., None] * t
+        slope[..., 0] += back
+        slope[..., 1:] += t[..., 1:]
+        return np.moveaxis(self.chord - self.weights @ slope, -1, 0), (force, size, t, slope)
+
+    def step(self, gap, point):
+        """Newton step of c, shape (d, ...): sum of w (t t^T/EA + |r'|/T (I - t t^T)) inverted, times g."""
+        _, size, t, _ = point
+        axial, weights = self.axial, self.weights
+        flexibility = local_compliance(t, weights * axial, weights * (1 / size + axial)).sum(axis=-3)
+        return np.moveaxis((inverse(flexibility) @ np.moveaxis(gap, 0, -1)[..., None])[..., 0], -1, 0)
+
+    def relative(self, step, _, point):
+        """As of `EquilibriumResidual`, by the largest tension and the largest transverse one, shape (...). [-]"""
+        force, size, _, _ = point
+        largest = size.max(axis=-1)
+        aside = np.sqrt((force[..., 1:] ** 2).sum(axis=-1)).max(axis=-1)
+        across = np.sqrt((step[1:] ** 2).sum(axis=0)) / np.maximum(aside, 1e-16 * largest)
+        return np.maximum(np.sqrt((step**2).sum(axis=0)) / largest, across)
+
+    def rounding(self, step):
+        """Error of the slope along a step by rounding of the residual, shape (...)."""
+        return 1e-15 * np.abs(self.chord[..., 0] * step[0]) + 1e-16 * np.abs(step).max(axis=0)
+
+    def slack(self, point):
+        """Whether the complementary energy is least at its kink where the smallest tension vanishes, shape (...)."""
+        force, size, _, _ = point
+        least = np.argmin(size, axis=-1)
+        there = np.take_along_axis(np.broadcast_to(self.transferred, force.shape), least[..., None, None], axis=-2)
+        gap, _ = self.residual(np.moveaxis(there[..., 0, :], -1, 0))
+        return np.sqrt((gap**2).sum(axis=0)) <= self.weights[least]
 
 
 def solve_many(catenary, mesh):
@@ -190,7 +144,7 @@ def solve_many(catenary, mesh):
     Parameters
     ----------
     catenary : Catenary
-        Fields of shape (...).
+        One cable or a batch, solved: the start.
     mesh : Mesh
 
     Returns
@@ -200,128 +154,50 @@ def solve_many(catenary, mesh):
         Tells for each cable whether it is in equilibrium.
     """
     span, reference = catenary.span, np.asarray(catenary.max_tension)
-    axes = 2 if span.planar else 3
-    loads = external_forces(span, mesh, reference)[..., :axes]
-    transferred = static_force_transfer(mesh, loads[..., 1:-1, :])
-    unknown = catenary.at(np.zeros(1))[1][..., 0, :axes] / reference[..., None] - loads[..., 0, :]
-    weights = mesh.point_weights.ravel()
-    axial_flexibility = (reference / np.asarray(span.axial_stiffness, dtype=float))[..., None]
-    target = np.zeros(unknown.shape)
-    target[..., 0] = span.chord_strain
-
-    def at(unknown):
-        """Tension vectors, tensions and gradients less the chord's direction at the points, and the gap at end 2."""
-        force = unknown[..., None, :] - transferred
-        size = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY)
-        t = force / size[..., None]
-        aside = (t[..., 1:] ** 2).sum(axis=-1)
-        ahead = t[..., 0] > 0
-        back = np.where(ahead, -aside / np.where(ahead, 1 + t[..., 0], 1.0), t[..., 0] - 1)
-        slope = (axial_flexibility * size)[..., None] * t
-        slope[..., 0] += back
-        slope[..., 1:] += t[..., 1:]
-        return force, size, t, slope, target - weights @ slope
-
-    force, size, t, slope, gap = at(unknown)
-    active, change = np.ones(size.shape[:-1], dtype=bool), np.full(size.shape[:-1], np.inf)
-    converged = np.zeros(size.shape[:-1], dtype=bool)
-    trace = []
-    for _ in range(MAX_STEPS):
-        own = local_compliance(t, weights * axial_flexibility, weights * (1 / size + axial_flexibility))
-        step = (inverse(own.sum(axis=-3)) @ gap[..., None])[..., 0]
-        slope_along = (gap * step).sum(axis=-1)
-        rounding = 1e-15 * np.abs(target[..., 0] * step[..., 0]) + 1e-16 * np.abs(step).max(axis=-1)
-        last, change = change, _change(step, force, size)
-        share = active.astype(float)
-        for _ in range(HALVINGS):
-            trial = unknown + share[..., None] * step
-            found = at(trial)
-            worse = active & ((found[-1] * step).sum(axis=-1) < -0.5 * slope_along - rounding) & (change > 1e-12)
-            if not worse.any():
-                break
-            share = np.where(worse, share / 2, share)
-        residual = np.where(active, np.abs(gap).max(axis=-1), np.nan)
-        trace.append((residual, np.where(active, change, np.nan), np.where(active, share, np.nan)))
-        unknown, (force, size, t, slope, gap) = trial, found
-        settled = (change < TOLERANCE) | ((change < 1e-6) & (change >= last / 2))
-        converged |= active & settled & (share == 1)
-        active = active & ~settled & ~worse & np.isfinite(change)
-        if not active.any():
-            break
-    excess = slope - target[..., None, :]
+    problem = ElementResidual(span, mesh, reference)
+    start = catenary.at(np.zeros(1))[1][..., 0, : problem.axes] / reference[..., None] - problem.loads[..., 0, :]
+    active = np.ones(start.shape[:-1], dtype=bool)
+    _, point, record = newton(problem, np.moveaxis(start, -1, 0), active)
+    if not record.converged.all():
+        slack = ~record.converged & problem.slack(point)
+        record = replace(record, reason=np.where(slack, SLACK, record.reason))
+    force, _, _, slope = point
+    excess = slope - problem.chord[..., None, :]
     displacement = np.zeros((*excess.shape[:-2], mesh.nodes, 3))
-    displacement[..., 1:-1, :axes] = -transposed_force_transfer(mesh, weights[:, None] * excess)
+    moved = transposed_force_transfer(mesh, problem.weights[:, None] * excess)
+    displacement[..., 1:-1, : problem.axes] = -moved
     whole = np.zeros((*force.shape[:-1], 3))
-    whole[..., :axes] = force
-    slack = np.zeros_like(converged)
-    if not converged.all():  # the energy has a kink where a tension vanishes: is its minimum at the smallest one's?
-        least = np.argmin(size, axis=-1)
-        there = np.take_along_axis(np.broadcast_to(transferred, force.shape), least[..., None, None], axis=-2)[
-            ..., 0, :
-        ]
-        slack = ~converged & (np.sqrt((at(there)[-1] ** 2).sum(axis=-1)) <= weights[least])
-    traces = (np.array(part) for part in zip(*trace, strict=True))
-    return _state(catenary, mesh, whole, displacement), Record(*traces, slack, converged, mesh)
+    whole[..., : problem.axes] = force
+    return _state(catenary, mesh, whole, displacement), record
 
 
-def _change(step, force, size):
-    """Size of a correction, in all and across the chord: a steep cable's sag hangs on its small part across."""
-    whole = np.sqrt((step**2).sum(axis=-1)) / size.max(axis=-1)
-    aside = np.sqrt((force[..., 1:] ** 2).sum(axis=-1)).max(axis=-1)
-    return np.maximum(whole, np.sqrt((step[..., 1:] ** 2).sum(axis=-1)) / np.maximum(aside, 1e-16 * size.max(axis=-1)))
+def solve(catenary, mesh):
+    """Equilibrium of one discrete cable; as `solve_many`, but without an equilibrium it raises.
+
+    Raises
+    ------
+    ConvergenceError
+        No equilibrium with every tension positive was reached.
+    """
+    state, record = solve_many(catenary, mesh)
+    if not record.converged:
+        raise refusal(record, mesh)
+    return state, record
 
 
-def interpolate(state, positions):
-    """Displacement and tension between the nodes.
+def refusal(record, mesh):
+    """`ConvergenceError` that says why one discrete cable has no equilibrium.
 
     Parameters
     ----------
-    state : State
-    positions : ndarray, shape (j,)
-        Unstretched arc length over unstretched length. [-]
-
-    Returns
-    -------
-    displacement : ndarray, shape (j, 3)
-        From the chord, in unstretched lengths, chord frame. [-]
-    tension : ndarray, shape (j,)
-        Interpolated between the Gauss points of the element; constant in a bar. [N]
+    record : Record
+        Of one cable.
+    mesh : Mesh
     """
-    mesh, element = state.mesh, basis(state.mesh.order)
-    positions = np.asarray(positions, dtype=float)
-    which = np.clip(np.searchsorted(mesh.edges, positions, side="left") - 1, 0, mesh.elements - 1)
-    local = (positions - mesh.edges[which]) / mesh.sizes[which]
-    index = which[:, None] * mesh.order + np.arange(mesh.order + 1)
-    displacement = np.einsum("ji,jia->ja", lagrange(element.nodes, local), state.displacement[index])
-    tension = np.einsum("jq,jq->j", lagrange(element.points, local), state.tension[which])
-    return displacement, tension * state.force
-
-
-def sag(span, state, start):
-    """Vertical distance from the chord down to the cable at mid-span.
-
-    Parameters
-    ----------
-    span : Span
-    state : State
-    start : float
-        Arc length at mid-span of the continuous cable, over unstretched length; used as it is for a vertical cable. [-]
-
-    Returns
-    -------
-    float
-        [m]
-    """
-    up, stretch = np.asarray(span.up), 1 + float(span.chord_strain)
-
-    def vertical_and_horizontal(position):
-        place = interpolate(state, np.array([position]))[0][0]
-        place[0] += stretch * (position - 0.5)
-        return place @ up, place[0] * span.cosine - place[1] * span.sine
-
-    position = start
-    if span.cosine > 1e-9 and abs(vertical_and_horizontal(start)[1]) > 1e-16:
-        from scipy.optimize import brentq
-
-        position = brentq(lambda s: vertical_and_horizontal(s)[1], 0.0, 1.0, xtol=1e-15)
-    return -float(vertical_and_horizontal(position)[0] * span.unstretched_length)
+    if record.reason == SLACK:
+        return ConvergenceError(
+            f"too few elements ({mesh.elements} of order {mesh.order}) for so sharp a bend: "
+            "one would hang slack, without tension",
+            record,
+        )
+    return ConvergenceError(f"static form of {mesh.elements} elements of order {mesh.order}: {record}", record)

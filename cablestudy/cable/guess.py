@@ -1,4 +1,7 @@
-"""Where the search for a catenary begins: a parabola for a taut cable, an inextensible chain for a slack one."""
+"""Start of Newton's method for a catenary: a parabola for a taut cable, an inextensible catenary for a slack one.
+
+Source: Irvine (1981), chapter 1 (inextensible catenary) and chapter 2 (parabola).
+"""
 
 import numpy as np
 
@@ -6,7 +9,7 @@ from cablestudy.cable.segment import TINY
 
 
 def first_tension(span):
-    """Tension vector to begin with, as if gravity and all loads were spread over the cable together.
+    """Approximate tension vector at mid-length, weight and loads distributed uniformly over the cable.
 
     Parameters
     ----------
@@ -28,8 +31,8 @@ def first_tension(span):
     slack = (ratio > 1.2) & (across > 1e-8)
     if not np.any(slack):
         return taut, np.zeros_like(taut), np.zeros_like(taut)
-    reach = np.sqrt(np.maximum(ratio**2 - along**2, 1.0)) / np.maximum(across, 1e-8)
-    parameter = _sinhc_inverse(np.where(slack, reach, 1.0))
+    ratio_across = np.sqrt(np.maximum(ratio**2 - along**2, 1.0)) / np.maximum(across, 1e-8)
+    parameter = _sinhc_inverse(np.where(slack, ratio_across, 1.0))
     horizontal = largest * across / (2 * parameter * np.maximum(ratio, 1.0))
     vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), TINY)
     unit = 1.0 / np.maximum(across, 1e-8)
@@ -39,7 +42,7 @@ def first_tension(span):
 
 
 def _taut_tension(span, across):
-    """Positive root T of T^3/EA - strain T^2 - across^2/24 = 0 (a parabola), by bounded Newton steps."""
+    """Positive root T of T^3/EA - strain T^2 - W^2/24 = 0, the parabola's, for a transverse load W: Newton steps."""
     stiffness, strain = span.axial_stiffness, span.chord_strain
     load = across**2 / 24
     tension = np.maximum(np.maximum(strain, 0.0) * stiffness, np.cbrt(load * stiffness))

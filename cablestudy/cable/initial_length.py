@@ -1,4 +1,4 @@
-"""The unstretched length that gives a wanted mean tension or a wanted sag."""
+"""Initial length: the unstretched length of a cable with a given mean tension or a given sag (form finding)."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ TAUTEST = 1e3  # and of one that is stretched to a thousand times its length
 
 
 def closer_strain_for_tension(span, tension):
-    """Chord strain of the taut cable with a given mean tension, where a plain search found nothing.
+    """Chord strain of a taut cable with a given mean tension, by a search that also finds the least tension.
 
     Parameters
     ----------
@@ -26,19 +26,19 @@ def closer_strain_for_tension(span, tension):
     Returns
     -------
     float
-        The shorter of the two cables with this tension. [-]
+        Of the shorter one of the two cables with this tension. [-]
 
     Raises
     ------
     NoSolutionError
-        The tension is below the least that any length gives, or asks for a cable that ends before its last load.
+        The tension is below the least of all lengths, or the cable would end before its last load.
     """
     highest = float(_tightest(span, tension))
 
     def excess(strain, _=None):
         return _tension(span, strain) / tension - 1
 
-    if excess(highest) < 0:  # the load keeps it too long to be taut
+    if excess(highest) < 0:  # too long to be taut: its last load needs the length
         raise NoSolutionError(
             f"a mean tension of {tension:.6g} N needs a cable that ends before its last load, at "
             f"{span.load_positions[-1]:.6g} m"
@@ -58,7 +58,7 @@ def closer_strain_for_tension(span, tension):
 
 
 def strains_for_tension(span, tension):
-    """Chord strains of a batch of taut cables with given mean tensions, where a plain search finds them.
+    """Chord strains of a batch of taut cables with given mean tensions.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def strains_for_tension(span, tension):
     Returns
     -------
     ndarray, shape (n,)
-        Not a number where `closer_strain_for_tension` has to look. [-]
+        Not a number where no bracket near the guess was found: `closer_strain_for_tension` decides. [-]
     """
     highest = _tightest(span, tension)
     loose = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
@@ -89,7 +89,7 @@ def strains_for_tension(span, tension):
 
 
 def no_strain_for_sag(_, sag):
-    """Refuse a sag that a plain search found no length for: that of a weightless cable, for example.
+    """Raise for a sag that `strains_for_sag` found no length for, for example that of a weightless cable.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def strains_for_sag(span, sag):
     Returns
     -------
     ndarray, shape (n,)
-        Not a number where no length gives this sag. [-]
+        Not a number where no length with this sag was found. [-]
     """
     depth = sag * span.cosine / span.chord
     horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
@@ -126,18 +126,18 @@ def strains_for_sag(span, sag):
 
 
 def _tightest(span, tension):
-    """Chord strain at which the cable surely has a tension, or ends at its last load."""
+    """Chord strain at which the mean tension is at least `tension`, or the cable ends at its last load."""
     return _shortest(span, tension / span.axial_stiffness * (1 + 1e-9) + 1e-300)
 
 
 def _shortest(span, strain):
-    """The largest chord strain up to `strain` at which the cable still reaches its last load."""
+    """The smaller of `strain` and the chord strain at which the cable ends at its last load."""
     last = span.load_positions.max(axis=-1, initial=0.0)
     return np.where(last > 0, np.minimum(strain, span.chord / np.where(last > 0, last, 1.0) - 1), strain)
 
 
 def _solved(span, strain):
-    """The span with each chord strain of an array, solved."""
+    """`Catenary` of a span with each chord strain of an array."""
     return solve(span.with_chord_strain(np.asarray(strain, dtype=float)))
 
 
@@ -184,8 +184,8 @@ def _least_tension(span, highest):
     """Chord strain and value of the least mean tension over all lengths."""
     from scipy.optimize import elementwise
 
-    near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension where it just hangs straight
-    long = np.geomspace(1 + LOOSEST, 0.1, 50)[:-1] - 1  # and under loads that outweigh it, where it is long
+    near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
+    long = np.geomspace(1 + LOOSEST, 0.1, 50)[:-1] - 1  # under loads larger than its weight, where it is long
     strain = np.concatenate(
         [long, np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, TAUTEST, 100)]
     )

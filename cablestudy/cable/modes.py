@@ -1,4 +1,4 @@
-"""Modes of a cable, all planes together, in ascending frequency: what their users see."""
+"""Modes of a cable in ascending frequency, those of all planes together."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +9,7 @@ from cablestudy.cable.plane_modes import KINDS, SYMMETRIES, ascends, clusters, r
 
 
 class CombinedModes:
-    """Modes of all systems of one cable or of many, in ascending frequency.
+    """Modes of all planes of one cable or of a batch, in ascending frequency.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class CombinedModes:
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes in ascending frequency, of one cable or of many.
+    """Modes in ascending frequency, of one cable or of a batch.
 
     Attributes
     ----------
@@ -117,9 +117,9 @@ class Modes:
     complete : bool
         True when the model has no more modes.
     combined : CombinedModes
-        That of all cables that were solved at once,
+        Of the batch.
     cable : tuple of int
-        and which of them this is.
+        Index of this cable in it.
     """
 
     frequency: np.ndarray
@@ -143,22 +143,22 @@ class Modes:
 
     @property
     def errors(self):
-        """Estimated relative errors of the frequencies, elements resolving the waves that belong to them. [-]"""
+        """Estimated relative discretisation errors of the frequencies (`PlaneModes.error`), shape (..., k). [-]"""
         return self.combined.errors[self.cable][..., : len(self)]
 
     @property
     def participation(self):
-        """psi^T K21 e_j for end 2 moving along axis j of the chord frame, shape (..., k, 3). [N/(m sqrt(kg))]"""
+        """psi^T K21 e_j for a displacement of end 2 along axis j, chord frame, shape (..., k, 3). [N/(m sqrt(kg))]"""
         return self.combined.participation[self.cable][..., : len(self), :]
 
     @property
     def driven(self):
-        """The same with what a mass that is not lumped at the nodes adds: -omega^2 psi^T (M22 u_j + M21 e_j)."""
+        """Participation with the mass coupling of a mass that is not lumped: -omega^2 psi^T (M22 u_j + M21 e_j)."""
         return self.combined.driven[self.cable][..., : len(self), :]
 
     @property
     def rigid(self):
-        """The same for both ends moving along axis j together: -omega^2 psi^T M e_j, of all nodes."""
+        """Participation for a translation of the whole cable along axis j: -omega^2 psi^T M e_j."""
         return self.combined.rigid[self.cable][..., : len(self), :]
 
     @cached_property
@@ -172,7 +172,7 @@ class Modes:
         return tuple(SYMMETRIES[i] for i in self.symmetries.tolist())
 
     def take(self, cable):
-        """Those of one cable of many."""
+        """Those of one cable of a batch."""
         return Modes(self.frequency[cable], self.kinds[cable], self.complete, self.combined, (cable,))
 
     def first(self, count):
@@ -182,11 +182,11 @@ class Modes:
         return Modes(self.frequency[..., :count], self.kinds[..., :count], False, self.combined, self.cable)
 
     def numbered(self, number, kind, symmetry=None):
-        """Where mode `number` (from 1) of a kind and symmetry stands, shape (..., k): true in one place, or in none."""
-        wanted = self.kinds == KINDS.index(kind)
+        """Mask of mode `number` (from 1) of a kind and symmetry, shape (..., k): true in one place, or in none."""
+        chosen = self.kinds == KINDS.index(kind)
         if symmetry is not None:
-            wanted = wanted & (self.symmetries == SYMMETRIES.index(symmetry))
-        return wanted & (np.cumsum(wanted, axis=-1) == number)
+            chosen = chosen & (self.symmetries == SYMMETRIES.index(symmetry))
+        return chosen & (np.cumsum(chosen, axis=-1) == number)
 
     def select(self, kind=None, symmetry=None):
         """Indices of the modes of one cable of a kind and symmetry, ascending in frequency."""

@@ -1,4 +1,4 @@
-"""Modes of one system, one plane or all three: their kind and symmetry, and a definite choice where they coincide."""
+"""Modes of one plane or of coupled planes: kind, symmetry, participation, a definite basis of coincident modes."""
 
 import itertools
 from functools import cached_property
@@ -9,17 +9,17 @@ from cablestudy.cable.assembly import OUT_OF_PLANE, System, joined
 from cablestudy.cable.element import basis, lagrange
 
 PURE = 0.8  # overlap with the mirrored shape from which a mode counts as symmetric: nine tenths of its energy
-COINCIDENT = 1e-12  # relative distance of frequencies below which the solver's choice of shapes is arbitrary
+COINCIDENT = 1e-12  # relative distance of frequencies below which the shapes of an eigen-solution are arbitrary
 KINDS = ("out-of-plane", "in-plane", "axial")
 SYMMETRIES = ("symmetric", "antisymmetric", "mixed")
 OUT, IN, AXIAL = range(3)  # places in KINDS
 SYMMETRIC, ANTISYMMETRIC, MIXED = range(3)  # places in SYMMETRIES
-SHARES = {9: 0.12, 0: 0.3}  # of what the two highest orders from some order on change: at least a frequency's error
+SHARES = {9: 0.12, 0: 0.3}  # least order -> error over the energy of the two highest orders, by tests/test_extremes.py
 ROUNDING = 4e-16  # error of the lowest frequency; it grows with the frequency
 
 
 class PlaneModes:
-    """Modes of one system, of one cable or of many, each plane for itself; what few ask for is computed when asked for.
+    """Modes of one system, of one cable or of a batch.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class PlaneModes:
     shapes : ndarray, shape (..., nodes, d, k)
         Orthonormal by the mass of a cable of unit mass.
     sign : int
-        1 where a mirror at mid-length leaves all shapes as they are, -1 where it turns them round, 0 otherwise.
+        1 if all shapes are symmetric about mid-length, -1 if antisymmetric, 0 otherwise.
     """
 
     def __init__(self, system, shapes, sign=0):
@@ -49,18 +49,19 @@ class PlaneModes:
             self.kinds = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
 
     def _make_definite(self, cable, first, last):
-        """Choose shapes of coinciding modes; their frequencies are no choice: they keep those that were found."""
+        """Choose shapes of coincident modes; their frequencies stay."""
         one, chosen = System(self.system.state.take(cable), self.system.axes), (*cable, ..., slice(first, last))
         some = self.shapes[chosen]
         some = some @ _definite_basis(one, some, _mirror(one, some))
-        turned = np.argsort(sum(one.modal_energies(some)), kind="stable")
-        self.shapes[chosen] = some[..., turned]
+        ascending = np.argsort(sum(one.modal_energies(some)), kind="stable")
+        self.shapes[chosen] = some[..., ascending]
 
     @cached_property
     def error(self):
-        """Estimated relative error of the frequencies by the order of the elements, shape (..., k). [-]
+        """Estimated relative discretisation error of the frequencies, shape (..., k). [-]
 
-        What a model of an order lower by two would change; held against random scenes by tests/test_extremes.py.
+        A share of the energy in the two highest polynomials of the elements, and at least rounding; compared with
+        random scenes by tests/test_extremes.py.
         """
         order = self.system.state.mesh.order
         share = next(share for least, share in SHARES.items() if order >= least)
@@ -76,20 +77,23 @@ class PlaneModes:
     @cached_property
     def symmetries(self):
         """Places in SYMMETRIES, shape (..., k)."""
-        # an axial mode is named by its motion along the cable, which a mirror turns round
+        # of an axial mode the motion along the cable counts, which reflection reverses
         even = self._sign or _mass_product(self.system, self.shapes, _mirror(self.system, self.shapes))
         even = even * np.where(self.kinds == AXIAL, -1, 1)
         return np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
 
     @cached_property
     def participation(self):
-        """psi^T K21 e_j = -omega^2 psi^T M22 u_j, with u_j the static shape for a unit movement of end 2 along j."""
+        """psi^T K21 e_j = -omega^2 psi^T M22 u_j, u_j the static shape of a unit displacement of end 2 along j.
+
+        Craig & Bampton (1968), AIAA Journal 6(7), fixed-interface modes.
+        """
         weighted = joined(_apply_mass(self.system, self.system.end_shapes))
         return -self.square[..., None] * (joined(self.signed).swapaxes(-1, -2) @ weighted)
 
     @cached_property
     def driven(self):
-        """-omega^2 psi^T (M22 u_j + M21 e_j): the same, but for a mass that couples the ends to the inside."""
+        """-omega^2 psi^T (M22 u_j + M21 e_j): with a mass that couples the ends to the inner nodes."""
         system = self.system
         if system.mass.nnz == system.dof:
             return self.participation
@@ -100,7 +104,7 @@ class PlaneModes:
 
     @cached_property
     def rigid(self):
-        """-omega^2 psi^T M e_j: the same for both ends moving along j together."""
+        """-omega^2 psi^T M e_j: for a translation of the whole cable along j."""
         nodes, axes = self.shapes.shape[-3:-1]
         weighted = self.system.full_mass() @ np.tile(np.eye(axes), (nodes, 1))
         return -self.square[..., None] * (joined(self.signed).swapaxes(-1, -2) @ weighted)
@@ -117,7 +121,7 @@ def reordered(values, order):
 
 
 def clusters(square):
-    """(cable, first, last) of modes whose eigenvalues coincide, longer than one; a cable is a tuple."""
+    """(cable, first, last) of each run of coincident eigenvalues; cable is an index tuple."""
     near = np.diff(square, axis=-1) <= 2 * COINCIDENT * square[..., 1:]
     found = []
     for cable in {tuple(where[:-1]) for where in np.argwhere(near).tolist()}:
@@ -128,7 +132,7 @@ def clusters(square):
 
 
 def _definite_basis(system, shapes, mirrored):
-    """Orthogonal matrix that tells apart coinciding modes by symmetry and by motion along and out of the plane."""
+    """Orthogonal matrix that separates coincident modes by symmetry and by motion along the cable and out of plane."""
     along = _along(system, shapes)
     weighted = _apply_mass(system, shapes)
     out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
@@ -136,12 +140,11 @@ def _definite_basis(system, shapes, mirrored):
     nodal = system.state.mesh.node_weights
     slide = np.einsum("n,nk,nl->kl", nodal, along, along)
     leave = np.einsum("n,nk,nl->kl", nodal, out, out)
-    _, turn = np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)
-    return turn
+    return np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)[1]
 
 
 def _apply_mass(system, shapes):
-    """Mass times shapes, ends at rest."""
+    """M22 times shapes."""
     inner, mass = shapes[..., 1:-1, :, :], system.mass
     product = np.zeros_like(shapes)
     if mass.nnz == system.dof:
@@ -153,7 +156,7 @@ def _apply_mass(system, shapes):
 
 
 def _times(matrix, flat):
-    """A sparse matrix times stacked dense ones, each alone."""
+    """A sparse matrix times a stack of dense ones."""
     if flat.ndim == 2:
         return matrix @ flat
     return np.stack([matrix @ part for part in flat])
@@ -193,12 +196,12 @@ def _kinetic_shares(system, shapes):
 
 
 def _mirror(system, shapes):
-    """Shapes seen in a mirror at right angles to the chord, at mid-length."""
+    """Shapes reflected at mid-length, across the chord."""
     mesh = system.state.mesh
     position = mesh.node_positions
     if np.abs(position + position[::-1] - 1).max() < 1e-9:
         mirrored = shapes[..., ::-1, :, :].copy()
-    else:  # point loads need not stand symmetrically
+    else:  # point loads make the mesh unsymmetric
         from scipy.interpolate import make_interp_spline
 
         mirrored = make_interp_spline(position, shapes, k=min(3, len(position) - 1), axis=-3)(1 - position)
@@ -208,7 +211,7 @@ def _mirror(system, shapes):
 
 
 def _signs(shapes):
-    """+1 or -1 for each shape, shape (..., k): its first large component counts as positive."""
+    """Sign of the first large component of each shape, shape (..., k)."""
     flat = joined(shapes)
     first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
     return np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2)[..., 0, :])

@@ -1,7 +1,7 @@
-"""The closed form of one segment of a cable: where it ends under a tension vector, and how far it gives.
+"""Extension and flexibility of one catenary segment under a tension vector, in closed form.
 
-Everything is written along the chord (Q) and across it (N, Y), because there no term cancels: the equation of the
-chord balances small quantities only (strain, sag, excess length), however stiff or taut the cable is.
+The equations are written along the chord (q) and across it (n, y), because no terms cancel there: they balance small
+quantities only (strain, sag, excess length), however stiff or taut the cable is.
 
 A segment carries no point load inside. Over a segment of length l and weight W, with P the tension vector at its
 middle, V its vertical and H its horizontal part, V0 = V - W/2, V1 = V + W/2, T0 = |(H, V0)|, T1 = |(H, V1)|,
@@ -10,7 +10,7 @@ S = T0 + T1 and beta = W/S:
     end 2 - end 1 = l (1/EA + 2/S) P + l (2/S) (atanh(beta)/beta - 1) H
     flexibility   = l/EA + integral of (I - t t^T)/T ds
 
-Source: Irvine (1981), section 1.3, rewritten.
+Source: Irvine (1981), Cable Structures, section 1.3, rewritten.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True)
 class Kernel:
-    """What one evaluation of the segments gives; all arrays have the shape of the tensions."""
+    """Quantities that extension and flexibility share; all arrays have the shape of the tensions."""
 
     horizontal: np.ndarray  # the in-plane horizontal component, signed
     beta: np.ndarray
@@ -35,7 +35,7 @@ class Kernel:
 
 
 def evaluate(tension, weight, cosine, sine):
-    """The quantities that position and flexibility share.
+    """Quantities that extension and flexibility share.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def _shallow(tension, weight, cosine, sine, kernel):
     wq, wn = weight * sine, weight * cosine
     point, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
     square = (q + wq * point) ** 2 + (n + wn * point) ** 2 + y**2
-    i2 = sum(share * point**2 / np.maximum(square * np.sqrt(square), TINY))  # one by one: the same for one as for many
+    i2 = sum(share * point**2 / np.maximum(square * np.sqrt(square), TINY))  # in this order for any batch
     qq = q * q * i0 + 2 * q * wq * i1 + wq * wq * i2
     nn = n * n * i0 + 2 * n * wn * i1 + wn * wn * i2
     yy = y * y * i0

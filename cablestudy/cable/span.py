@@ -1,4 +1,4 @@
-"""What the core knows of a cable between two fixed ends, and its chord frame.
+"""Properties of a cable between two fixed ends, and its chord frame.
 
 The chord frame (e, n, y): e from end 1 to end 2, n at right angles to it in the vertical plane (upwards), y horizontal.
 """
@@ -20,7 +20,7 @@ CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffne
 class Span:
     """A cable between two fixed ends, or a batch of cables.
 
-    The unstretched length is carried as `chord_strain`, so that a cable pre-strained by 1e-12 keeps all its digits.
+    The unstretched length is stored as `chord_strain`, so that a cable pre-strained by 1e-12 keeps all its digits.
 
     Attributes
     ----------
@@ -55,6 +55,60 @@ class Span:
     load_forces: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     azimuth: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0]))
 
+    @classmethod
+    def between(
+        cls, end_1, end_2, axial_stiffness, mass, gravity=9.81, unstretched_length=None, load_positions=(),
+        load_forces=None, chord=None,
+    ):  # fmt: skip
+        """A cable, or a batch of cables, between places in global coordinates, z upwards.
+
+        Parameters
+        ----------
+        end_1, end_2 : ndarray, shape (..., 3)
+            Places of the ends. [m]
+        axial_stiffness, mass, gravity : float or ndarray, shape (...)
+            EA [N], mass per unstretched length [kg/m], [m/s^2].
+        unstretched_length : float or ndarray, shape (...), optional
+            Without it that of the chord, until `with_chord_strain`. [m]
+        load_positions : ndarray, shape (..., k), optional
+            Arc length of point loads from end 1 along the unstretched cable, ascending. [m]
+        load_forces : ndarray, shape (..., k, 3), optional
+            Point loads along x, y, z. [N]
+        chord : float or ndarray, shape (...), optional
+            Distance of the ends where it is known to more digits than their places tell. [m]
+
+        Returns
+        -------
+        Span
+
+        Raises
+        ------
+        ValueError
+            Two ends in one place.
+        """
+        delta = np.asarray(end_2, dtype=float) - np.asarray(end_1, dtype=float)
+        horizontal = np.hypot(delta[..., 0], delta[..., 1])
+        chord = np.hypot(horizontal, delta[..., 2]) if chord is None else np.asarray(chord, dtype=float)[()]
+        if not np.all(chord > 0):
+            raise ValueError("the ends of a cable are in one place")
+        level = np.where(horizontal > 0, horizontal, 1.0)[..., None]
+        length = chord if unstretched_length is None else np.asarray(unstretched_length, dtype=float)
+        span = cls(
+            chord=chord,
+            cosine=horizontal / chord,
+            sine=delta[..., 2] / chord,
+            chord_strain=(chord - length) / length,
+            axial_stiffness=np.asarray(axial_stiffness, dtype=float)[()],
+            mass=np.asarray(mass, dtype=float)[()],
+            gravity=np.asarray(gravity, dtype=float)[()],
+            azimuth=np.where(horizontal[..., None] > 0, delta[..., :2] / level, np.array([1.0, 0.0])),
+            load_positions=np.asarray(load_positions, dtype=float),
+        ).broadcast()
+        if load_forces is None:
+            return span
+        forces = (np.asarray(load_forces, dtype=float)[..., None, :] * span.frame[..., None, :, :]).sum(axis=-1)
+        return replace(span, load_forces=forces).broadcast()
+
     @property
     def unstretched_length(self):
         """Length without tension. [m]"""
@@ -71,8 +125,8 @@ class Span:
         return self.weight_per_length * self.unstretched_length
 
     @property
-    def sideways(self):
-        """Weight and loads across the chord, shape (...). [N]"""
+    def transverse_load(self):
+        """Sum of weight and loads across the chord, absolute values, shape (...). [N]"""
         return np.abs(self.weight * self.cosine) + np.abs(self.load_forces[..., 1:]).sum(axis=(-1, -2))
 
     @property
@@ -82,7 +136,7 @@ class Span:
 
     @property
     def mirror_symmetric(self):
-        """Where neither a load nor weight along the chord tells one end from the other, shape (...)."""
+        """Whether the cable is its own mirror image at mid-length: no loads, no weight along the chord, shape (...)."""
         return (np.asarray(self.sine * self.gravity) == 0) & (self.load_positions.shape[-1] == 0)
 
     @property
@@ -105,6 +159,29 @@ class Span:
             axis=-2,
         )
 
+    def in_frame(self, vectors, frame):
+        """Vectors given along e, n, y in the axes of a frame.
+
+        Parameters
+        ----------
+        vectors : ndarray, shape (..., k, 3)
+            In the chord frame.
+        frame : {"chord", "global"}
+
+        Returns
+        -------
+        ndarray, shape (..., k, 3)
+            Each cable's to the last digit as if it were alone.
+
+        Raises
+        ------
+        ValueError
+            Another frame.
+        """
+        if frame not in ("chord", "global"):
+            raise ValueError(f"frame is {frame!r}, not 'chord' or 'global'")
+        return vectors if frame == "chord" else (vectors[..., None] * self.frame[..., None, :, :]).sum(axis=-2)
+
     def take(self, index):
         """Some cables of a batch of shape (n,), or one of them.
 
@@ -112,10 +189,10 @@ class Span:
         ----------
         index : int or ndarray of int
         """
-        return replace(self, **{name: getattr(self, name)[index] for name in CORES})
+        return replace(self, **{name: np.asarray(getattr(self, name))[index] for name in CORES})
 
     def broadcast(self):
-        """The same batch with the fields that do not vary repeated, so that all have its shape."""
+        """The same batch with all fields in its full shape."""
         arrays = {name: np.asarray(getattr(self, name)) for name in CORES}
         shape = np.broadcast_shapes(*(arrays[name].shape[: arrays[name].ndim - CORES[name]] for name in CORES))
         if not shape:
@@ -138,7 +215,7 @@ class Span:
 
 
 def merged_loads(loads):
-    """Point loads from end 1 on, those at one place added up.
+    """Point loads in ascending order from end 1, those at the same place added.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
-"""Into which parts the motion of a system falls that is solved by itself, and which patterns each consists of.
+"""Splits the motion of a mirror-symmetric cable into its symmetric and antisymmetric subspaces.
 
-A cable that is its own mirror image at mid-length has two: a motion is symmetric when its image in a mirror at right
-angles to the chord is the same, and antisymmetric when it is the opposite. Neither stirs the other, and one half of the
-cable tells how the other one moves.
+Reflection at mid-length, across the chord, leaves a symmetric motion unchanged and reverses an antisymmetric one. The
+two are uncoupled, and half of the cable determines each.
 """
 
 from dataclasses import dataclass
@@ -12,25 +11,25 @@ import numpy as np
 
 from cablestudy.cable.assembly import masses, static_force_transfer_of_axes
 
-SMALL = 200  # free displacements up to which the patterns are kept
+SMALL = 200  # free displacements up to which bases are cached
 
 
 @dataclass(frozen=True)
 class SymmetrySubspace:
-    """Patterns of motion, orthonormal by the mass of a cable of unit mass: all of them, or those of one symmetry.
+    """Basis of all motion of a system, or of that of one symmetry, orthonormal by the mass of a cable of unit mass.
 
     Attributes
     ----------
     sign : int
-        1 for symmetric motion, -1 for antisymmetric motion, 0 for all of it.
+        1 for symmetric motion, -1 for antisymmetric motion, 0 for all motion.
     points : slice
-        Gauss points by which to tell the energy of such a motion: those up to mid-length,
+        Gauss points that determine the energy: those up to mid-length, or all.
     middle : slice
-        and which of the gradients there, d at each point, are at mid-length and count half.
+        Rows of the gradients there (d for each point) that are at mid-length and count half.
     shapes : ndarray, shape (dof, k)
         P.
     transferred : ndarray, shape (n q, d, k)
-        S M P: what the Gauss points carry less for the inertia of each.
+        S M P, the tension vectors that balance the inertia forces M P.
     """
 
     sign: int
@@ -40,14 +39,14 @@ class SymmetrySubspace:
     transferred: np.ndarray
 
     def root(self, system):
-        """B M P, of the points alone, shape (..., r, k): its square is, to a factor, the compliance of the patterns."""
+        """B M P at `points`, shape (..., r, k); its square is P^T M K^-1 M P, to a factor of two for half a cable."""
         root = system.root(self.transferred, self.points)
         root[..., self.middle, :] *= np.sqrt(0.5)
         return root
 
 
 def symmetry_subspaces(mesh, axes, mirror_symmetric):
-    """The parts of the motion of a system.
+    """Uncoupled subspaces of the motion of a system.
 
     Parameters
     ----------
@@ -71,7 +70,7 @@ def _symmetry_subspaces(mesh, axes, mirror_symmetric):
     if not mirror_symmetric:
         return (_subspace(mesh, d, 0, slice(None), slice(0), np.eye(nodes * d)),)
     kept, found = (nodes + 1) // 2, []
-    alike = np.where(np.array(axes) == 0, -1.0, 1.0)[:, None, None]  # what a mirror turns round
+    alike = np.where(np.array(axes) == 0, -1.0, 1.0)[:, None, None]  # motion along the chord is reversed
     one = np.eye(nodes * d).reshape(nodes, d, nodes, d)[:, :, :kept]
     for sign in (1, -1):
         both = (one + sign * alike * one[::-1]).reshape(nodes * d, kept * d)
@@ -81,7 +80,7 @@ def _symmetry_subspaces(mesh, axes, mirror_symmetric):
 
 
 def _subspace(mesh, d, sign, points, middle, patterns):
-    """Of motion that is made of some patterns, shape (dof, k)."""
+    """`SymmetrySubspace` that some vectors span, shape (dof, k)."""
     mass = masses(mesh, d)[1]
     weighted = mass @ patterns
     if mass.nnz == len(patterns):

@@ -1,4 +1,4 @@
-"""Closed forms for taut cables: Irvine's frequencies, axial modes. For comparison, never for results.
+"""Closed forms for taut cables (Irvine's frequencies, axial modes), for comparison with the elements.
 
 Sources: Irvine (1981), chapters 2 and 3, for a flat taut cable; inclined cables by the component of gravity across
 the chord.
@@ -28,14 +28,14 @@ def lambda_squared(span, tension):
     across = span.weight_per_length * span.cosine
     sag = across * span.chord**2 / (8 * tension)
     effective = span.chord * (1 + 8 * (sag / span.chord) ** 2)
-    # in ratios: the cube of a tension might be no number
+    # in ratios: the cube of the tension overflows
     return (across * span.chord / tension) ** 2 * (span.chord / effective) * (span.axial_stiffness / tension)
 
 
 def per_deformed_length(span):
-    """The same cable with mass and stiffness counted per length of the chord.
+    """Mass m L0/l and axial stiffness EA l/L0 per length of the chord.
 
-    The closed forms know no pre-stretch. Counting m L0/l and EA l/L0 puts it in, and they agree with the exact cable.
+    The closed forms neglect the pre-stretch; with these values they agree with the exact cable.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def symmetric_roots(count, squared):
         ratio = parameter / (4 * y * y)
         return np.cos(y) * (1 - ratio) + ratio * np.sin(y) / y
 
-    # a hair outside, for without sag the root is the end of the bracket itself
+    # slightly wider than the interval: without sag the root is its end
     bracket = (begin * (1 - 1e-12), begin + np.pi * (1 - 1e-12))
     return 2 * elementwise.find_root(equation, bracket, args=(squared,), tolerances={"xrtol": 1e-15}).x
 

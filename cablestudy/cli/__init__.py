@@ -1,4 +1,4 @@
-"""The command line: parse, call, print, exit code. Everything heavy is imported by the command that needs it."""
+"""The command line: parse, call, print, exit code. Each command imports what it needs when it runs."""
 
 import os
 import sys
@@ -7,17 +7,17 @@ import click
 
 from cablestudy import __version__
 from cablestudy.cli import files, scene, ssm, sweep, trade
-from cablestudy.cli.edge import INTERRUPTED, WRONG_USE
+from cablestudy.cli.error_handling import INTERRUPTED, WRONG_USE
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class OneLine(click.Group):
-    """A group whose usage errors are one line each, as all other mistakes are."""
+    """A group of commands whose usage errors are one line each, like all other errors."""
 
     def main(self, *arguments, standalone_mode=True, **options):
         words = arguments[0] if arguments else options.get("args")
-        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # as typed, to be said again
+        options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # for messages that repeat it
         if not standalone_mode:
             return super().main(*arguments, standalone_mode=False, **options)
         try:
@@ -44,7 +44,7 @@ def main():
     SCENE and STUDY are YAML files, or - for standard input. Tables go to standard output, everything else to standard
     error. Exit codes: 0 done, 1 a check failed, 2 wrong usage, file or value, 3 some case has no answer.
     """
-    # many small matrices: threads inside of one only cost time, and digits may depend on them
+    # matrices are small: threads cost time, and the last digits may depend on their number
     for name in THREADS:
         os.environ.setdefault(name, "1")
 

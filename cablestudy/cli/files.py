@@ -1,10 +1,10 @@
-"""What computes nothing: validate, schema, columns."""
+"""The commands that compute nothing: validate, schema, columns."""
 
 import sys
 
 import click
 
-from cablestudy.cli.edge import WRONG_USE, edge, say, show
+from cablestudy.cli.error_handling import WRONG_USE, echo_notes, handle_errors, show
 from cablestudy.cli.options import FORMAT, QUIET, SET, complete_file
 
 
@@ -13,13 +13,13 @@ from cablestudy.cli.options import FORMAT, QUIET, SET, complete_file
 @SET
 @FORMAT
 @QUIET
-@edge
+@handle_errors
 def validate(files, sets, style, quiet):
     """Read and check scenes and studies; compute nothing."""
     from cablestudy.study import report
 
     table, mistakes, notes = report.validate_table(files, sets)
-    say(notes, quiet)
+    echo_notes(notes, quiet)
     for mistake in mistakes:
         click.echo(str(mistake), err=True)
     show(table, style)
@@ -30,7 +30,7 @@ def validate(files, sets, style, quiet):
 
 @click.command()
 @click.argument("kind", type=click.Choice(["scene", "study"]))
-@edge
+@handle_errors
 def schema(kind):
     """JSON Schema of a file, for editors."""
     import json
@@ -42,7 +42,7 @@ def schema(kind):
 
 @click.command()
 @FORMAT
-@edge
+@handle_errors
 def columns(style):
     """Every column: name, unit, meaning, what it needs."""
     from cablestudy.study import report

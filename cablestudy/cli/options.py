@@ -1,4 +1,4 @@
-"""Arguments and options that commands share, and what is checked of options before anything is computed."""
+"""Arguments and options that commands share, and checks of options before anything is computed."""
 
 import itertools
 import os
@@ -11,14 +11,14 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def complete_file(context, parameter, incomplete):
-    """Shell completion: files."""
+    """Shell completion of file names."""
     from click.shell_completion import CompletionItem
 
     return [CompletionItem(incomplete, type="file")]
 
 
 def complete_column(context, parameter, incomplete):
-    """Shell completion: names of columns."""
+    """Shell completion of column names."""
     from cablestudy.study.columns import COLUMNS
 
     return [column.header for column in COLUMNS if column.header.startswith(incomplete)]
@@ -45,7 +45,16 @@ OUT = click.option("--out", default="results", metavar="DIR", help="Where the fi
 
 
 def check_picture(path):
-    """Refuse a picture of unknown kind, or in a folder that does not exist, before anything is computed."""
+    """Refuses a picture of unknown kind or in a folder that is not writable.
+
+    Parameters
+    ----------
+    path : str or None
+
+    Raises
+    ------
+    SceneError
+    """
     if path is None:
         return
     if not path.lower().endswith(PICTURES):
@@ -56,10 +65,20 @@ def check_picture(path):
 
 
 def exclude(*pairs):
-    """Refuse options of the two groups of a pair that are given together."""
+    """Refuses options that exclude each other.
+
+    Parameters
+    ----------
+    pairs : tuple of 2 dict
+        Name of an option -> its value; no option of one dict may be given with one of the other.
+
+    Raises
+    ------
+    SceneError
+    """
     wrong = {}
-    for some, others in pairs:
-        given = ([name for name in group if group[name]] for group in (some, others))
+    for pair in pairs:
+        given = ([name for name, value in group.items() if value] for group in pair)
         for one, other in itertools.product(*given):
             wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
     if wrong:
@@ -67,7 +86,18 @@ def exclude(*pairs):
 
 
 def refuse(options, reason):
-    """Refuse options that would have no effect."""
+    """Refuses options that would have no effect.
+
+    Parameters
+    ----------
+    options : dict
+        Name -> value.
+    reason : str
+
+    Raises
+    ------
+    SceneError
+    """
     given = [name for name, value in options.items() if value]
     if given:
         raise SceneError(f"{', '.join(given)}: no effect: {reason}")

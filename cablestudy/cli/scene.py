@@ -1,10 +1,10 @@
-"""What is asked of one scene: static, modes, windrms."""
+"""The commands for one scene: static, modes, windrms."""
 
 import sys
 
 import click
 
-from cablestudy.cli.edge import NO_ANSWER, edge, say, show
+from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
 from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture
 from cablestudy.errors import SceneError
 
@@ -17,7 +17,7 @@ from cablestudy.errors import SceneError
 @PLOT
 @EXPLAIN
 @QUIET
-@edge
+@handle_errors
 def static(scene, sets, shape, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene."""
     check_picture(plot)
@@ -26,7 +26,7 @@ def static(scene, sets, shape, style, plot, explain, quiet):
 
     _, model = load_scene(scene, sets)
     row, columns = report.static_row(model)
-    say(row.notes if explain else (), quiet)
+    echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
         if not shape:
@@ -48,7 +48,7 @@ def static(scene, sets, shape, style, plot, explain, quiet):
 @PLOT
 @EXPLAIN
 @QUIET
-@edge
+@handle_errors
 def modes(scene, sets, count, upto, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends."""
     if count is not None and upto is not None:
@@ -61,10 +61,10 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 
     limit = None if upto is None else read_frequency("--upto", upto)
     _, model = load_scene(scene, sets)
-    case, found, notes = row.modes(Case(model), count or 12, limit)
-    say(notes if explain else (), quiet)
+    case, found, notes, warnings = row.modes(Case(model), count or 12, limit, estimate=explain)
+    echo_notes((*(notes if explain else ()), *warnings), quiet)
     if limit is None and len(found) < (count or 12):
-        say([f"the model has {len(found)} modes, not {count or 12}"], quiet)
+        echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)
     if plot:
         from cablestudy.study import plots
 
@@ -86,7 +86,7 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 )
 @EXPLAIN
 @QUIET
-@edge
+@handle_errors
 def windrms(scene, sets, style, plot, on, explain, quiet):
     """RMS of the gondola in the wind, with and without the winch loop; loop margins."""
     check_picture(plot)
@@ -94,8 +94,8 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
     from cablestudy.study.wind_report import wind_table
 
     document, model = load_scene(scene, sets)
-    table, row, remarks = wind_table(document, model, on)
-    say((*(row.notes if explain else ()), *remarks), quiet)
+    table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
+    echo_notes((*(row.notes if explain else ()), *row.warnings, *remarks), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
     elif plot:

@@ -2,7 +2,7 @@
 
 import click
 
-from cablestudy.cli.edge import edge, say, show
+from cablestudy.cli.error_handling import echo_notes, handle_errors, show
 from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, refuse
 from cablestudy.errors import SceneError
 
@@ -21,14 +21,14 @@ ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 @click.option("--with", "attached", type=click.Choice(["gondola", "loop"]), help="On end 2: gondola, or winch loop.")
 @click.option("--wind", is_flag=True, help="Forces on the cable's nodes as inputs too.")
 @click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
-@click.option("--input", "moved", type=click.Choice(ENDS), help="For --response and --error. Default: end_2_x.")
-@click.option("--output", "felt", type=click.Choice(ENDS), help="The force there. Default: end_2_x.")
+@click.option("--input", "displacement", type=click.Choice(ENDS), help="For --response and --error. Default: end_2_x.")
+@click.option("--output", "force", type=click.Choice(ENDS), help="The force there. Default: end_2_x.")
 @FORMAT
 @PLOT
 @EXPLAIN
 @QUIET
-@edge
-def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind, span, moved, felt,
+@handle_errors
+def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind, span, displacement, force,
         style, plot, explain, quiet):  # fmt: skip
     """The cable as a state space: file, kept modes, frequency response."""
     check_picture(plot)
@@ -36,30 +36,45 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
         raise SceneError("--plot: needs --response, which it draws")
     if error is None and (attached or not span):
         use = "--with shows the response of the gondola" if span else "for --response and --error only"
-        refuse({"--input": moved, "--output": felt}, use)
+        refuse({"--input": displacement, "--output": force}, use)
     from cablestudy.scene.scene import load_scene
     from cablestudy.study import ssm as study
     from cablestudy.study import ssm_tables as tables
 
     study.check_file(out)
-    wish = study.Wish(count, upto, error, kinds, not no_residual, attached, wind, moved or "end_2_x", felt or "end_2_x")
+    ends = displacement or study.END, force or study.END
+    options = study.Options(count, upto, error, kinds, not no_residual, attached, wind, *ends)
     span = study.read_span(span) if span else None
     document, model = load_scene(scene, sets)
-    choice = study.choose(document, model, wish)
-    say(choice.notes if explain else (), quiet)
-    say(choice.warnings, quiet)
+    choice = study.choose(document, model, options)
+    echo_notes(choice.notes if explain else (), quiet)
+    echo_notes(choice.warnings, quiet)
     if out or not span:
-        system = choice.system()
-        say([study.size_line(choice, system)], quiet)
-    if out:
-        study.write(system, out)
-        say([f"written: {out}"], quiet)
+        _write(choice, out, quiet)
     if span:
-        curves = tables.curves(choice)
-        if plot:
-            from cablestudy.study import plots
-
-            plots.save(plots.bode(curves, *tables.drawn(span, curves)), plot)
-        show(tables.response_table(span, curves), style)
+        _show_response(choice, span, style, plot)
     elif not out:
         show(tables.mode_table(choice), style)
+
+
+def _write(choice, out, quiet):
+    """Report the size of the state space and, where a file is given, write it."""
+    from cablestudy.study import ssm as study
+
+    system = choice.system()
+    echo_notes([study.size_line(choice, system)], quiet)
+    if out:
+        study.write(system, out)
+        echo_notes([f"written: {out}"], quiet)
+
+
+def _show_response(choice, span, style, plot):
+    """Print the frequency response and, where a file is given, draw it."""
+    from cablestudy.study import ssm_tables as tables
+
+    curves = tables.curves(choice)
+    if plot:
+        from cablestudy.study import plots
+
+        plots.save(plots.bode(curves, *tables.drawn(span, curves)), plot)
+    show(tables.response_table(span, curves), style)

@@ -5,7 +5,7 @@ import sys
 
 import click
 
-from cablestudy.cli.edge import FAILED_CHECK, INTERRUPTED, NO_ANSWER, edge, say, show
+from cablestudy.cli.error_handling import FAILED_CHECK, INTERRUPTED, NO_ANSWER, echo_notes, handle_errors, show
 from cablestudy.cli.options import (
     EXPLAIN,
     FORMAT,
@@ -20,7 +20,6 @@ from cablestudy.cli.options import (
     exclude,
     refuse,
 )
-from cablestudy.errors import NoSolutionError
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
 
@@ -61,7 +60,7 @@ MOST_DIFFERENCES = 1000  # that a check shows one by one
 @EXPLAIN
 @QUIET
 @click.pass_context
-@edge
+@handle_errors
 def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, resume,
           restart, jobs, scheduler, shard, row, fail_fast, style, plot, explain, quiet):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
@@ -89,36 +88,36 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
     try:
         with Interrupts():
             from cablestudy.scene.study import read_study
-            from cablestudy.study import store
+            from cablestudy.study.files import TableFiles
             from cablestudy.sweep import run
             from cablestudy.sweep.check import read_tolerances
 
             parts = run.read_shard(shard)
             wanted = read_study(study, sets, vary)
-            say(wanted.notes, quiet)
+            echo_notes(wanted.notes, quiet)
             if dry_run:
                 print_cases(wanted, style)
                 return
             select = selection_of(wanted, where, sort, best, sensitivity)
             if wanted.asked and keep:
                 keep = False
-                say([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
-            place = store.Place(out, wanted.name)
+                echo_notes([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
+            files = TableFiles(out, wanted.name)
             if keep:
-                place.check_writable()
+                files.check_writable()
             if check:
-                place.check_stored()
+                files.check_stored()
             tolerance = read_tolerances(rtols, wanted)
-            wish = run.Wish(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
-            with run.Run(wanted, place, wish) as work:
+            options = run.Options(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
+            with run.Run(wanted, files, options) as work:
                 compute(work, [] if study == "-" else words_of(study, sets, vary))
                 if parts:
-                    say([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+                    echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
                 else:
                     finish(work, style, plot, tolerance if check else None, run.command(typed), select)
-                failed = work.journal.failed
+                failed = work.failed
     except KeyboardInterrupt:
-        say(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
+        echo_notes(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
         exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
         sys.exit(INTERRUPTED)
     if failed:
@@ -129,10 +128,10 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
 def print_cases(study, style):
     """The cases of a study, and nothing computed."""
     from cablestudy.study.prepare import prepare
-    from cablestudy.sweep.dry_run import lines
+    from cablestudy.sweep.dry_run import cases_table
 
     prepare(study)
-    sys.stdout.writelines(lines(study, style))
+    show(cases_table(study), style)
 
 
 def selection_of(study, where, sort, best, sensitivity):
@@ -163,20 +162,18 @@ def words_of(study, sets, vary):
 
 def compute(work, words):
     """All rows of a run, and what is to be said about them."""
-    wish = work.wish
-    say(work.reused(), wish.quiet)
+    options = work.options
+    echo_notes(work.reused(), options.quiet)
     work.compute()
-    if wish.explain and work.complete:
-        say(work.notes(), wish.quiet)
-    say(work.failures(words), wish.quiet)
-    if not work.complete:
-        more = f"; --resume goes on: {work.done} rows are done" if wish.keep else ""
-        raise NoSolutionError("stopped at the first case without an answer (--fail-fast)" + more)
+    if options.explain and work.complete:
+        echo_notes(work.notes(), options.quiet)
+    echo_notes(work.failures(words), options.quiet)
+    work.check_complete()
 
 
 def finish(work, style, plot, tolerance, command, select=None):
     """The table of a complete run: compared, or written and printed."""
-    table, place, quiet = work.table(), work.place, work.wish.quiet
+    table, files, quiet = work.table(), work.files, work.options.quiet
     if plot:
         from cablestudy.study import plots
 
@@ -185,19 +182,19 @@ def finish(work, style, plot, tolerance, command, select=None):
         from cablestudy.sweep.check import compare
 
         differences = 0
-        for differences, difference in enumerate(compare(table, place.csv, tolerance), 1):
+        for differences, difference in enumerate(compare(table, files.csv, tolerance), 1):
             if differences <= MOST_DIFFERENCES:
-                click.echo(f"{place.csv}: {difference}", err=True)
+                click.echo(f"{files.csv}: {difference}", err=True)
         if differences > MOST_DIFFERENCES:
-            click.echo(f"{place.csv}: {differences} differences in all", err=True)
-        say([] if differences else [f"{place.csv}: agrees"], quiet)
+            click.echo(f"{files.csv}: {differences} differences in all", err=True)
+        echo_notes([] if differences else [f"{files.csv}: agrees"], quiet)
         sys.exit(FAILED_CHECK if differences else 0)
-    if work.wish.keep:
+    if work.options.keep:
         work.write(table, command)
-        say([f"written: {place.csv}, {place.md}"], quiet)
+        echo_notes([f"written: {files.csv}, {files.md}"], quiet)
     if select:
         table, notes = select(table)
-        say(notes, quiet)
+        echo_notes(notes, quiet)
     show(table, style)
 
 
@@ -210,7 +207,7 @@ def finish(work, style, plot, tolerance, command, select=None):
 @PLOT
 @QUIET
 @click.pass_context
-@edge
+@handle_errors
 def merge(context, study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
     check_picture(plot)
@@ -219,21 +216,21 @@ def merge(context, study, sets, vary, out, style, plot, quiet):
     try:
         with Interrupts():
             from cablestudy.scene.study import read_study
-            from cablestudy.study import store
+            from cablestudy.study.files import TableFiles
             from cablestudy.sweep import run
             from cablestudy.sweep.merge import MergedRun
 
             wanted = read_study(study, sets, vary)
-            say(wanted.notes, quiet)
-            place = store.Place(out, wanted.name)
-            place.check_writable()
+            echo_notes(wanted.notes, quiet)
+            files = TableFiles(out, wanted.name)
+            files.check_writable()
             words = words_of(study, sets, vary)
-            with MergedRun(wanted, place, words, quiet) as work:
-                say(work.failures([] if study == "-" else words), quiet)
+            with MergedRun(wanted, files, words, quiet) as work:
+                echo_notes(work.failures([] if study == "-" else words), quiet)
                 finish(work, style, plot, None, run.command(context.obj["words"]))
-                failed = work.journal.failed
+                failed = work.failed
     except KeyboardInterrupt:
-        say(["interrupted: the shards are as they were"])
+        echo_notes(["interrupted: the shards are as they were"])
         sys.exit(INTERRUPTED)
     if failed:
         sys.stdout.flush()

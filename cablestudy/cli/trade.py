@@ -4,7 +4,7 @@ import sys
 
 import click
 
-from cablestudy.cli.edge import NO_ANSWER, edge, say, show
+from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
 from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture
 
 
@@ -18,30 +18,30 @@ from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, che
 @PLOT
 @EXPLAIN
 @QUIET
-@edge
+@handle_errors
 def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
     check_picture(plot)
     import shlex
 
     from cablestudy.scene.scene import load_scene
-    from cablestudy.study import store
     from cablestudy.study import trade as study
     from cablestudy.study import trade_tables as tables
-    from cablestudy.study.trade_models import choices
+    from cablestudy.study.files import TableFiles
+    from cablestudy.study.trade_models import models_of
 
     document, model = load_scene(scene, sets)
-    columns, notes = study.wanted(document, model, names)
-    place = None if out is None else store.Place(out, tables.file_name(scene))
+    columns, notes = study.columns_to_compare(document, model, names)
+    place = None if out is None else TableFiles(out, tables.file_name(scene))
     if place:
         place.check_writable()
-    say(notes, quiet)
+    echo_notes(notes, quiet)
     if sys.stderr.isatty() and not quiet:
-        with click.progressbar(length=(repeats + 1) * len(choices(columns)), label="models", file=sys.stderr) as bar:
+        with click.progressbar(length=(repeats + 1) * len(models_of(columns)), label="models", file=sys.stderr) as bar:
             found = study.compare(model, columns, repeats, progress=bar.update)
     else:
         found = study.compare(model, columns, repeats)
-    say(tables.notes_of(found) if explain else (), quiet)
+    echo_notes(tables.notes_of(found) if explain else (), quiet)
     title = shlex.join([scene, *(word for change in sets for word in ("--set", change))])
     for name, reason in found.reference.failures.items():
         click.echo(f"{scene}: {name}: {reason}", err=True)
@@ -51,7 +51,7 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
         plots.save(plots.trade_plot(found, f"Error against time: {title}"), plot)
     if place:
         tables.write(found, place, title)
-        say([f"written: {place.csv}, {place.md}"], quiet)
+        echo_notes([f"written: {place.csv}, {place.md}"], quiet)
     show(tables.table_of(found, shown=style == "md"), style)
     if found.reference.failures:
         sys.stdout.flush()

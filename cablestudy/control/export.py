@@ -1,8 +1,13 @@
-"""A state space as a file: .npz, .mat, .json.
+"""A state space as a file: .npz, .mat or .json, with the same names in all three.
 
-All of them hold A, B, C, D, names and units of states, inputs and outputs, and Ts = 0 (continuous time); D1 and D2 are
-what the inputs' first and second derivative add to the outputs (see `statespace`). Mass, Damping and Stiffness are the
-second-order model with free ends, where there is one. With python-control:
+A, B, C, D, Ts            state-space matrices of dx/dt = A x + B u, y = C x + D u; Ts = 0: continuous time
+D1, D2                    what the first and second derivative of the inputs add to the outputs, see `statespace`
+StateName, StateUnit      of each state, and likewise InputName, InputUnit, OutputName, OutputUnit
+Mass, Damping, Stiffness  the same cable as a second-order model with free ends: M x'' + C x' + K x = f; sparse in .mat
+CoordinateName, ...Unit   of each of its coordinates
+
+The second-order matrices have full names because the C of M, C, K is not the C of A, B, C, D. A closed loop has none.
+With python-control:
 
     from scipy.io import loadmat
     m = loadmat("cable.mat")
@@ -17,10 +22,11 @@ import json
 import numpy as np
 
 GROUPS = (("State", "states"), ("Input", "inputs"), ("Output", "outputs"))
+SECOND_ORDER = ("Mass", "Damping", "Stiffness")
 
 
 def fields(system):
-    """Everything that a file holds: name -> array, list of texts, or 0.
+    """The content of a file: name -> array, list of texts, or number.
 
     Parameters
     ----------
@@ -36,7 +42,7 @@ def fields(system):
         found.update(_labels(word, getattr(system, attribute)))
     order = system.second_order
     if order is not None:
-        found.update(Mass=order.mass, Damping=order.damping, Stiffness=order.stiffness)
+        found.update(zip(SECOND_ORDER, (order.mass, order.damping, order.stiffness), strict=True))
         found.update(_labels("Coordinate", order.coordinates))
     return found
 
@@ -62,7 +68,7 @@ def npz(system):
 
 
 def mat(system):
-    """Bytes of a MATLAB file, version 5; names are cell columns, the second-order matrices sparse (M, K, Damping)."""
+    """Bytes of a MATLAB file, version 5; lists of names are cell columns, the second-order matrices are sparse."""
     from scipy.io import savemat
     from scipy.sparse import csc_array
 
@@ -70,23 +76,25 @@ def mat(system):
     for name, value in found.items():
         if isinstance(value, list):
             found[name] = np.array(value, dtype=object).reshape(-1, 1)
-    for name, short in (("Mass", "M"), ("Stiffness", "K"), ("Damping", "Damping")):
-        if name in found:
-            found[short] = csc_array(found.pop(name))
+        elif name in SECOND_ORDER:
+            found[name] = csc_array(value)
     out = io.BytesIO()
     savemat(out, found, do_compression=True)
-    return _dateless(out.getvalue())
-
-
-def _dateless(data):
-    """The header of a MATLAB file without the date, so that equal models are equal files."""
-    return b"MATLAB 5.0 MAT-file, cablestudy".ljust(116) + data[116:]
+    # savemat writes the date into the first 116 bytes, and equal models are to give equal files
+    return b"MATLAB 5.0 MAT-file, cablestudy".ljust(116) + out.getvalue()[116:]
 
 
 def plain_json(system):
-    """Bytes of a JSON object of lists."""
-    found = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in fields(system).items()}
-    return (json.dumps(found, allow_nan=False) + "\n").encode()
+    """Bytes of a JSON object; matrices are lists of rows."""
+    members = (f"{json.dumps(name)}: {_json(value)}" for name, value in fields(system).items())
+    return f"{{{', '.join(members)}}}\n".encode()
+
+
+def _json(value):
+    """JSON text of a value; a matrix row by row, since as Python numbers it is several times larger."""
+    if isinstance(value, np.ndarray):
+        return f"[{', '.join(json.dumps(row.tolist(), allow_nan=False) for row in value)}]"
+    return json.dumps(value, allow_nan=False)
 
 
 KINDS = {".npz": npz, ".mat": mat, ".json": plain_json}

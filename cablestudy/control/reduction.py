@@ -1,4 +1,4 @@
-"""Which modes to keep, and what leaving the others out costs."""
+"""Which modes of a cable to keep, and the error of leaving the others out."""
 
 from dataclasses import replace
 
@@ -8,13 +8,16 @@ ENDS = 6
 
 
 def truncated(model, chosen):
-    """The paper's plain truncation: D stays K11 of all modes, so that the static stiffness is wrong.
+    """The model with some modes and without the static part of the others, as the paper truncates it.
+
+    D stays K11 of all modes, so that the static stiffness is wrong.
 
     Parameters
     ----------
     model : Superelement
         With all modes.
     chosen : ndarray of int
+        Modes to keep.
 
     Returns
     -------
@@ -23,7 +26,7 @@ def truncated(model, chosen):
     """
     kept = model.select(chosen)
     scaled = kept.participation / kept.omega[:, None]
-    carried = scaled / kept.omega[:, None]
+    mass = scaled / kept.omega[:, None]
     strain = kept.strain
     if strain is not None:
         n = len(kept.omega)
@@ -34,40 +37,40 @@ def truncated(model, chosen):
     return replace(
         kept,
         stiffness=model.feedthrough - scaled.T @ scaled,
-        inertia=model.residual_inertia + carried.T @ carried,
+        inertia=model.residual_inertia + mass.T @ mass,
         strain=strain,
     )
 
 
-def share_omitted(model, rows, columns):
-    """What each mode carries of the inertia between movements of the ends: |m_r m_c|, relative to all together.
+def inertia_share(model, force, displacement):
+    """Share of each mode in the inertia |p_r p_c|/W^4 between a displacement of the ends and a force there.
 
     Parameters
     ----------
     model : Superelement
         With all modes.
-    rows, columns : sequence of int
-        Forces and displacements, of the six.
+    force, displacement : int
+        Which of the six end forces r and end displacements c.
 
     Returns
     -------
     ndarray, shape (n,)
-        The largest over the pairs; its sum over omitted modes bounds their share in the first term of the response
-        that their static part, kept in D, does not cover: |p_r p_c| w^2/W^4. [-]
+        Sums to one. Its sum over omitted modes bounds their share in the lowest term of the response that their
+        static part, kept in D, does not cover: |p_r p_c| w^2/W^4. [-]
     """
-    carried = np.abs(model.participation) / model.omega[:, None] ** 2
-    products = carried[:, rows][:, :, None] * carried[:, columns][:, None, :]
-    total = products.sum(axis=0)
-    return (products / np.where(total > 0, total, 1.0)).max(axis=(1, 2), initial=0.0)
+    mass = np.abs(model.participation) / model.omega[:, None] ** 2
+    product = mass[:, force] * mass[:, displacement]
+    total = product.sum()
+    return product / (total if total > 0 else 1.0)
 
 
 def fewest(share, allowed):
-    """The fewest modes whose omitted rest is at most `allowed`.
+    """The fewest modes for which the shares of the omitted ones add up to at most `allowed`.
 
     Parameters
     ----------
     share : ndarray, shape (n,)
-        See `share_omitted`. [-]
+        See `inertia_share`. [-]
     allowed : float
         [-]
 
@@ -82,14 +85,17 @@ def fewest(share, allowed):
 
 
 def elastic_matrix(model):
-    """E, R, S for y instead of the movement about the static shapes, shape (n + 6, n + 6)."""
-    strain, turn = model.strain, absolute(model)
-    return turn.T @ np.block([[strain.modes, strain.coupling], [strain.coupling.T, strain.ends]]) @ turn
+    """E, R and S of `Strain` for the absolute coordinates (y, u), shape (n + 6, n + 6)."""
+    strain, transform = model.strain, absolute(model)
+    return transform.T @ np.block([[strain.modes, strain.coupling], [strain.coupling.T, strain.ends]]) @ transform
 
 
 def absolute(model, sign=1):
-    """From (y, u) to (q, u), or back with sign -1: q = y - m u."""
+    """Transform from absolute modal coordinates (y, u) to those about the static shapes (q, u): q = y - m u.
+
+    With sign -1 the inverse. Shape (n + 6, n + 6).
+    """
     n = len(model.omega)
-    turn = np.eye(n + ENDS)
-    turn[:n, n:] = sign * model.participation / model.omega[:, None] ** 2
-    return turn
+    transform = np.eye(n + ENDS)
+    transform[:n, n:] = sign * model.participation / model.omega[:, None] ** 2
+    return transform

@@ -1,10 +1,10 @@
-"""Frequency responses through the dynamic end stiffness: no matrix solve for each frequency, nothing truncated."""
+"""Frequency responses from the dynamic end stiffness: no matrix is solved for each frequency."""
 
 import numpy as np
 
 from cablestudy.system.superelement import GONDOLA, GROUND
 
-BLOCK = 4096  # frequencies at once: a long response would not fit in memory
+BLOCK = 4096  # frequencies computed at once, to bound the memory of a long response
 
 
 def frequencies(low, high, count):
@@ -34,13 +34,13 @@ def frequencies(low, high, count):
 
 
 def between_ends(model, force, displacement, frequency):
-    """Force at one end for a unit displacement of one, all others at rest.
+    """Force at one end for a unit displacement of an end, all other ends at rest.
 
     Parameters
     ----------
     model : Superelement
     force, displacement : int
-        Which of the six.
+        Which of the six end forces and end displacements.
     frequency : ndarray, shape (m,)
         [Hz]
 
@@ -53,7 +53,7 @@ def between_ends(model, force, displacement, frequency):
 
 
 def winch_to_gondola(model, mass, location, frequency):
-    """Position of the gondola for a unit movement of the winch, the loop open: the paper's Fig. 8.
+    """Position of the gondola for a unit displacement of the winch with the loop open, as in the paper's Fig. 8.
 
     Parameters
     ----------
@@ -61,14 +61,14 @@ def winch_to_gondola(model, mass, location, frequency):
     mass : float
         Of the gondola. [kg]
     location : {"ground", "gondola"}
-        Curve A, B.
+        Where the winch is: curve A or B.
     frequency : ndarray, shape (m,)
         [Hz]
 
     Returns
     -------
     ndarray, complex, shape (m,)
-        1 on the ground and -1 on the gondola where it is slow. [-]
+        At low frequencies 1 for a winch on the ground and -1 for one on the gondola. [-]
     """
 
     def ratio(s):
@@ -79,7 +79,7 @@ def winch_to_gondola(model, mass, location, frequency):
 
 
 def position(loop, model, frequency):
-    """Position of the gondola for a unit force on it, the loop closed.
+    """Position of the gondola for a unit force on it with the loop closed.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ def position(loop, model, frequency):
 
 
 class Phase:
-    """Phases without jumps, of one block of a response after the other; the first is between -180 and 180."""
+    """Unwraps the phase of a response given in consecutive blocks; the first phase is between -180 and 180 degrees."""
 
     def __init__(self):
         self._last, self._turns = None, 0
 
     def __call__(self, value):
-        """The phases of the next block.
+        """Phase of the next block, unwrapped.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class Phase:
         Returns
         -------
         ndarray, shape (m,)
-            [deg]
+            NaN where the response is not finite. [deg]
         """
         phase = np.angle(value)
         known = np.isfinite(phase)
@@ -133,6 +133,6 @@ class Phase:
 
 
 def _at(function, frequency):
-    """A function of i omega; where it has no number it says nothing."""
+    """A function of i omega, without warnings where it is not finite."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return function(2j * np.pi * frequency)

@@ -1,17 +1,19 @@
 """The cable, alone or with gondola and winch, as a linear system of first order with labelled states.
 
-All of it comes from the second-order model in y (modal movement, absolute) and the six ends u, with m = -p/W^2:
+All of it follows from the second-order model in the absolute modal coordinates y and the six end displacements u,
 
     [I  0 ] [y]''   [      ] [y]'   [W^2  p] [y]   [modal forces        ]
     [0  Mr] [u]   + [  C   ] [u]  + [p^T  D] [u] = [forces at the ends  ]
 
-D is the static end stiffness and what the kept modes take off it, Mr the inertia that they leave. C holds 2 zeta W of
-each mode; Kelvin-Voigt strain damping is exact; hysteretic damping has no state space, and each mode of the moving
-parts (gondola included) gets the equivalent ratio. States are W y and dy/dt, so that entries of A grow like W.
+(Craig and Bampton, 1968, with modes normalised to unit mass). D is the static end stiffness plus what the kept modes
+take off it, Mr the inertia that they leave. C holds 2 zeta W of each mode for modal damping. Kelvin-Voigt damping of
+the strain is exact. Hysteretic damping has no state space: each mode of the moving parts (gondola included) gets the
+viscous damping that dissipates the same energy per cycle. States are W y and dy/dt, so that entries of A grow like W.
 
-What a moved end feels of its own acceleration (Mr) and speed needs derivatives of the input, which D cannot hold:
-`StateSpace.derivatives` has them, y = C x + D u + D1 u' + D2 u''. With the winch closed nothing is left over. For the
-same reason a state is its quantity less a share of the input where the input's derivatives act on it; outputs are not.
+Forces at a moved end that are proportional to its acceleration (Mr) and velocity need derivatives of the inputs, which
+A, B, C, D do not contain; `StateSpace.derivatives` does: y = C x + D u + D1 u' + D2 u''. With the winch loop closed
+these derivatives are known and D1 and D2 are zero. Where derivatives of an input act on a state, the state is its
+quantity less a multiple of the input; outputs are never shifted.
 """
 
 from dataclasses import dataclass
@@ -19,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.control.reduction import ENDS, elastic_matrix, truncated
+from cablestudy.errors import NoSolutionError
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
@@ -52,9 +55,14 @@ class StateSpace:
     states, inputs, outputs : tuple of (str, str)
         Name and unit of each.
     derivatives : tuple of 2 ndarray, shape (o, i)
-        D1 and D2: what no state space can hold.
+        D1 and D2.
     second_order : SecondOrder or None
         The same cable with its ends free; None for a closed loop.
+
+    Raises
+    ------
+    NoSolutionError
+        Entries that are not finite: damping, masses or gains overflow.
     """
 
     a: np.ndarray
@@ -67,15 +75,21 @@ class StateSpace:
     derivatives: tuple
     second_order: SecondOrder | None = None
 
+    def __post_init__(self):
+        _check_finite(A=self.a, B=self.b, C=self.c, D=self.d, D1=self.derivatives[0], D2=self.derivatives[1])
+        if self.second_order is not None:
+            order = self.second_order
+            _check_finite(mass=order.mass, damping=order.damping, stiffness=order.stiffness)
+
     def response(self, s, derivatives=False):
-        """C (s I - A)^-1 B + D by a linear solve for each s.
+        """Frequency response C (s I - A)^-1 B + D, by a linear solve for each s.
 
         Parameters
         ----------
         s : ndarray, shape (m,)
             [rad/s]
         derivatives : bool
-            With s D1 + s^2 D2.
+            Whether s D1 + s^2 D2 is added.
 
         Returns
         -------
@@ -88,50 +102,52 @@ class StateSpace:
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces along the cable as inputs, the wind for example.
+    """Forces along the cable as inputs, for example by the wind.
 
     Attributes
     ----------
     modal : ndarray, shape (n, j)
         psi^T: modal force of each, for every mode of the model. [1/sqrt(kg)]
-    carried : ndarray, shape (6, j)
-        Share of each that the ends hold at rest, as forces at the ends. [-]
+    static_transfer : ndarray, shape (6, j)
+        Share of each that the fixed ends take statically, as forces at the ends. [-]
     labels : tuple of (str, str)
-        Name and unit.
+        Name and unit of each.
     """
 
     modal: np.ndarray
-    carried: np.ndarray
+    static_transfer: np.ndarray
     labels: tuple
 
 
+@np.errstate(all="ignore")  # StateSpace refuses what overflows
 def cable(model, chosen=None, residual=True, forces=None):
-    """The cable alone: its ends are moved, and push back.
+    """The cable alone, from end displacements to end forces.
 
     Parameters
     ----------
     model : Superelement
         With all modes.
     chosen : ndarray of int, optional
-        The modes to keep; all without it.
+        The modes to keep. Default: all.
     residual : bool
-        Keep the static part and the inertia of the omitted modes. Without: the paper's plain truncation, D = K11 of
-        the whole model.
+        Whether the static part and the inertia of the omitted modes are kept. If not, the model is truncated as in the
+        paper, with D = K11 of the whole model.
     forces : Forces, optional
 
     Returns
     -------
     StateSpace
-        Inputs: the six end displacements, then `forces`. Outputs: the six forces at the ends that hold them there.
+        Inputs: the six end displacements, then `forces`. Outputs: the six forces that hold the ends there.
     """
-    parts = _parts(model, chosen, residual, forces)
-    n = len(parts.names)
+    second_order = _second_order(model, chosen, residual, forces)
+    n = len(second_order.names)
     unit = np.eye(n + ENDS)
-    return _first_order(parts, unit[:, :n], unit[:, n:], [(name, "m") for name in NAMES])
+    return _first_order(second_order, unit[:, :n], unit[:, n:], [(name, "m") for name in NAMES])
 
 
+@np.errstate(all="ignore")
 def coupled(model, mass, location="ground", chosen=None, residual=True, forces=None):
-    """Gondola on end 2, free along x, and a winch that moves an end along x; all other ends at rest.
+    """A gondola on end 2, free along x, and a winch that moves an end along x; all other ends at rest.
 
     Parameters
     ----------
@@ -146,18 +162,19 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
     -------
     StateSpace
         Inputs: winch u, force on the gondola, then `forces`. Outputs: position and velocity of the gondola, forces at
-        the ends. The gondola's position is exact, without `derivatives`.
+        the ends. The gondola's position needs no `derivatives`.
     """
-    parts = _parts(model, chosen, residual, forces)
-    n = len(parts.names)
+    second_order = _second_order(model, chosen, residual, forces)
+    n = len(second_order.names)
     unit = np.eye(n + ENDS)
     free = np.concatenate([unit[:, :n], unit[:, [n + GONDOLA]]], axis=1)
     end = GONDOLA if location == "gondola" else GROUND
-    return _first_order(parts, free, unit[:, [n + end]], [("winch", "m")], mass)
+    return _first_order(second_order, free, unit[:, [n + end]], [("winch", "m")], mass)
 
 
+@np.errstate(all="ignore")
 def closed(loop, chosen=None, residual=True, forces=None):
-    """Gondola, cable and winch with the winch controlled; exact, without derivatives of inputs.
+    """Gondola, cable and winch with the winch loop closed; needs no derivatives of inputs.
 
     Parameters
     ----------
@@ -168,7 +185,7 @@ def closed(loop, chosen=None, residual=True, forces=None):
     Returns
     -------
     StateSpace
-        Inputs: force on the gondola, then `forces`. Outputs: those of `coupled`, and the winch. States: those of
+        Inputs: force on the gondola, then `forces`. Outputs: those of `coupled`, then the winch. States: those of
         `coupled`, two of the notch where there is one, the winch (the integrator).
     """
     plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces)
@@ -180,44 +197,44 @@ def closed(loop, chosen=None, residual=True, forces=None):
     c = np.pad(plant.c, ((0, 1), (0, extra)))
     c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
     b, d = np.pad(plant.b[:, 1:], ((0, extra), (0, 0))), np.pad(plant.d[:, 1:], ((0, 1), (0, 0)))
-    seen = c[0]  # the gondola's position
-    rate = sign * loop.gain * seen
+    position = c[0]  # of the gondola
+    rate = sign * loop.gain * position
     if loop.notch is not None:
-        a[-3:-1] = _rolloff(loop.notch, seen)
-        passed, first, second = _notch_output(loop.notch)
-        rate = passed * rate
+        a[-3:-1] = _rolloff(loop.notch, position)
+        direct, first, second = _notch_output(loop.notch)
+        rate = direct * rate
         rate[-3:-1] = sign * loop.gain * first, sign * loop.gain * second
     a[-1] = rate
-    # with the winch a state, its speed and acceleration are known
-    speed, acceleration = (matrix[:, 0] for matrix in plant.derivatives)
-    c[:-1] += np.outer(speed, rate) + np.outer(acceleration, rate @ a)
-    d[:-1] += np.outer(acceleration, rate @ b)
+    # the winch is a state: its velocity and acceleration are known
+    d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
+    c[:-1] += np.outer(d1, rate) + np.outer(d2, rate @ a)
+    d[:-1] += np.outer(d2, rate @ b)
     states = (*plant.states, *filtering, ("winch", "m"))
     return StateSpace(
         a, b, c, d, states, plant.inputs[1:], (*plant.outputs, ("winch", "m")), (np.zeros_like(d), np.zeros_like(d))
     )
 
 
-def _rolloff(notch, seen):
-    """Rows of A for the notch's two states, driven by what it sees: w^2/q and s w/q, q = s^2 + 2 z w s + w^2."""
-    rows = np.zeros((2, len(seen)))
+def _rolloff(notch, position):
+    """Rows of A for the two states of the notch, w^2/q and s w/q of its input, q = s^2 + 2 z w s + w^2."""
+    rows = np.zeros((2, len(position)))
     rows[0, -2] = notch.rolloff_omega
-    rows[1] = notch.rolloff_omega * seen
+    rows[1] = notch.rolloff_omega * position
     rows[1, -3:-1] += -notch.rolloff_omega, -2 * notch.rolloff_damping_ratio * notch.rolloff_omega
     return rows
 
 
 def _notch_output(notch):
-    """Shares of what the notch sees and of its two states in what it gives. [-]"""
+    """Shares of the input of the notch and of its two states in its output. [-]"""
     w1, w2 = notch.omega, notch.rolloff_omega
-    passed = (w2 / w1) ** 2
+    direct = (w2 / w1) ** 2
     damped = notch.damping_ratio * w1 - notch.rolloff_damping_ratio * w2
-    return passed, passed * (w1**2 - w2**2) / w2**2, passed * 2 * damped / w2
+    return direct, direct * (w1**2 - w2**2) / w2**2, direct * 2 * damped / w2
 
 
 @dataclass(frozen=True)
-class _Parts:
-    """The second-order model of the module's head, for the kept modes.
+class _Model:
+    """The second-order model of the module's docstring, for the kept modes.
 
     Attributes
     ----------
@@ -229,9 +246,9 @@ class _Parts:
     names : tuple of str
         Of the modes, by their number in the model.
     forces : ndarray, shape (n + 6, j)
-        What each of the forces along the cable does to each coordinate.
+        Generalised force of each force along the cable on each coordinate.
     labels : tuple of (str, str)
-        Of these forces.
+        Name and unit of these forces.
     """
 
     mass: np.ndarray
@@ -244,8 +261,8 @@ class _Parts:
     labels: tuple
 
 
-def _parts(model, chosen, residual, forces):
-    """`_Parts` of an end model; what is left out goes to D and Mr, or is lost without `residual`."""
+def _second_order(model, chosen, residual, forces):
+    """`_Model` of an end model; omitted modes contribute to D and Mr, or to nothing without `residual`."""
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     source = model.select(chosen) if residual else truncated(model, chosen)
     n = len(chosen)
@@ -260,21 +277,33 @@ def _parts(model, chosen, residual, forces):
         damping = damping + source.strain.amount * elastic_matrix(source)
     else:
         hysteretic = source.strain.amount * elastic_matrix(source)
-    labels, acting = (), np.zeros((n + ENDS, 0))
+    labels, generalised = (), np.zeros((n + ENDS, 0))
     if forces is not None:
-        # y is the whole movement: of what the ends carry at rest, the modes bring their part
-        brought = np.s_[chosen] if residual else np.s_[:]
-        lever = model.participation[brought] / model.omega[brought, None] ** 2
-        rest = forces.carried + lever.T @ forces.modal[brought]
-        labels, acting = tuple(forces.labels), np.concatenate([forces.modal[chosen], rest])
+        # y is the absolute movement: the kept modes bring their part of the static forces at the ends
+        kept = np.s_[chosen] if residual else np.s_[:]
+        transfer = model.participation[kept] / model.omega[kept, None] ** 2
+        rest = forces.static_transfer + transfer.T @ forces.modal[kept]
+        labels, generalised = tuple(forces.labels), np.concatenate([forces.modal[chosen], rest])
     names = tuple(f"mode_{k + 1}" for k in chosen)
-    return _Parts(mass, damping, stiffness, hysteretic, source.omega, names, acting, labels)
+    return _Model(mass, damping, stiffness, hysteretic, source.omega, names, generalised, labels)
 
 
-def _equivalent(elastic, mass, stiffness):
-    """Viscous damping that gives each mode of (mass, stiffness) its hysteretic share, half of its elastic one."""
+def _check_finite(**matrices):
+    """Raise NoSolutionError for matrices with an entry that is not finite, naming them."""
+    wrong = [name for name, matrix in matrices.items() if not np.isfinite(matrix).all()]
+    if wrong:
+        raise NoSolutionError(f"the state space overflows: {', '.join(wrong)} would have entries that are not finite")
+
+
+def _equivalent_viscous(mass, elastic, stiffness):
+    """Viscous damping that gives each mode of (mass, stiffness) the energy loss per cycle of hysteretic damping.
+
+    Its damping ratio is then half of the loss factor times the elastic share of its stiffness.
+    """
     root = np.sqrt(mass)
-    square, vector = np.linalg.eigh(stiffness / np.outer(root, root))
+    scaled = stiffness / np.outer(root, root)
+    _check_finite(stiffness=scaled)
+    square, vector = np.linalg.eigh(scaled)
     omega = np.sqrt(np.maximum(square, 0.0))
     shapes = vector / root[:, None]
     rate = np.einsum("ik,ij,jk->k", shapes, elastic, shapes) / np.where(omega > 0, omega, 1.0)
@@ -282,61 +311,60 @@ def _equivalent(elastic, mass, stiffness):
     return weighted * rate @ weighted.T
 
 
-def _first_order(parts, free, driven, inputs, gondola=None):
-    """StateSpace for (y, u) = free @ moving + driven @ inputs; a gondola is the last of `moving`."""
-    n, moving, mass = len(parts.names), free.shape[1], np.diagonal(free.T @ parts.mass @ free).copy()
+def _first_order(model, free, driven, inputs, gondola=None):
+    """StateSpace for (y, u) = free @ moving + driven @ inputs; a gondola (its mass [kg]) is the last of `moving`."""
+    n, moving, mass = len(model.names), free.shape[1], np.diagonal(free.T @ model.mass @ free).copy()
     if gondola is not None:
         mass[-1] += gondola
-    damping = parts.damping
-    if parts.hysteretic is not None:
-        elastic, stiffness = (free.T @ matrix @ free for matrix in (parts.hysteretic, parts.stiffness))
-        damping = damping + free @ _equivalent(elastic, mass, stiffness) @ free.T
-    k, c = (free.T @ matrix @ free / mass[:, None] for matrix in (parts.stiffness, damping))
-    given = [-(free.T @ matrix @ driven) / mass[:, None] for matrix in (parts.stiffness, damping, parts.mass)]
+    damping = model.damping
+    if model.hysteretic is not None:
+        reduced = (free.T @ matrix @ free for matrix in (model.hysteretic, model.stiffness))
+        damping = damping + free @ _equivalent_viscous(mass, *reduced) @ free.T
+    k, c = (free.T @ matrix @ free / mass[:, None] for matrix in (model.stiffness, damping))
+    given = [-(free.T @ matrix @ driven) / mass[:, None] for matrix in (model.stiffness, damping, model.mass)]
     body = np.eye(moving)[:, moving - (gondola is not None) :]
-    push = np.concatenate([body, free.T @ parts.forces], axis=1) / mass[:, None]
-    # moving = z + shift u and moving' = v + kick u + shift u' leave no derivative of u in z' and v'
-    shift = given[2]
-    kick = given[1] - c @ shift
-    late = given[0] - k @ shift - c @ kick
-    scale = np.concatenate([parts.omega, np.ones(moving - n)])
+    acceleration = np.concatenate([body, free.T @ model.forces], axis=1) / mass[:, None]
+    # with moving = z + b2 u and moving' = v + b1 u + b2 u' no derivative of u is left in z' and v'
+    b2 = given[2]
+    b1 = given[1] - c @ b2
+    b0 = given[0] - k @ b2 - c @ b1
+    scale = np.concatenate([model.omega, np.ones(moving - n)])
     a = np.block([[np.zeros((moving, moving)), np.diag(scale)], [-k / scale, -c]])
-    b = np.block([[scale[:, None] * kick, np.zeros_like(push)], [late, push]])
-    # outputs: the ends' forces, before them the gondola's position and velocity
-    r0, r1, r2 = (matrix[n:] @ free for matrix in (parts.stiffness, damping, parts.mass))
-    s0, s1, s2 = (matrix[n:] @ driven for matrix in (parts.stiffness, damping, parts.mass))
-    held = np.concatenate([np.zeros((ENDS, body.shape[1])), -parts.forces[n:]], axis=1)
+    b = np.block([[scale[:, None] * b1, np.zeros_like(acceleration)], [b0, acceleration]])
+    # outputs: position and velocity of the gondola, then the forces at the ends
+    r0, r1, r2 = (matrix[n:] @ free for matrix in (model.stiffness, damping, model.mass))
+    s0, s1, s2 = (matrix[n:] @ driven for matrix in (model.stiffness, damping, model.mass))
+    held = np.concatenate([np.zeros((ENDS, body.shape[1])), -model.forces[n:]], axis=1)
     if gondola is not None:
         above = np.zeros((2, moving))
         r0, r1, r2 = (np.concatenate([above, rows]) for rows in (r0, r1, r2))
         s0, s1, s2, held = (np.concatenate([np.zeros((2, rows.shape[1])), rows]) for rows in (s0, s1, s2, held))
         r0[0, -1] = r1[1, -1] = 1.0
     output = np.concatenate([r0 / scale, r1], axis=1) + r2 @ a[moving:]
-    d = np.concatenate([r0 @ shift + r1 @ kick + r2 @ late + s0, r2 @ push + held], axis=1)
-    first, second = r1 @ shift + r2 @ kick + s1, r2 @ shift + s2
-    nothing = np.zeros_like(held)
-    derivatives = tuple(np.concatenate([rows, nothing], axis=1) for rows in (first, second))
+    d = np.concatenate([r0 @ b2 + r1 @ b1 + r2 @ b0 + s0, r2 @ acceleration + held], axis=1)
+    first, second = r1 @ b2 + r2 @ b1 + s1, r2 @ b2 + s2
+    derivatives = tuple(np.concatenate([rows, np.zeros_like(held)], axis=1) for rows in (first, second))
     return StateSpace(
-        a, b, output, d, *_labels(parts, inputs, gondola), derivatives, _free_cable(parts, damping, gondola)
+        a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola)
     )
 
 
-def _labels(parts, inputs, gondola):
-    """States, inputs and outputs: name and unit of each."""
-    place = [(f"{name}_amplitude", f"{MODAL}/s") for name in parts.names]
-    speed = [(f"{name}_velocity", f"{MODAL}/s") for name in parts.names]
+def _labels(model, inputs, gondola):
+    """Name and unit of each state, input and output."""
+    position = [(f"{name}_amplitude", f"{MODAL}/s") for name in model.names]
+    velocity = [(f"{name}_velocity", f"{MODAL}/s") for name in model.names]
     outputs, inputs = [(f"force_{name}", "N") for name in NAMES], list(inputs)
     if gondola is not None:
         moved = [("gondola_position", "m"), ("gondola_velocity", "m/s")]
-        place, speed, outputs = [*place, moved[0]], [*speed, moved[1]], [*moved, *outputs]
+        position, velocity, outputs = [*position, moved[0]], [*velocity, moved[1]], [*moved, *outputs]
         inputs.append(("force_gondola", "N"))
-    return (*place, *speed), (*inputs, *parts.labels), tuple(outputs)
+    return (*position, *velocity), (*inputs, *model.labels), tuple(outputs)
 
 
-def _free_cable(parts, damping, gondola):
-    """`SecondOrder` of the cable with free ends, the gondola on end 2."""
-    mass = parts.mass.copy()
+def _free_cable(model, damping, gondola):
+    """`SecondOrder` of the cable with free ends and the gondola on end 2."""
+    mass = model.mass.copy()
     if gondola is not None:
-        mass[len(parts.names) + GONDOLA, len(parts.names) + GONDOLA] += gondola
-    names = (*((name, MODAL) for name in parts.names), *((name, "m") for name in NAMES))
-    return SecondOrder(mass, damping, parts.stiffness, names)
+        mass[len(model.names) + GONDOLA, len(model.names) + GONDOLA] += gondola
+    names = (*((name, MODAL) for name in model.names), *((name, "m") for name in NAMES))
+    return SecondOrder(mass, damping, model.stiffness, names)

@@ -1,6 +1,7 @@
-"""What the user wrote -> plain SI values.
+"""The reader of scenes and studies: YAML files -> values in SI.
 
-The way of a value: `strict_yaml` (text -> values with places), `document` and `layers` (base files, overrides),
-`fields` and `units` (one value -> SI), `tables`, `cable_table` and `scene` (the file format), `mistakes` (what is wrong
--> one line each). `study` and `ranges` say what varies; `schema` tells editors about all of it.
+A value passes through `strict_yaml` (text -> values with places), `document` and `layers` (base files, options),
+`fields` and `units` (one value -> SI), `tables`, `cable_table` and `scene` (the file format); `mistakes` says what is
+wrong, one line each. `study`, `entries`, `ranges` and `sampling` say what varies; `schema` describes the format to
+editors.
 """

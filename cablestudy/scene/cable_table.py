@@ -1,38 +1,34 @@
-"""The table `cable` of a scene: where it hangs, what it is made of, how long or tight, how damped, how loaded."""
+"""The table `cable` of a scene: ends, material, section, length or tension, damping, loads."""
 
 import math
 import os
 from functools import cache
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from cablestudy.scene.document import read_file
-from cablestudy.scene.fields import Quantity, Word, suggestion, wrong
+from cablestudy.scene.fields import Quantity, suggestion, wrong
 from cablestudy.scene.tables import Table
 from cablestudy.scene.units import show
 
 MAX_LOADS = 1000
-# Unstretched length over chord: outside of this it is a slip, not a cable.
+# Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
 LENGTH_RATIO = (0.2, 200.0)
 _LIKELY_RATIO = (0.5, 5.0)
-# Beyond any cable by many powers of ten; outside of this squares of forces and frequencies leave the range of a double.
-STIFFNESS_RANGE = (1e-12, 1e24)
-MASS_RANGE = (1e-18, 1e12)
-CHORD_RANGE = (1e-9, 1e12)
-PRESTRAIN_RANGE = (1e-18, 10.0)
-MAX_FORCE = 1e30
-MAX_VISCOUS = 1e6
+# Products of keys, beyond any cable by many powers of ten: their squares and those of frequencies stay finite.
+CHORD_RANGE = (1e-9, 1e9)  # [m]
+STIFFNESS_RANGE = (1e-12, 1e24)  # elastic modulus times area [N]
+MASS_RANGE = (1e-18, 1e12)  # density times area [kg/m]
+PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over elastic modulus times area [-]
 
-Coordinate = Annotated[float, Quantity("m")]
-Length = Annotated[float, Quantity("m", positive=True)]
-Area = Annotated[float, Quantity("m^2", positive=True)]
-Stress = Annotated[float, Quantity("Pa", positive=True)]
-Density = Annotated[float, Quantity("kg/m^3", positive=True)]
-Tension = Annotated[float, Quantity("N", positive=True)]
-Force = Annotated[float, Quantity("N")]
+Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
+Length = Annotated[float, Quantity("m", *CHORD_RANGE)]
+Stress = Annotated[float, Quantity("Pa", 1e-12, 1e30)]
+Ratio = Annotated[float, Quantity("", 0, 2)]
+Force = Annotated[float, Quantity("N", -1e24, 1e24)]
 Inclination = Annotated[
-    float, Quantity("rad", low=-math.pi / 2, high=math.pi / 2, bounds="from -90 deg to 90 deg (a bare number is rad)")
+    float, Quantity("rad", -math.pi / 2, math.pi / 2, limits="from -90 deg to 90 deg (a bare number is rad)")
 ]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -43,127 +39,71 @@ def materials():
     return read_file(os.path.join(os.path.dirname(__file__), "materials.yaml")).value
 
 
-def _written(limits):
-    return f"{limits[0]:g} to {limits[1]:g}"
+def _known_material(name):
+    if name not in materials():
+        raise wrong(f"unknown material {show(name)} ({suggestion(name, materials())})")
+    return name
 
 
-class _Material(Word):
-    """The name of a material; the table is read when the first one is met."""
+def within(value, limits):
+    """Whether a number, or each of an array, is between two limits, both allowed."""
+    return (limits[0] <= value) & (value <= limits[1])
 
-    def __init__(self):
-        super().__init__(())
 
-    def read(self, value):
-        """Value -> the same name."""
-        if not isinstance(value, str) or value not in materials():
-            raise wrong(f"unknown material {show(value)} ({suggestion(value, materials())})")
-        return value
-
-    def schema(self):
-        """JSON Schema."""
-        return {"enum": list(materials())}
+def _root(value):
+    """Square root of a number, or of each of an array, to the last digit alike."""
+    return math.sqrt(value) if isinstance(value, float) else value**0.5
 
 
 class Damping(Table):
-    """How the cable loses energy.
-
-    Attributes
-    ----------
-    model : str
-        `modal`, `hysteretic` or `kelvin_voigt`; by default that of the parameter given, else `modal`.
-    ratio : float or None
-        Modal damping ratio; by default 0.01, or 0 when nothing but `viscous` is given. [-]
-    loss_factor : float or None
-        Hysteretic: EA (1 + i loss_factor). [-]
-    time : float or None
-        Kelvin-Voigt: EA (1 + i omega time). [s]
-    viscous : float
-        Force per length and velocity against all motion of the cable, in addition to the model. [N s/m^2]
-    """
+    """How the cable loses energy. `model` follows from the parameter; `viscous` alone is no other damping."""
 
     table: ClassVar[str] = "cable.damping"
     optional_groups: ClassVar[bool] = True
     parameters: ClassVar[dict[str, str]] = {"modal": "ratio", "hysteretic": "loss_factor", "kelvin_voigt": "time"}
 
-    model: Annotated[str, Word(("modal", "hysteretic", "kelvin_voigt"))] = Field(
-        "modal", description="How the cable loses energy; follows from the parameter when it is not given"
+    model: Literal["modal", "hysteretic", "kelvin_voigt"] = Field(
+        "modal", description="By default that of the parameter given, else modal with a ratio of 0.01"
     )
-    ratio: Annotated[float, Quantity("", low=0, high=2)] | None = Field(
-        None, description="Modal: damping ratio of every mode"
-    )
-    loss_factor: Annotated[float, Quantity("", low=0, high=2)] | None = Field(
-        None, description="Hysteretic: axial stiffness EA (1 + i loss_factor)"
-    )
-    time: Annotated[float, Quantity("s", low=0)] | None = Field(
+    ratio: Ratio | None = Field(None, description="Modal: damping ratio of every mode")
+    loss_factor: Ratio | None = Field(None, description="Hysteretic: axial stiffness EA (1 + i loss_factor)")
+    time: Annotated[float, Quantity("s", 0, 1e12)] | None = Field(
         None, description="Kelvin-Voigt: axial stiffness EA (1 + i omega time)"
     )
-    viscous: Annotated[float, Quantity("N s/m^2", low=0, high=MAX_VISCOUS)] = Field(
+    viscous: Annotated[float, Quantity("N s/m^2", 0, 1e6)] = Field(
         0.0, description="Force per length and velocity against all motion, with any model; alone: no other damping"
     )
 
     @model_validator(mode="before")
     @classmethod
     def _complete(cls, data):
+        """The model of the parameter given; without one, a modal ratio of 0.01, or 0 beside `viscous` alone."""
         if not isinstance(data, dict):
             return data
-        if "model" not in data:
-            named = [model for model, parameter in cls.parameters.items() if parameter in data]
-            viscous_alone = not named and "viscous" in data
-            data = {"model": named[0] if named else "modal", **({"ratio": 0.0} if viscous_alone else {}), **data}
-        return {"ratio": 0.01, **data} if data["model"] == "modal" and not cls._has_parameter(data) else data
+        given = [model for model, parameter in cls.parameters.items() if parameter in data]
+        if not given and data.get("model", "modal") == "modal":
+            data = {**data, "ratio": 0.0 if "viscous" in data and "model" not in data else 0.01}
+        return {"model": given[0] if given else "modal", **data}
 
-    @classmethod
-    def _has_parameter(cls, data):
-        return any(parameter in data for parameter in cls.parameters.values())
-
-    def together(self):
+    def relations(self):
         """The parameter is that of the model."""
         wanted = self.parameters[self.model]
-        for model, parameter in self.parameters.items():
-            if parameter != wanted and getattr(self, parameter) is not None:
-                yield (parameter,), f"belongs to the model {model}; the model is {self.model}, with {wanted}"
-                return
-        if getattr(self, wanted) is None:
-            yield (), f"missing key: {wanted} (the model is {self.model})"
+        for model, name in self.parameters.items():
+            message = f"belongs to the model {model}; the model is {self.model}, with {wanted}"
+            yield [((name,), name == wanted or getattr(self, name) is None, lambda message=message: message)]
+        message = f"missing key: {wanted} (the model is {self.model})"
+        yield [((), getattr(self, wanted) is not None, lambda: message)]
 
 
 class Load(Table):
-    """A point load.
-
-    Attributes
-    ----------
-    at : float
-        Arc length from end 1 along the unstretched cable. [m]
-    force : tuple of 3 float
-        Along x, y, z (z up). [N]
-    """
+    """A point load."""
 
     at: Length = Field(description="Arc length from end 1 along the unstretched cable")
     force: tuple[Force, Force, Force] = Field(description="Force along x, y, z (z up)")
 
 
 class Cable(Table):
-    """The cable. Of each group of alternatives the others are None; everything in SI.
-
-    Attributes
-    ----------
-    ends : tuple of two points or None
-        | chord. End 1 and end 2. [m]
-    chord, inclination : float or None
-        | ends. Distance of the ends [m] and angle above the horizontal, end 2 higher when positive [rad].
-    material : str or None
-        Name in materials.yaml; gives what follows unless that is given too.
-    elastic_modulus, density : float
-        [Pa], [kg/m^3]
-    strength : float or None
-        [Pa]
-    area, diameter : float or None
-        Exactly one. [m^2], [m]
-    unstretched_length, preload, sag : float or None
-        Exactly one; preload is the mean tension. [m], [N], [m]
-    damping : Damping
-    loads : tuple of Load
-    """
+    """The cable, in SI. Of alternatives that are not given the values are None."""
 
     table: ClassVar[str] = "cable"
 
@@ -172,17 +112,23 @@ class Cable(Table):
     inclination: Inclination | None = Field(
         None, description="With chord: angle above the horizontal, end 2 higher when positive; a bare number is rad"
     )
-    material: Annotated[str, _Material()] | None = Field(
+    material: Annotated[str, Field(strict=True), AfterValidator(_known_material)] | None = Field(
         None, description="Name in the table of materials: for elastic_modulus, density, strength not given here"
     )
     elastic_modulus: Stress = Field(description="Elastic modulus of the cross-section")
-    density: Density = Field(description="Mass per volume")
+    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e15)] = Field(description="Mass per volume")
     strength: Stress | None = Field(None, description="Stress at which the cable breaks, for utilisation")
-    area: Area | None = Field(None, description="Area of the cross-section (instead of diameter)")
-    diameter: Length | None = Field(None, description="Diameter of a round solid cross-section (instead of area)")
+    area: Annotated[float, Quantity("m^2", 1e-18, 1e9)] | None = Field(
+        None, description="Area of the cross-section (instead of diameter)"
+    )
+    diameter: Annotated[float, Quantity("m", 1e-9, 1e5)] | None = Field(
+        None, description="Diameter of a round solid cross-section (instead of area)"
+    )
     unstretched_length: Length | None = Field(None, description="Length without tension (instead of preload or sag)")
-    preload: Tension | None = Field(None, description="Mean tension (instead of unstretched_length or sag)")
-    sag: Length | None = Field(
+    preload: Annotated[float, Quantity("N", 1e-24, 1e24)] | None = Field(
+        None, description="Mean tension (instead of unstretched_length or sag)"
+    )
+    sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
     )
     damping: Damping = Field(Damping(), description="How the cable loses energy")
@@ -206,7 +152,7 @@ class Cable(Table):
         if self.ends:
             return self.ends[1]
         angle = self.inclination or 0.0
-        # The cosine of the double nearest to 90 degrees is 6e-17: a vertical cable shall be vertical.
+        # the cosine of the double nearest to 90 degrees is 6e-17, and a vertical cable shall be vertical
         cosine = 0.0 if abs(angle) == math.pi / 2 else math.cos(angle)
         return (self.chord * cosine, 0.0, self.chord * math.sin(angle))
 
@@ -223,12 +169,12 @@ class Cable(Table):
     @property
     def section_area(self):
         """Area of the cross-section, given or pi d^2 / 4. [m^2]"""
-        return self.area if self.area is not None else math.pi * self.diameter**2 / 4
+        return self.area if self.area is not None else math.pi * (self.diameter * self.diameter) / 4
 
     @property
     def section_diameter(self):
         """Diameter, given or that of the circle of equal area. [m]"""
-        return self.diameter if self.diameter is not None else math.sqrt(4 * self.area / math.pi)
+        return self.diameter if self.diameter is not None else _root(4 * self.area / math.pi)
 
     @property
     def axial_stiffness(self):
@@ -240,43 +186,61 @@ class Cable(Table):
         """Mass per unstretched length, rho A. [kg/m]"""
         return self.density * self.section_area
 
-    def together(self):
-        """Ends apart, a length that fits them, loads on the cable, products that a number can hold."""
-        chord = self.chord_length
-        if chord == 0:
-            yield ("ends",), "the two ends coincide"
-        elif not CHORD_RANGE[0] <= chord <= CHORD_RANGE[1]:
-            key = "ends" if self.ends else "chord"
-            yield (key,), f"the two ends are {chord:g} m apart: out of range ({_written(CHORD_RANGE)} m)"
-        elif self.unstretched_length is not None:
-            yield from self._length_mistakes(chord)
-        for name, value, limits, unit in (
-            ("elastic_modulus", self.axial_stiffness, STIFFNESS_RANGE, "N"),
-            ("density", self.mass_per_length, MASS_RANGE, "kg/m"),
-        ):
-            if not limits[0] <= value <= limits[1]:
-                message = f"times the area of the cross-section is {value:g} {unit}: out of range"
-                yield (name,), f"{message} ({_written(limits)} {unit})"
-        strain = self.preload / self.axial_stiffness if self.preload and self.axial_stiffness else 1.0
-        if not PRESTRAIN_RANGE[0] <= strain <= PRESTRAIN_RANGE[1]:
-            message = f"{self.preload:g} N is {strain:.3g} times the elastic modulus times the area: out of range"
-            yield ("preload",), f"{message} ({_written(PRESTRAIN_RANGE)} times)"
-        for index, load in enumerate(self.loads):
-            if max(map(abs, load.force)) > MAX_FORCE:
-                yield ("loads", index, "force"), f"out of range (at most {MAX_FORCE:g} N)"
-
-    def _length_mistakes(self, chord):
-        """An unstretched length far from the chord, loads beyond it."""
-        length, (low, high) = self.unstretched_length, LENGTH_RATIO
-        if not low <= length / chord <= high:
-            guesses = [g for g in (length * 1000, length / 1000) if _LIKELY_RATIO[0] <= g / chord <= _LIKELY_RATIO[1]]
-            hint = f"; did you mean {guesses[0]:.10g} m?" if guesses else ""
-            yield (
-                ("unstretched_length",),
-                f"{length:.10g} m is {length / chord:.3g} times the distance of the ends, {chord:.10g} m "
-                f"(allowed: {low:g} to {high:g} times{hint})",
+    def relations(self):
+        """Ends apart, a length that fits them, loads on the cable, products within what the solvers can hold."""
+        chord, length, stiffness, mass = (
+            self.chord_length,
+            self.unstretched_length,
+            self.axial_stiffness,
+            self.mass_per_length,
+        )
+        yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
+        yield [
+            (
+                ("ends",),
+                within(chord, CHORD_RANGE),
+                lambda: f"the two ends are {chord:g} m apart: {_out(CHORD_RANGE, 'm')}",
             )
-            return
-        for index, load in enumerate(self.loads):
-            if load.at >= length:
-                yield ("loads", index, "at"), f"{load.at:.10g} m is not on the cable, which is {length:.10g} m long"
+        ]
+        products = [
+            (
+                ("elastic_modulus",),
+                within(stiffness, STIFFNESS_RANGE),
+                lambda: _product(stiffness, STIFFNESS_RANGE, "N"),
+            ),
+            (("density",), within(mass, MASS_RANGE), lambda: _product(mass, MASS_RANGE, "kg/m")),
+        ]
+        if self.preload is not None:
+            holds = within(self.preload / stiffness, PRESTRAIN_RANGE)
+            products.append((("preload",), holds, lambda: _prestrain(self.preload, stiffness)))
+        if length is not None:
+            holds = within(length / chord, LENGTH_RATIO)
+            products.append((("unstretched_length",), holds, lambda: _length_ratio(length, chord)))
+        yield products
+        if length is not None:
+            message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
+            yield [
+                (("loads", index, "at"), load.at < length, lambda at=load.at: message(at, length))
+                for index, load in enumerate(self.loads)
+            ]
+
+
+def _out(limits, unit):
+    return f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
+
+
+def _product(value, limits, unit):
+    return f"times the area of the cross-section is {value:g} {unit}: {_out(limits, unit)}"
+
+
+def _prestrain(preload, stiffness):
+    share = f"{preload:g} N is {preload / stiffness:.3g} times the elastic modulus times the area"
+    return f"{share}: {_out(PRESTRAIN_RANGE, 'times')}"
+
+
+def _length_ratio(length, chord):
+    """An unstretched length far from the distance of the ends, with the length in another unit that would fit."""
+    guesses = [g for g in (length * 1000, length / 1000) if _LIKELY_RATIO[0] <= g / chord <= _LIKELY_RATIO[1]]
+    hint = f"; did you mean {guesses[0]:.10g} m?" if guesses else ""
+    ratio, allowed = f"{length / chord:.3g} times the distance of the ends, {chord:.10g} m", "{:g} to {:g} times"
+    return f"{length:.10g} m is {ratio} (allowed: {allowed.format(*LENGTH_RATIO)}{hint})"

@@ -77,23 +77,14 @@ class Document:
         """The document merged upon a lower one."""
         return Document(self.name, prune(merge(lower.value, self.value)), lower._places | self._places)
 
-    def place(self, path):
-        """Place of the value at a path (tuple of str and int), or of its nearest ancestor that is written somewhere."""
-        return self._place(tuple(path), of_key=False)
+    def place(self, path, of_key=False):
+        """Place of the value (or of its key) at a path, or of its nearest ancestor that is written somewhere.
 
-    def key_place(self, path):
-        """Place of the key (not of its value) at a path; see `place`."""
-        return self._place(tuple(path), of_key=True)
-
-    def where(self, path):
-        """`place` as text: `file:line:column`."""
-        return str(self.place(path))
-
-    def where_key(self, path):
-        """`key_place` as text."""
-        return str(self.key_place(path))
-
-    def _place(self, path, of_key):
+        Parameters
+        ----------
+        path : tuple of str and int
+        of_key : bool
+        """
         names = tuple(map(str, path))
         for key, where in reversed(self._overrides):
             if names[: len(key)] == key:
@@ -107,6 +98,10 @@ class Document:
             path = path[:-1]
         return self._places[path][False]
 
+    def where(self, path, of_key=False):
+        """`place` as text: `file:line:column`."""
+        return str(self.place(path, of_key))
+
 
 def _pruned(value):
     return prune(value) if isinstance(value, (dict, list)) else value
@@ -118,7 +113,7 @@ def _as_place(where):
 
 
 def read_file(path):
-    """Read one YAML file, its `base:` left unread.
+    """Read one YAML file, its `base:` left unread and its nulls kept, since they may remove keys of the base.
 
     Parameters
     ----------
@@ -128,7 +123,6 @@ def read_file(path):
     Returns
     -------
     Document
-        With its nulls, which may remove keys of the base.
 
     Raises
     ------
@@ -149,10 +143,6 @@ def read_document(path):
     path : str or path-like
         `-` is standard input; its base is relative to the working directory.
 
-    Returns
-    -------
-    Document
-
     Raises
     ------
     SceneError
@@ -167,17 +157,7 @@ def resolve_base(document):
 
 
 def read_base(document):
-    """The document that `base:` names, merged upon its own bases; the given document stays out of it.
-
-    Parameters
-    ----------
-    document : Document
-        With the key `base`.
-
-    Returns
-    -------
-    Document
-    """
+    """The document that the key `base` of another one names, merged upon its own bases."""
     return _read_lower(document, (document.name,))
 
 
@@ -245,12 +225,7 @@ def _parse(data, name):
 
 
 def parse_set(text):
-    """Read the argument of `--set`.
-
-    Parameters
-    ----------
-    text : str
-        `key=value`; the value follows the rules of the files, so that `3`, `3 mm`, `[1, 2]` and `{a: 1}` all work.
+    """Read the argument of `--set`: `key=value`, the value as in the files, so that `3 mm` and `{a: 1}` both work.
 
     Returns
     -------
@@ -290,10 +265,6 @@ def apply_sets(document, texts):
     texts : sequence of str
         `key=value` each.
 
-    Returns
-    -------
-    Document
-
     Raises
     ------
     SceneError
@@ -311,7 +282,7 @@ def apply_sets(document, texts):
         values[key] = value
     if mistakes:
         raise SceneError(*mistakes)
-    return document.with_sets([(key, value, f"--set {key}") for key, value in values.items()]) if values else document
+    return document.with_sets([(key, value, f"--set {key}") for key, value in values.items()])
 
 
 def lazily(document, path):

@@ -29,6 +29,11 @@ class Entry:
     def __len__(self):
         return len(self.columns[0][1])
 
+    @property
+    def keys(self):
+        """Tuple of its dotted keys."""
+        return tuple(key for key, _, _ in self.columns)
+
     def settings(self, index):
         """List of (key, value, place) of one step."""
         return [(key, values[index], partial(place, index)) for key, values, place in self.columns]
@@ -113,17 +118,7 @@ def _sampled(sample, number, written):
 
 
 def with_options(entries, texts):
-    """The entries of a study and those of the options `--vary`.
-
-    Parameters
-    ----------
-    entries : tuple of Entry
-    texts : sequence of str
-        `key=from:to:count` or `key=a,b,c` each.
-
-    Returns
-    -------
-    tuple of Entry
+    """The entries of a study and those of the options `--vary`, given as text.
 
     Raises
     ------
@@ -138,7 +133,7 @@ def with_options(entries, texts):
             mistakes += error.mistakes
             continue
         option = f"--vary {key}"
-        taken = [other for entry in (*entries, *added) for other, _, _ in entry.columns]
+        taken = [other for entry in (*entries, *added) for other in entry.keys]
         reason = next(filter(None, (_clash(key, other) for other in taken)), None)
         if reason:
             mistakes.append(Mistake(option, "", reason))

@@ -6,6 +6,8 @@ scene refuses them.
 
 from functools import lru_cache
 
+from cablestudy.scene.strict_yaml import MAX_DEPTH
+
 # Table -> rows of alternatives: of the groups of a row exactly one may be given.
 ALTERNATIVES = {
     "cable": (
@@ -42,23 +44,16 @@ REPLACES = _replaces()
 
 @lru_cache(maxsize=4096)
 def split_key(key):
-    """Parts of a dotted key.
-
-    Parameters
-    ----------
-    key : str
-        For example `cable.loads.0.at`.
-
-    Returns
-    -------
-    tuple of str
+    """Parts of a dotted key, for example of `cable.loads.0.at`, as a tuple.
 
     Raises
     ------
     ValueError
-        A part is empty.
+        A part is empty, or there are too many.
     """
     parts = tuple(key.split("."))
+    if len(parts) > MAX_DEPTH:
+        raise ValueError(f"a key of {len(parts)} names (at most {MAX_DEPTH})")
     if not all(part and part == part.strip() for part in parts):
         raise ValueError("a key is written as names joined by dots, for example cable.area")
     return parts
@@ -74,22 +69,16 @@ def prune(value):
 
 
 def put(container, path, value, done=()):
-    """Copy of a plain container with one value set; what is not on the path is shared.
+    """Copy of a dict or list with one value set; what is not on the path is shared, and missing mappings are made.
 
     Parameters
     ----------
     container : dict or list
-        The lower layer, unchanged.
     path : tuple of str
-        Where to put the value; missing mappings are made.
     value : object
         None removes the key.
     done : tuple of str
         The path of `container` itself, for messages.
-
-    Returns
-    -------
-    dict or list
 
     Raises
     ------
@@ -141,19 +130,7 @@ def without(mapping, path):
 
 
 def put_layer(value, items):
-    """Several values set as one layer.
-
-    Parameters
-    ----------
-    value : dict
-        The lower layer.
-    items : list of (str, object)
-        Dotted keys and their values.
-
-    Returns
-    -------
-    dict
-    """
+    """Copy of a plain mapping with several values set as one layer: `items` is a list of (dotted key, value)."""
     for key, new in items:
         if new is not None:
             for other in REPLACES.get(key, ()):
@@ -164,17 +141,7 @@ def put_layer(value, items):
 
 
 def merge(lower, upper):
-    """A file upon its base: mappings are merged key by key, anything else replaces.
-
-    Parameters
-    ----------
-    lower, upper : dict
-        Unchanged.
-
-    Returns
-    -------
-    dict
-    """
+    """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
     for key, others in REPLACES.items():
         if _is_set(upper, split_key(key)):
             for other in others:

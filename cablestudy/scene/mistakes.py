@@ -1,4 +1,6 @@
-"""What pydantic found wrong -> plain sentences with dotted keys and places in the file, all at once."""
+"""What pydantic found wrong -> one sentence each, with dotted key and place in the file, all at once."""
+
+import re
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.fields import suggestion
@@ -10,7 +12,7 @@ MAX_SHOWN = 100
 
 
 def collect(error, document, tables):
-    """The SceneError for a ValidationError.
+    """The SceneError for a ValidationError, sorted by place; at most 100 mistakes.
 
     Parameters
     ----------
@@ -20,50 +22,45 @@ def collect(error, document, tables):
         What was read.
     tables : dict
         Path of each mapping in the file ("*" for an index) -> its model.
-
-    Returns
-    -------
-    SceneError
-        Sorted by place. At most 100 mistakes.
     """
     found = [item for detail in error.errors(include_url=False) for item in _plain(detail, tables)]
     found += _groups(document.value, tables)
-    # A cable without a known material lacks its numbers too: the material is the mistake.
+    # a cable of an unknown material lacks its numbers too: only the material is reported
     if any(path == ("cable", "material") for path, _ in found):
         found = [item for item in found if not (item[0] == ("cable",) and item[1].endswith("(or give material)"))]
     return located(dict.fromkeys(found), document)
 
 
 def located(found, document):
-    """SceneError from paths and messages.
-
-    Parameters
-    ----------
-    found : iterable of (tuple, str)
-        Path and message.
-    document : Document
-        Knows the places.
-
-    Returns
-    -------
-    SceneError
-    """
+    """SceneError from (path, message) pairs; the document knows the places."""
     placed = []
     for path, message in found:
         about_key = message.startswith(("unknown key", "given together"))
-        place = document.key_place(path) if about_key else document.place(path)
+        place = document.place(path, about_key)
         placed.append((place, mistake(place, ".".join(map(str, path)), message)))
     placed.sort(key=lambda item: item[0])
-    mistakes = [found for _, found in placed]
-    if len(mistakes) > MAX_SHOWN:
-        mistakes[MAX_SHOWN:] = [Mistake(document.name, "", f"and {len(mistakes) - MAX_SHOWN} more mistakes")]
-    return SceneError(*mistakes)
+    return SceneError(*at_most([found for _, found in placed], document.name))
+
+
+def at_most(mistakes, name):
+    """The first 100 mistakes of a list, and one about the file `name` that counts those left out."""
+    more = len(mistakes) - MAX_SHOWN
+    return mistakes if more <= 0 else [*mistakes[:MAX_SHOWN], Mistake(name, "", f"and {more} more mistakes")]
+
+
+# pydantic's kind of mistake -> what to say before ", got ..."
+_EXPECTED = {
+    "bool_type": "expected true or false",
+    "string_type": "expected text",
+    "string_too_short": "expected text",
+    "list_type": "expected a list",
+    "tuple_type": "expected a list",
+}
 
 
 def _plain(detail, tables):
     """One finding of pydantic as (path, message) pairs."""
-    path = tuple(part for part in detail["loc"] if not (isinstance(part, str) and part.startswith("<")))
-    kind, context = detail["type"], detail.get("ctx", {})
+    path, kind, context, value = detail["loc"], detail["type"], detail.get("ctx", {}), detail["input"]
     if "found" in context:
         return [((*path, *inside), message) for inside, message in context["found"]]
     if kind == "cablestudy":
@@ -72,17 +69,20 @@ def _plain(detail, tables):
         return [(path, f"unknown key ({suggestion(path[-1], _keys(path[:-1], tables))})")]
     if kind == "missing":
         return [_missing(path, detail)]
+    if kind == "literal_error":
+        words = re.findall(r"'(\w+)'", context["expected"])
+        hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
+        return [(path, f"got {show(value)} ({hint})")]
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         keys = _keys(path, tables)
         wanted = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
-        return [(path, f"expected {wanted}, got {show(detail['input'])}")]
-    if kind in ("list_type", "tuple_type"):
-        return [(path, f"expected a list, got {show(detail['input'])}")]
+        return [(path, f"expected {wanted}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
         limit = context.get("max_length", context.get("min_length"))
         bound = "at most" if kind == "too_long" else "at least"
-        return [(path, f"expected {bound} {limit} item{'s' * (limit != 1)}, got {len(detail['input'])}")]
-    return [(path, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}, got {show(detail['input'])}")]
+        return [(path, f"expected {bound} {limit} item{'s' * (limit != 1)}, got {len(value)}")]
+    expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
+    return [(path, f"{expected}, got {show(value)}")]
 
 
 def _missing(path, detail):

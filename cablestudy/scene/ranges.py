@@ -1,9 +1,9 @@
-"""The varied values of a study as lists that are not stored: {from: 10 kg, to: 100 kg, count: 4, spacing: log}."""
+"""The varied values of a study that are computed and not listed: {from: 10 kg, to: 100 kg, count: 4, spacing: log}."""
 
-import math
 import re
 from collections.abc import Sequence
-from fractions import Fraction
+from decimal import Decimal, InvalidOperation
+from functools import lru_cache
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.layers import split_key
@@ -12,17 +12,15 @@ from cablestudy.scene.units import common_factor, show, split
 
 MAX_COUNT = 10_000_000
 SPACINGS = ("linear", "log")
-# Rounding to this many digits undoes the rounding of the powers in a logarithmic range: 2 stays 2.
-_DIGITS = 15
-_KEPT = 10_000  # values of a range kept at most: in a grid each is met many times
-_LARGEST_EXPONENT = 700  # exp of it is still a float
+_DIGITS = 15  # of a value in a logarithmic range: what rounding leaves of powers, so that 2 stays 2
+_END_RANGE = (Decimal("1e-100"), Decimal("1e100"))  # of an end in any unit: ratios of two are floats
 _COUNT = re.compile(r"\s*([0-9]{1,12})\s*(log|linear)?\s*")
 _BRACKET = re.compile(r"""["'\[{]""")
 _VARY = "expected KEY=FROM:TO:COUNT, KEY=FROM:TO:COUNTlog or KEY=A,B,C, for example cable.preload=100N:2kN:20log"
 
 
 class Interval:
-    """Two ends as written, and what lies between them.
+    """Two ends as written, and the values between them.
 
     Parameters
     ----------
@@ -30,6 +28,11 @@ class Interval:
         As written. Text carries a unit.
     spacing : str
         `linear`, or `log` for equal ratios.
+
+    Attributes
+    ----------
+    low, high : Decimal
+        The ends, `high` in the unit of `low`.
 
     Raises
     ------
@@ -44,60 +47,35 @@ class Interval:
         if (self._unit == "") != (unit == ""):
             raise ValueError(f"from and to: give both with a unit or both without, got {show(first)} and {show(last)}")
         self.high = high * common_factor(unit, self._unit)
-        self._log = spacing == "log"
-        if self._log and self.low * self.high <= 0:
-            raise ValueError(f"spacing: log needs ends of one sign, not zero, got {show(first)} and {show(last)}")
-        self._growth = _log(self.high / self.low) if self._log else 0.0
+        self._ratio = None  # of the ends, in a logarithmic range
+        if spacing == "log":
+            if self.low * self.high <= 0:
+                raise ValueError(f"spacing: log needs ends of one sign, not zero, got {show(first)} and {show(last)}")
+            self._ratio = float(self.high / self.low)
         self._whole = isinstance(first, int) and isinstance(last, int)
 
-    def exact(self, part):
-        """The value at a part of the way, from 0 to 1; each is rounded on its own, so that no error adds up.
+    def step(self, number, steps):
+        """Value number 0 to `steps` of equal steps from end to end, int, float or str as the user would write it.
 
-        Parameters
-        ----------
-        part : Fraction
-
-        Returns
-        -------
-        int, float or str
-            As the user would write it.
+        Each is rounded on its own, linear ones correctly, logarithmic ones to 15 digits.
         """
-        if part in (0, 1):
-            return self._written(self.high if part else self.low)
-        if not self._log:
-            return self._written(self.low + (self.high - self.low) * part)
-        return self._written(Fraction(f"{self._geometric(float(part)):.{_DIGITS}g}"))
+        if number in (0, steps):
+            value = self.high if number else self.low
+        elif self._ratio is None:
+            value = self.low + (self.high - self.low) * number / steps
+        else:
+            value = Decimal(f"{float(self.low) * self._ratio ** (number / steps):.{_DIGITS}g}")
+        is_whole = value == value.to_integral_value()
+        if not self._unit:
+            return int(value) if self._whole and is_whole else float(value)
+        return f"{int(value) if is_whole and abs(value) < 10**_DIGITS else float(value)!r} {self._unit}"
 
     def between(self, part):
-        """The value at a part of the way, in double precision.
-
-        Parameters
-        ----------
-        part : float
-
-        Returns
-        -------
-        float or str
-        """
+        """The value at a part of the way, from 0 to 1, float or str."""
         low, high = float(self.low), float(self.high)
-        value = self._geometric(part) if self._log else low + (high - low) * part
+        value = low + (high - low) * part if self._ratio is None else low * self._ratio**part
         value = min(max(value, min(low, high)), max(low, high))
         return f"{value!r} {self._unit}" if self._unit else value
-
-    def _geometric(self, part):
-        """low (high/low)^part, by two factors where the ratio itself is beyond the largest float."""
-        if abs(self._growth) < _LARGEST_EXPONENT:
-            return float(self.low) * math.exp(part * self._growth)
-        root = math.exp(0.5 * part * self._growth)
-        return float(self.low) * root * root
-
-    def _written(self, value):
-        """A value as the user would write it."""
-        if self._whole and value.denominator == 1:
-            return int(value)
-        if not self._unit:
-            return float(value)
-        return f"{value.numerator if _is_short(value) else float(value)!r} {self._unit}"
 
 
 class Range(Sequence):
@@ -126,7 +104,7 @@ class Range(Sequence):
     def __init__(self, first, last, count, spacing="linear"):
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_COUNT:
             raise ValueError(f"count: expected a whole number from 1 to {MAX_COUNT}, got {show(count)}")
-        self._interval, self._count, self._known = Interval(first, last, spacing), count, {}
+        self._interval, self._count = Interval(first, last, spacing), count
         self.written = {"from": first, "to": last, "count": count, "spacing": spacing}
         if count == 1 and self._interval.low != self._interval.high:
             raise ValueError("count: a range of one value needs equal ends")
@@ -139,84 +117,41 @@ class Range(Sequence):
             return [self[i] for i in range(*index.indices(self._count))]
         if not -self._count <= index < self._count:
             raise IndexError(index)
-        index %= self._count
-        if index not in self._known:
-            if len(self._known) >= _KEPT:
-                self._known.clear()
-            self._known[index] = self._interval.exact(Fraction(index, max(self._count - 1, 1)))
-        return self._known[index]
+        return _step(self._interval, index % self._count, self._count - 1)
 
     def worth_checking(self, few):
-        """Some of the places in it, both ends among them: every limit of a quantity is an interval."""
+        """Some of the indices, both ends among them: every limit of a quantity is an interval."""
         last = self._count - 1
         return {round(i * last / few) for i in range(few + 1)}
 
 
-def _log(ratio):
-    """Logarithm of a positive fraction, which may be beyond the largest float."""
-    logarithm = math.log(ratio.numerator) - math.log(ratio.denominator)
-    return logarithm if abs(logarithm) > _LARGEST_EXPONENT else math.log(ratio)
-
-
-def _is_short(value):
-    """Whether a fraction is a whole number that reads well without a point."""
-    return value.denominator == 1 and abs(value) < 10**_DIGITS
+@lru_cache(maxsize=65536)
+def _step(interval, number, steps):
+    """`Interval.step`, kept because in a grid each value is met many times."""
+    return interval.step(number, steps)
 
 
 def _end(value, key):
     """Number and unit of an end."""
     try:
-        if isinstance(value, str):
-            number, unit = split(value)
-        elif isinstance(value, bool) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             raise ValueError
-        else:
-            number, unit = Fraction(repr(value)), ""
-        if abs(number) > Fraction(1e300) or 0 < abs(number) < Fraction(1e-300):
+        number, unit = split(value) if isinstance(value, str) else (Decimal(repr(value)), "")
+        if number and not _END_RANGE[0] <= abs(number) <= _END_RANGE[1]:
             raise ValueError
-    except (ValueError, TypeError, OverflowError):
+    except (ValueError, InvalidOperation):
         raise ValueError(f'{key}: expected a number, or text such as "10 kg", got {show(value)}') from None
     return number, unit
 
 
 def read_range(mapping):
-    """Range from its YAML mapping.
-
-    Parameters
-    ----------
-    mapping : dict
-        Keys `from`, `to`, `count` and optionally `spacing`.
-
-    Returns
-    -------
-    Range
-
-    Raises
-    ------
-    ValueError
-        A key is missing, unknown or wrong.
-    """
+    """Range from its YAML mapping of `from`, `to`, `count` and optionally `spacing`; ValueError when it is wrong."""
     _check_keys(mapping, "a range", ("from", "to", "count"))
     return Range(mapping["from"], mapping["to"], mapping["count"], mapping.get("spacing", "linear"))
 
 
 def read_interval(mapping):
-    """What a sample draws a key from, from its YAML mapping.
-
-    Parameters
-    ----------
-    mapping : dict
-        Keys `from`, `to` and optionally `spacing`.
-
-    Returns
-    -------
-    Interval
-
-    Raises
-    ------
-    ValueError
-        A key is missing, unknown or wrong, or the ends are equal.
-    """
+    """Interval of a sampled key from its YAML mapping of `from`, `to` and perhaps `spacing`; ValueError when wrong."""
     if not isinstance(mapping, dict):
         raise ValueError(f"expected {{from, to, spacing}}, got {show(mapping)}")
     _check_keys(mapping, "a sampled key", ("from", "to"))
@@ -230,19 +165,14 @@ def _check_keys(mapping, what, needed):
     listed = ", ".join((*needed, "spacing"))
     for key in mapping:
         if key not in (*needed, "spacing"):
-            raise ValueError(f"unknown key {key} of {what} ({listed})")
+            raise ValueError(f"unknown key {key:.60} of {what} ({listed})")
     for key in needed:
         if key not in mapping:
             raise ValueError(f"{what} needs the key {key} ({listed})")
 
 
 def read_vary(text):
-    """Read the argument of `--vary`.
-
-    Parameters
-    ----------
-    text : str
-        `key=from:to:count`, with `log` or `linear` after the count, or `key=a,b,c`; values as in the files.
+    """Read the argument of `--vary`: `key=from:to:count`, `log` or `linear` after the count, or `key=a,b,c`.
 
     Returns
     -------

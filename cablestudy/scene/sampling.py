@@ -1,19 +1,19 @@
-"""Sampling: points that fill the space of some keys better than a grid does."""
+"""Samples of the space of some keys: Sobol points, Latin hypercubes, Saltelli designs (scipy.stats.qmc)."""
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from cablestudy.scene.fields import Count, Word
+from cablestudy.scene.fields import Count
 from cablestudy.scene.ranges import MAX_COUNT
 from cablestudy.scene.tables import Table
 
 METHODS = ("sobol", "latin_hypercube", "saltelli")
 MAX_NUMBERS = 50_000_000  # drawn at once: 400 MB
 MAX_SEED = 2**63 - 1
-FEWEST = 8  # points of a sensitivity study, for intervals that mean something
+FEWEST = 8  # points of a sensitivity study, below which bootstrap intervals are meaningless
 
 
 class Sample(Table):
@@ -22,7 +22,7 @@ class Sample(Table):
     Attributes
     ----------
     method : str
-        `sobol`, `latin_hypercube`, or `saltelli`: the design of sensitivity indices upon Sobol points.
+        `sobol`, `latin_hypercube`, or `saltelli`: the design of Sobol indices, from Sobol points.
     count : int
         How many points. [-]
     seed : int
@@ -31,7 +31,7 @@ class Sample(Table):
         Dotted key -> {from, to, spacing}.
     """
 
-    method: Annotated[str, Word(METHODS)] = Field(
+    method: Literal[METHODS] = Field(
         description="sobol or latin_hypercube: count cases; saltelli: count x (keys + 2), for --sensitivity"
     )
     count: Annotated[int, Count(1, MAX_COUNT)] = Field(description="How many points; a power of two is best for sobol")
@@ -40,33 +40,33 @@ class Sample(Table):
 
     @property
     def pages(self):
-        """How many cases a point gives."""
+        """Number of cases that follow from one point. [-]"""
         return len(self.over) + 2 if self.method == "saltelli" else 1
 
     @property
     def cases(self):
-        """How many cases."""
+        """Number of cases. [-]"""
         return self.count * self.pages
 
     @property
     def dimension(self):
-        """How many numbers a point has: twice as many as keys where a design needs two independent samples."""
+        """Numbers in a point: one for each key, two for the two independent samples of a Saltelli design. [-]"""
         return len(self.over) * (2 if self.method == "saltelli" else 1)
 
-    def together(self):
-        """The points fit into memory."""
-        if self.count * self.dimension > MAX_NUMBERS:
-            yield ("count",), f"{self.count} points of {self.dimension} numbers (at most {MAX_NUMBERS} numbers)"
+    def relations(self):
+        """Check that the points fit into memory."""
+        message = f"{self.count} points of {self.dimension} numbers (at most {MAX_NUMBERS} numbers)"
+        yield [(("count",), self.count * self.dimension <= MAX_NUMBERS, lambda: message)]
 
     def points(self):
         """Points of the unit cube, shape (count, dimension)."""
         return _points(self.method, self.count, self.dimension, self.seed)
 
     def coordinate(self, case, key):
-        """Where in its interval a key is in a case, from 0 to 1.
+        """Position of a key in its interval in a case, from 0 to 1.
 
-        A design of Saltelli has, for each point, with a and b its halves: a; a with the first number of b, a with the
-        second, ...; b.
+        A Saltelli design has for each point, with a and b its halves, the cases a; a with the first number of b; a with
+        the second; ...; b (Saltelli et al., 2010, Computer Physics Communications 181, 259).
 
         Parameters
         ----------
@@ -83,7 +83,7 @@ class Sample(Table):
 
     @property
     def notes(self):
-        """What the user should know about it, as sentences."""
+        """Tuple of warnings."""
         if self.method == "latin_hypercube" or self.count & (self.count - 1) == 0:
             return ()
         power = 1 << self.count.bit_length()
@@ -103,7 +103,7 @@ class Sampled(Sequence):
     Attributes
     ----------
     written : dict
-        What the values follow from, as a study file says it.
+        The sample as plain values, and the key.
     """
 
     def __init__(self, sample, key, interval):
@@ -119,7 +119,7 @@ class Sampled(Sequence):
         return self._interval.between(self._sample.coordinate(index, self._key))
 
     def worth_checking(self, few):
-        """Some of the places in it, those of the smallest and the largest value among them."""
+        """Set of indices to check: evenly spread, and those of the smallest and the largest value."""
         pages, keys = self._sample.pages, len(self._sample.over)
         places = {round(i * (len(self) - 1) / few) for i in range(few + 1)}
         points = self._sample.points()
@@ -132,7 +132,7 @@ class Sampled(Sequence):
 
 @lru_cache(maxsize=2)
 def _points(method, count, dimension, seed):
-    """Points of the unit cube. scipy is imported by whoever samples, and by nobody else who reads a study."""
+    """Points of the unit cube, shape (count, dimension); the only place that imports scipy.stats."""
     import warnings
 
     from numpy.random import default_rng

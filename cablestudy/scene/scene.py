@@ -1,12 +1,12 @@
 """A scene: the file format as typed models. Every value is in SI after reading."""
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal, get_args
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from cablestudy.scene.cable_table import Cable, Damping, Load
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import Count, Quantity, Word
+from cablestudy.scene.fields import Count, Quantity, QuantityOrTable
 from cablestudy.scene.mistakes import collect
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.tables import Table
@@ -15,38 +15,22 @@ STUDY_KEYS = ("vary", "columns")
 DEFAULT_ACCURACY = 1e-4
 MAX_ELEMENTS = 1_000_000
 MAX_ORDER = 64
-MAX_GRAVITY = 1e9
 
-Positive = Annotated[float, Quantity("", positive=True)]
-Frequency = Annotated[float, Quantity("Hz", positive=True)]
+Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
 
 
 class Gondola(Table):
-    """The body on end 2, free along x.
+    """The body on end 2, free along x."""
 
-    Attributes
-    ----------
-    mass : float
-        [kg]
-    area, drag_coefficient : float or None
-        Seen by the wind: [m^2], [-].
-    """
-
-    mass: Annotated[float, Quantity("kg", positive=True)] = Field(description="Mass")
-    area: Annotated[float, Quantity("m^2", positive=True)] | None = Field(None, description="Area that the wind sees")
-    drag_coefficient: Positive | None = Field(None, description="Drag coefficient of that area")
+    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass")
+    area: Annotated[float, Quantity("m^2", 1e-12, 1e12)] | None = Field(None, description="Area that the wind sees")
+    drag_coefficient: Coefficient | None = Field(None, description="Drag coefficient of that area")
 
 
 class Margin(Table):
-    """What an automatic gain aims at.
+    """What an automatic gain is chosen for."""
 
-    Attributes
-    ----------
-    gain_margin : float
-        [dB]
-    """
-
-    gain_margin: Annotated[float, Quantity("dB", positive=True)] = Field(description="Choose the gain for this margin")
+    gain_margin: Annotated[float, Quantity("dB", 1e-6, 300)] = Field(description="Choose the gain for this margin")
 
 
 class AutoGain(Table):
@@ -56,29 +40,18 @@ class AutoGain(Table):
 
 
 class Notch(Table):
-    """The filter beside the integrator.
+    """The filter in series with the integrator."""
 
-    Attributes
-    ----------
-    frequency : float or str
-        `coupled`, `static`, or a frequency. [Hz]
-    damping_ratio, rolloff_damping_ratio : float
-        Of the notch and of the roll-off. [-]
-    rolloff_frequency : float
-        [Hz]
-    """
-
-    frequency: Annotated[float | str, Quantity("Hz", positive=True, words=("coupled", "static"))] = Field(
+    frequency: Annotated[float | str, Quantity("Hz", 1e-9, 1e9, words=("coupled", "static"))] = Field(
         "coupled", description="The gondola frequency that the notch removes: coupled, static, or a frequency"
     )
-    damping_ratio: Annotated[float, Quantity("", low=0)] = Field(0.05, description="Damping ratio of the notch")
-    rolloff_frequency: Frequency = Field(10.0, description="Frequency of the roll-off")
-    rolloff_damping_ratio: Positive = Field(1.0, description="Damping ratio of the roll-off")
-
-
-def _is_mapping(value):
-    """Tag of a gain. pydantic puts it into the path of an error, from where the brackets tell it apart."""
-    return "<mapping>" if isinstance(value, (dict, AutoGain)) else "<number>"
+    damping_ratio: Annotated[float, Quantity("", 0, 1e6)] = Field(0.05, description="Damping ratio of the notch")
+    rolloff_frequency: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(
+        10.0, description="Frequency of the roll-off"
+    )
+    rolloff_damping_ratio: Annotated[float, Quantity("", 1e-9, 1e6)] = Field(
+        1.0, description="Damping ratio of the roll-off"
+    )
 
 
 def _none_word(value):
@@ -87,74 +60,43 @@ def _none_word(value):
 
 
 class Controller(Table):
-    """Integrator with notch.
+    """Integrator with notch. `notch` is None when the file says `none`."""
 
-    Attributes
-    ----------
-    gain : float or AutoGain
-        [rad/s]
-    notch : Notch or None
-        None when the file says `none`.
-    """
-
-    gain: Annotated[
-        Annotated[Annotated[float, Quantity("rad/s", low=0)], Tag("<number>")] | Annotated[AutoGain, Tag("<mapping>")],
-        Discriminator(_is_mapping),
-    ] = Field(description="Integral gain, or {auto: {gain_margin: 6 dB}}")
+    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, table=AutoGain)] = Field(
+        description="Integral gain, or {auto: {gain_margin: 6 dB}}"
+    )
     notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(Notch(), description="Notch filter, or none")
 
 
 class Winch(Table):
-    """The winch that moves the cable.
+    """The winch that moves the cable."""
 
-    Attributes
-    ----------
-    location : str
-        `ground` (end 1) or `gondola` (end 2).
-    controller : Controller or None
-    """
-
-    location: Annotated[str, Word(("ground", "gondola"))] = Field("ground", description="ground (end 1) or gondola")
+    location: Literal["ground", "gondola"] = Field("ground", description="ground (end 1) or gondola (end 2)")
     controller: Controller | None = Field(None, description="What drives the winch")
 
 
 class Wind(Table):
-    """The wind on the gondola and on the cable.
-
-    Attributes
-    ----------
-    speed : float
-        Mean. [m/s]
-    turbulence_intensity, turbulence_rms : float or None
-        Exactly one: relative to the mean [-], absolute [m/s].
-    length_scale : float
-        Of the turbulence. [m]
-    air_density : float
-        [kg/m^3]
-    spectrum, admittance : str
-    cable_drag_coefficient : float
-        Of the cable across the wind. [-]
-    coherence_length : float or None
-        Of the turbulence along the cable; None when it follows from frequency, speed and length scale. [m]
-    """
+    """The wind on the gondola and on the cable."""
 
     table: ClassVar[str] = "wind"
 
-    speed: Annotated[float, Quantity("m/s", positive=True)] = Field(description="Mean speed")
-    turbulence_intensity: Positive | None = Field(None, description="RMS over mean speed (instead of turbulence_rms)")
-    turbulence_rms: Annotated[float, Quantity("m/s", positive=True)] | None = Field(
+    speed: Annotated[float, Quantity("m/s", 1e-6, 1e6)] = Field(description="Mean speed")
+    turbulence_intensity: Annotated[float, Quantity("", 1e-12, 1e6)] | None = Field(
+        None, description="RMS over mean speed (instead of turbulence_rms)"
+    )
+    turbulence_rms: Annotated[float, Quantity("m/s", 1e-12, 1e6)] | None = Field(
         None, description="RMS of the speed (instead of turbulence_intensity)"
     )
-    length_scale: Annotated[float, Quantity("m", positive=True)] = Field(description="Length scale of the turbulence")
-    air_density: Annotated[float, Quantity("kg/m^3", positive=True)] = Field(1.2, description="Density of the air")
-    spectrum: Annotated[str, Word(("von_karman", "von_karman_exact", "davenport", "kaimal"))] = Field(
+    length_scale: Annotated[float, Quantity("m", 1e-9, 1e9)] = Field(description="Length scale of the turbulence")
+    air_density: Annotated[float, Quantity("kg/m^3", 1e-12, 1e6)] = Field(1.2, description="Density of the air")
+    spectrum: Literal["von_karman", "von_karman_exact", "davenport", "kaimal"] = Field(
         "von_karman", description="Spectrum of the speed"
     )
-    admittance: Annotated[str, Word(("vickery", "vickery_squared", "none"))] = Field(
+    admittance: Literal["vickery", "vickery_squared", "none"] = Field(
         "vickery", description="How much of the turbulence acts on the whole area at once"
     )
-    cable_drag_coefficient: Positive = Field(1.2, description="Drag coefficient of the cable, across the wind")
-    coherence_length: Annotated[float, Quantity("m", positive=True)] | None = Field(
+    cable_drag_coefficient: Coefficient = Field(1.2, description="Drag coefficient of the cable, across the wind")
+    coherence_length: Annotated[float, Quantity("m", 1e-9, 1e12)] | None = Field(
         None, description="Coherence length of the turbulence along the cable (default: by frequency, IEC 61400-1)"
     )
 
@@ -165,68 +107,40 @@ class Wind(Table):
 
 
 class Model(Table):
-    """How finely the cable is computed: to an accuracy, or with exactly these elements.
-
-    Attributes
-    ----------
-    accuracy : float or None
-        Largest relative error; 1e-4 when nothing is given. [-]
-    elements : int or None
-        None when the accuracy decides.
-    order : int
-        Polynomial order of an element.
-    mass : str
-        `lumped`, `consistent` or `blended`.
-    """
+    """How finely the cable is computed: to an accuracy (`elements` is None), or with exactly these elements."""
 
     table: ClassVar[str] = "model"
     optional_groups: ClassVar[bool] = True
 
-    accuracy: Annotated[float, Quantity("", positive=True, high=0.1)] | None = Field(
+    accuracy: Annotated[float, Quantity("", 1e-20, 0.1)] | None = Field(
         None, description="Largest relative error: the cheapest model below it is used (default 1e-4)"
     )
     elements: Annotated[int, Count(1, MAX_ELEMENTS)] | None = Field(
         None, description="Exactly so many elements, without error control (instead of accuracy)"
     )
     order: Annotated[int, Count(1, MAX_ORDER)] = Field(1, description="Polynomial order of each element")
-    mass: Annotated[str, Word(("lumped", "consistent", "blended"))] = Field("lumped", description="Mass of an element")
+    mass: Literal["lumped", "consistent", "blended"] = Field("lumped", description="Mass of an element")
 
     @model_validator(mode="before")
     @classmethod
     def _default(cls, data):
         return {"accuracy": DEFAULT_ACCURACY} if data == {} else data
 
-    def together(self):
-        """Blended mass is a matter of bars."""
-        if self.mass == "blended" and self.order != 1:
-            yield ("mass",), f"blended needs order 1, and the order is {self.order} (use lumped or consistent)"
+    def relations(self):
+        """Blended mass is defined for bars."""
+        message = f"blended needs order 1, and the order is {self.order} (use lumped or consistent)"
+        yield [(("mass",), self.mass != "blended" or self.order == 1, lambda: message)]
 
 
 class Scene(Table):
-    """All that a scene file says.
+    """All that a scene file says."""
 
-    Attributes
-    ----------
-    gravity : float
-        [m/s^2]
-    cable : Cable
-    gondola : Gondola or None
-    winch : Winch or None
-    wind : Wind or None
-    model : Model
-    """
-
-    gravity: Annotated[float, Quantity("m/s^2", low=0)] = Field(9.81, description="Acceleration of gravity, along -z")
+    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
     cable: Cable = Field(description="The cable")
     gondola: Gondola | None = Field(None, description="The body on end 2, free along x")
     winch: Winch | None = Field(None, description="The winch that moves the cable")
     wind: Wind | None = Field(None, description="The wind on the gondola")
     model: Model = Field(Model(), description="How finely the cable is computed")
-
-    def together(self):
-        """A gravity that squares of forces can bear."""
-        if self.gravity > MAX_GRAVITY:
-            yield ("gravity",), f"must be at most {MAX_GRAVITY:g}, got {self.gravity:g}"
 
 
 # Where each mapping of the file lies ("*": any index) and which model reads it.
@@ -244,6 +158,20 @@ TABLES = {
     ("wind",): Wind,
     ("model",): Model,
 }
+
+
+def quantity_of(key):
+    """The Quantity that reads a dotted key of a scene (a point or a vector by its components); None when none does."""
+    *path, name = ("*" if part.isdigit() else part for part in key.split("."))
+    model = TABLES.get(tuple(path))
+    field = model and model.model_fields.get(name)
+    kinds = [field.annotation, *field.metadata] if field else []
+    while kinds:
+        kind = kinds.pop()
+        if isinstance(kind, Quantity):
+            return kind
+        kinds += [*getattr(kind, "__metadata__", ()), *get_args(kind)]
+    return None
 
 
 def is_study(document):
@@ -270,7 +198,7 @@ def read_scene(document):
     """
     for key in STUDY_KEYS:
         if key in document.value:
-            place = document.key_place((key,))
+            place = document.place((key,), of_key=True)
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
     try:
         return Scene.model_validate(document.value)

@@ -2,9 +2,12 @@
 
 from itertools import combinations
 
+from pydantic.json_schema import models_json_schema
+
+from cablestudy.scene.cable_table import materials
 from cablestudy.scene.layers import ALTERNATIVES, prune
 from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
-from cablestudy.scene.scene import TABLES, Scene
+from cablestudy.scene.scene import TABLES
 from cablestudy.scene.study import StudyTable
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -22,9 +25,10 @@ def scene_schema():
     dict
         With `base:` present, keys may be missing; without, the schema asks for all that a scene needs.
     """
-    schema = _clean(Scene.model_json_schema(mode="validation"))
-    definitions = schema.pop("$defs")
-    definitions["Scene"] = schema
+    _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()])
+    definitions = _clean(schemas["$defs"])
+    schema = definitions["Scene"]
+    definitions["Cable"]["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
     complete = {}
     for path, model in TABLES.items():
         table = definitions[model.__name__]

@@ -182,10 +182,14 @@ class _Composer(Composer):
 
     def __init__(self, text):
         super().__init__()
-        self._events, self._depth = _LOADER(text), 0
+        events, self._depth = _LOADER(text), 0
+        self.check_event, self.peek_event, self.get_event = events.check_event, events.peek_event, events.get_event
 
-    def __getattr__(self, name):
-        return getattr(self._events, name)
+    def descend_resolver(self, parent, index):
+        """Nothing: types do not depend on the path."""
+
+    def ascend_resolver(self):
+        """Nothing."""
 
     def resolve(self, kind, value, implicit):
         """Tag of a node without one: text when quoted."""

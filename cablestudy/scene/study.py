@@ -5,48 +5,42 @@ import os
 from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
-from cablestudy.errors import Mistake, SceneError
+from cablestudy.errors import SceneError
 from cablestudy.scene.document import apply_sets, lazily, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
-from cablestudy.scene.fields import Quantity, Switch, Text
+from cablestudy.scene.fields import Name, Quantity
 from cablestudy.scene.layers import REPLACES, split_key
-from cablestudy.scene.mistakes import MAX_SHOWN, collect, located
+from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.tables import Table
 
 CHECK_ALL = 1000
-
 ALL_COLUMNS = "rtol"  # in `check`
 
-Name = Annotated[str, Text(empty=False)]
+
+def _listed(value):
+    return [value] if isinstance(value, str) else value
 
 
 class Plot(Table):
-    """What `--plot` draws.
-
-    Attributes
-    ----------
-    x : str
-        Column.
-    y : tuple of str
-        Columns.
-    logx, logy : bool
-    """
+    """What `--plot` draws."""
 
     x: Name = Field(description="Column along x")
-    y: tuple[Name, ...] = Field(min_length=1, description="Column or list of columns along y")
-    logx: Annotated[bool, Switch()] = Field(False, description="Logarithmic x axis")
-    logy: Annotated[bool, Switch()] = Field(False, description="Logarithmic y axis")
+    y: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = Field(
+        min_length=1, description="Column or list of columns along y"
+    )
+    logx: StrictBool = Field(False, description="Logarithmic x axis")
+    logy: StrictBool = Field(False, description="Logarithmic y axis")
 
 
 class StudyTable(Table):
     """The keys of a study file."""
 
-    title: Annotated[str, Text()] = Field("", description="Heading of the table")
+    title: StrictStr = Field("", description="Heading of the table")
     base: Name = Field(description="Scene file, relative to this file")
     set: dict[str, Any] = Field({}, description="Fixed changes of the scene: dotted key -> value")
     vary: tuple[dict[str, Any], ...] = Field(
@@ -55,7 +49,7 @@ class StudyTable(Table):
     sample: Sample | None = Field(None, description="What is sampled: one more entry beside those of vary")
     columns: tuple[Name, ...] = Field(min_length=1, description="Columns of the table, with or without their unit")
     reference: Name | None = Field(None, description="CSV file of values to compare with, relative to this file")
-    check: dict[str, Annotated[float, Quantity("", low=0)]] = Field(
+    check: dict[str, Annotated[float, Quantity("", 0, 1e9)]] = Field(
         {}, description="Relative tolerances of --check: rtol for all columns, a column's name for one"
     )
     plot: Plot | None = Field(None, description="What to draw")
@@ -69,19 +63,14 @@ class Study:
 
     Attributes
     ----------
-    name : str
-        The file as the user named it.
-    title : str
+    name, title, base, set, plot : str, str, str, dict, Plot or None
+        The file as the user named it, and keys of the file.
     columns : tuple of str
         As written; whether they exist is for the registry of columns to say.
     asked : tuple of str
-        Columns among them that only an option of the command line names, the last ones.
-    sample : Sample or None
-    notes : tuple of str
-        What the user should know about the cases.
+        The last of them, which only an option of the command line names.
     tolerances : dict
         Of --check, as written: a column, or ALL_COLUMNS -> relative tolerance.
-    plot : Plot or None
     reference_path : str or None
         An existing file.
     document : Document
@@ -90,8 +79,12 @@ class Study:
         The study file itself.
     entries : tuple of Entry
         Those of `vary`, the sample, those of the options `--vary`.
+    sample, sample_entry : Sample or None, int
+        The sample and its place among the entries.
     count : int
         How many cases. [-]
+    notes : tuple of str
+        What the user should know about the cases.
     """
 
     def __init__(self, source, table, document, entries, options=()):
@@ -100,8 +93,7 @@ class Study:
         self.base, self.set, self.asked = table.base, table.set, ()
         self.reference_path = _beside(source, table.reference) if table.reference and not options else None
         self.count = math.prod(len(entry) for entry in self.entries)
-        self.sample = table.sample
-        self.sample_entry = len(entries) - 1  # where it is, when there is one
+        self.sample, self.sample_entry = table.sample, len(entries) - 1
         self.notes = table.sample.notes if table.sample else ()
         if table.reference and options:
             self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
@@ -112,7 +104,7 @@ class Study:
         return self._options.get(path) or self.source.where(path)
 
     def ask(self, name, option):
-        """One more column, which an option of the command line needs.
+        """Add a column that an option of the command line needs.
 
         Parameters
         ----------
@@ -126,35 +118,25 @@ class Study:
     @property
     def varied(self):
         """Tuple of the dotted keys that vary, in order."""
-        return tuple(key for entry in self.entries for key, _, _ in entry.columns)
+        return tuple(key for entry in self.entries for key in entry.keys)
 
     def resolved(self):
         """The study as plain values: `scene` with its base files and `--set` merged, `vary`, `columns`.
 
         Two studies that resolve alike have the same cases.
-
-        Returns
-        -------
-        dict
         """
         vary = [{key: getattr(values, "written", values) for key, values, _ in entry.columns} for entry in self.entries]
         return {"scene": self.document.value, "vary": vary, "columns": list(self.columns)}
 
     def overrides(self, index):
-        """What varies in one case.
+        """What varies in one case: dotted key -> value as written.
 
         Parameters
         ----------
         index : int
-            From 0 to count - 1; the last entry of `vary` runs fastest.
-
-        Returns
-        -------
-        dict
-            Dotted key -> value as written.
+            From 0 to count - 1; the last entry runs fastest.
         """
-        steps = zip(self.entries, self._steps(index), strict=True)
-        return {key: values[step] for entry, step in steps for key, values, _ in entry.columns}
+        return {key: value for key, value, _ in self._settings(self._steps(index))}
 
     def case(self, index):
         """One case.
@@ -162,7 +144,7 @@ class Study:
         Parameters
         ----------
         index : int
-            From 0 to count - 1.
+            From 0 to count - 1. `study.case_table` reads many at once.
 
         Returns
         -------
@@ -180,8 +162,7 @@ class Study:
 
     def cases(self):
         """Yield (overrides, scene) of every case, in order; see `case`."""
-        for index in range(self.count):
-            yield self.case(index)
+        return map(self.case, range(self.count))
 
     def check(self):
         """Check the cases before anything is computed.
@@ -196,13 +177,11 @@ class Study:
         mistakes = {}
         for steps in self._steps_to_check():
             try:
-                read_scene(self._document(steps))
+                read_scene(self.document.with_sets(self._settings(steps)))
             except SceneError as error:
                 mistakes.update(dict.fromkeys(error.mistakes))
         if mistakes:
-            shown = list(mistakes)[:MAX_SHOWN]
-            more = len(mistakes) - len(shown)
-            raise SceneError(*shown, *([Mistake(self.name, "", f"and {more} more mistakes")] if more else ()))
+            raise SceneError(*at_most(list(mistakes), self.name))
 
     def _steps_to_check(self):
         if self.count <= CHECK_ALL:
@@ -223,13 +202,8 @@ class Study:
         return tuple(reversed(steps))
 
     def _settings(self, steps):
-        settings = []
-        for entry, step in zip(self.entries, steps, strict=True):
-            settings += entry.settings(step)
-        return settings
-
-    def _document(self, steps):
-        return self.document.with_sets(self._settings(steps))
+        """(key, value, place) of all that varies at these steps."""
+        return [one for entry, step in zip(self.entries, steps, strict=True) for one in entry.settings(step)]
 
 
 def read_study(path, sets=(), vary=()):
@@ -257,23 +231,13 @@ def read_study(path, sets=(), vary=()):
 
 
 def study_of(source, sets=(), vary=()):
-    """Study of a document whose `base:` is still unread; see `read_study`.
-
-    Parameters
-    ----------
-    source : Document
-    sets, vary : sequence of str
-
-    Returns
-    -------
-    Study
-    """
+    """Study of a document whose `base:` is still unread; see `read_study`."""
     for key in ("cable", "gravity"):
         if key in source.given:
-            place = source.key_place((key,))
+            place = source.place((key,), of_key=True)
             raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'")
     try:
-        table = StudyTable.model_validate(_listed(source.given))
+        table = StudyTable.model_validate(source.given)
     except ValidationError as error:
         raise collect(error, source, TABLES) from None
     entries, found = entries_of(table, source)
@@ -291,14 +255,6 @@ def study_of(source, sets=(), vary=()):
     return study
 
 
-def _listed(value):
-    """A study's mapping with a single `y` of its plot made a list of one."""
-    plot = value.get("plot")
-    if isinstance(plot, dict) and isinstance(plot.get("y"), str):
-        return {**value, "plot": {**plot, "y": [plot["y"]]}}
-    return value
-
-
 def _beside(source, name):
     """A file named in a study, relative to the study."""
     return os.path.join(os.path.dirname(source.name), name)
@@ -311,16 +267,16 @@ def _repeated(names: Iterable[str], key):
 
 
 def _refuse_idle(study, entries, sets):
-    """Refuse what the varied keys make void: a fixed value that no case would show.
+    """Refuse fixed values that no case would show, since the varied keys replace them.
 
-    The options --vary are a layer upon the study, and may replace what its `set:` fixes; the options --set are none.
+    The options --vary are a layer upon the study and may replace what its `set:` fixes, but not what --set fixes.
     """
     written = [(key, study.where(("set", key)), entries) for key in study.set]
     written += [(key, f"--set {key}", study.entries) for key in (text.partition("=")[0].strip() for text in sets)]
     found = []
     for key, place, varying in written:
         path = split_key(key)
-        varied = [other for entry in varying for other, _, _ in entry.columns]
+        varied = [other for entry in varying for other in entry.keys]
         void = [split_key(other) for other in varied] + [path for other in varied for path in REPLACES.get(other, ())]
         if any(path[: len(other)] == other for other in void):
             found += refuse(place, "has no effect: the study varies this key, or one that replaces it", key).mistakes

@@ -1,16 +1,18 @@
 """Text with a unit -> SI numbers, correctly rounded: "1.85 mm" is the double 0.00185.
 
-pint knows the units; it is imported when the first unit is met, and asked once per unit. The number stays decimal until
-the factor has been applied, so that the result is rounded once.
+The units are those of pint, which is imported when the first unit is read, since that takes a tenth of a second.
+Number and factor are decimal, so that their product is rounded once.
 """
 
+import math
 import re
-from fractions import Fraction
+from decimal import Decimal, InvalidOperation
 from functools import cache, lru_cache
 
 from cablestudy.errors import SceneError
 
 MAX_LENGTH = 80
+_BEYOND = Decimal("1e400")
 
 # Unit of the program -> (what it measures, an example for messages).
 DIMENSIONS = {
@@ -39,9 +41,7 @@ _KNOWN = (
     *("s", "ms", "min", "hour", "Hz", "kHz", "m/s", "km/h", "mph", "knot"),
 )
 
-_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
-_EXPONENT_LIMIT = 400
+_QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
 _NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
 _UNIT = re.compile(rf"(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
@@ -53,13 +53,7 @@ def article(noun):
 
 
 def expected(unit):
-    """What a value in some unit looks like, for messages.
-
-    Parameters
-    ----------
-    unit : str
-        A key of DIMENSIONS.
-    """
+    """What a value in a unit of DIMENSIONS looks like, for messages."""
     noun, example = DIMENSIONS[unit]
     return f'{article(noun)}{f" in {unit}" if unit else ""} (a number, or text such as "{example}")'
 
@@ -97,29 +91,24 @@ def to_si(value, unit):
 
 
 def read_frequency(option, text):
-    """The frequency that an option of the command line gives.
+    """The frequency that an option of the command line gives, positive. [Hz]
 
     Parameters
     ----------
     option, text : str
-        Its name, for the message, and what the user wrote.
-
-    Returns
-    -------
-    float
-        Positive. [Hz]
+        Its name, for messages, and what the user wrote.
 
     Raises
     ------
     SceneError
-        It is none.
+        It is no positive frequency.
     """
     try:
         value = to_si(text, "Hz")
     except ValueError as error:
         raise SceneError(f"{option}: {error}") from None
     if not 0 < value < float("inf"):
-        raise SceneError(f"{option}: a frequency must be positive, got {text}")
+        raise SceneError(f"{option}: a frequency must be positive, got {text:.60}")
     return value
 
 
@@ -138,12 +127,14 @@ def show(value):
 
 @lru_cache(maxsize=65536)
 def _text_to_si(text, unit):
-    """`to_si` of text."""
     try:
         number, name = split(text)
-        return round_once(number * factor(name, unit))
+        value = float(number * factor(name, unit))
     except _NotAQuantityError as error:
         raise ValueError(f"expected {expected(unit)}, got {show(text)}{error}") from None
+    if math.isinf(value):
+        raise ValueError(f"expected {expected(unit)}, got {show(text)} (out of range)")
+    return value
 
 
 class _NotAQuantityError(ValueError):
@@ -160,7 +151,7 @@ def split(text):
 
     Returns
     -------
-    number : Fraction
+    number : Decimal
         Exactly as written.
     unit : str
         Empty for a plain number.
@@ -173,41 +164,25 @@ def split(text):
     match = _QUANTITY.fullmatch(text) if len(text) <= MAX_LENGTH else None
     if match is None:
         raise _NotAQuantityError("")
-    number, unit = match.groups()
-    exponent = number.lower().partition("e")[2]
-    if exponent and (len(exponent) > 4 or abs(int(exponent)) > _EXPONENT_LIMIT):
-        raise _NotAQuantityError(" (out of range)")
-    return Fraction(number), unit
-
-
-def round_once(number):
-    """Fraction -> the nearest float.
-
-    Raises
-    ------
-    ValueError
-        It is beyond the largest float.
-    """
     try:
-        return float(number)
-    except OverflowError:
-        raise _NotAQuantityError(" (out of range)") from None
+        number = Decimal(match[1])
+    except InvalidOperation:  # an exponent that not even a decimal number can have
+        number = _BEYOND
+    if number.copy_abs() >= _BEYOND:
+        raise _NotAQuantityError(" (out of range)")
+    return number, match[2]
 
 
 @lru_cache(maxsize=4096)
 def factor(name, unit):
-    """Exact ratio of a unit to the program's.
+    """Ratio of a unit to the program's, to 28 digits, as Decimal.
 
     Parameters
     ----------
     name : str
-        What the user wrote, for example `lbf/ft`; empty means the program's own unit.
+        As written, for example `lbf/ft`; empty means the program's own unit.
     unit : str
         A key of DIMENSIONS.
-
-    Returns
-    -------
-    Fraction
 
     Raises
     ------
@@ -215,7 +190,7 @@ def factor(name, unit):
         Unknown unit, or another dimension.
     """
     if name in ("", unit):
-        return Fraction(1)
+        return Decimal(1)
     if unit == "dB":  # a level is not a multiple of anything, so that its unit is all that is checked
         raise _NotAQuantityError("")
     ratio, dimension = _root(name)
@@ -226,16 +201,7 @@ def factor(name, unit):
 
 
 def common_factor(name, other):
-    """Exact ratio of one unit to another.
-
-    Parameters
-    ----------
-    name, other : str
-        What the user wrote.
-
-    Returns
-    -------
-    Fraction
+    """Ratio of one unit to another as written, to 28 digits, as Decimal.
 
     Raises
     ------
@@ -243,7 +209,7 @@ def common_factor(name, other):
         Unknown unit, or two dimensions.
     """
     if name == other:
-        return Fraction(1)
+        return Decimal(1)
     try:
         (ratio, dimension), (scale, wanted) = _root(name), _root(other)
     except _NotAQuantityError as error:
@@ -256,9 +222,7 @@ def common_factor(name, other):
 
 @cache
 def _registry():
-    """pint's units, with decimal factors. Made once, when the first unit is met: it takes a tenth of a second."""
-    from decimal import Decimal
-
+    """pint's units, with decimal factors."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
@@ -268,7 +232,7 @@ def _registry():
 def _root(name):
     """Factor and base units of a unit. Base units and not dimensions, since those would take rad/s for Hz."""
     if name == "":
-        return Fraction(1), ""
+        return Decimal(1), ""
     if not _UNIT.fullmatch(name):
         raise _NotAQuantityError(" (a number, then a unit such as mm, kN, kg/m^3)")
     registry = _registry()
@@ -278,7 +242,7 @@ def _root(name):
     except Exception:  # pint raises a dozen kinds, and the tokenizer under it more
         raise _NotAQuantityError(_unknown(name)) from None
     # pint's base of mass is the gram; the text of the units is what compares equal across its versions.
-    return Fraction(ratio), "" if units.dimensionless and not units._units else str(units)
+    return ratio, "" if units.dimensionless and not units._units else str(units)
 
 
 @cache

@@ -1,18 +1,16 @@
 """The wind on the cable itself, as a force on the gondola; and the vortices that the cable sheds.
 
 A force per length f(s) along the cable acts on the gondola as the integral of h(s) f(s), where h is the static shape
-for a movement of end 2 along x, and what each mode adds to it by moving (`control.reach`). The mean wind is horizontal,
+for a movement of end 2 along x, and what each mode adds to it (`force_transmission`). The mean wind is horizontal,
 with the speed that the gondola has; each component of the turbulence has the spectrum of the longitudinal one, and two
 components have nothing to do with each other. What the paper leaves open is where the wind comes from: each number is
 the larger one of wind across and along the vertical plane of the cable, between which those of a straight cable lie.
 """
 
-from math import ceil, floor
-
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.control.reach import modal_shares
+from cablestudy.control.force_transmission import modal_force_transmission
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices
@@ -21,7 +19,6 @@ from cablestudy.wind.spectrum import speed_spectrum
 DIRECTIONS = ("across", "along")
 AT_ONCE = 2000  # frequencies
 STILL = 1e-9  # share of what moves that no more than rounding leaves
-COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 TRAVEL_POINTS = 2000
 
 
@@ -92,7 +89,7 @@ class CableWind:
             return None
 
         def part(frequency):
-            shares = modal_shares(self._model, 2j * np.pi * frequency)
+            shares = modal_force_transmission(self._model, 2j * np.pi * frequency)
             load = loads[:, :1] + shares @ loads[:, 1:]
             turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
             return turbulence * self._rod.variance(load, ratio(frequency))
@@ -111,35 +108,3 @@ def transverse_travel_time(case):
     tension = np.sqrt((case.catenary.at(places)[1] ** 2).sum(axis=-1))
     slowness = np.sqrt(span.mass * (1 / np.maximum(tension, np.finfo(float).tiny) + 1 / span.axial_stiffness))
     return float(slowness.mean() * span.unstretched_length)
-
-
-def modes_between(case, low, high):
-    """Modes of the cable, axial ones not counted, in a range of frequencies.
-
-    Parameters
-    ----------
-    case : Case
-    low, high : float
-        [Hz]
-
-    Returns
-    -------
-    count : int
-        Both planes together.
-    spacing : float or None
-        Distance of neighbours in one plane, where the count is an estimate from the travel time of waves. [Hz]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-    """
-    from cablestudy.study.case import Case
-    from cablestudy.study.row import modes
-
-    time = transverse_travel_time(case)
-    if 2 * high * time > COUNTED:
-        return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
-    accurate = case.scene.model.model_copy(update={"elements": None, "accuracy": 1e-3})
-    found = modes(Case(case.scene.model_copy(update={"model": accurate})), upto=high)[1]
-    kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]
-    return sum(kind != "axial" for kind in kinds), None

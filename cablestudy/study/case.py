@@ -1,60 +1,87 @@
-"""One scene's results, each computed the first time that a column asks for it."""
+"""One case: its closed form, and its motion at one level of refinement; each result is computed when asked for."""
 
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
+from cablestudy.cable.state import interpolate, sag
 from cablestudy.control import gondola
+from cablestudy.errors import NoSolutionError
 from cablestudy.study import loops, windrms
-from cablestudy.study.batch import Batch, ClosedStatics
+from cablestudy.study.cache import Cache, frozen, shared
 from cablestudy.study.models import MAX_MODES, model_of
-from cablestudy.study.shelf import Shelf, frozen, part_key, shared
+from cablestudy.study.results import ClosedStatics, Results
+from cablestudy.study.scene_values import SceneValues
 
-CLOSED = ("cable_key", "span", "catenary")  # parts of a case that its model does not change
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
-FELT = ("coupled", "end_inertia", "end_model_along_x", "loop")  # made of what a moved end stirs
-GONDOLA_MODES, OMITTED = 20, 1.5  # least of `gondola_modes`; what is omitted counts as (OMITTED over it)^6
-SPARE = 1.2  # times as many modes as an axial one is expected to have below are found at first
-# what the cable's statics and undamped motion depend on, beside gravity and model
+OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results computed from `Case.excited`
+# modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
+# error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
+GONDOLA_MODES, OMITTED = 20, 1.5
+SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
+# what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "elastic_modulus", "density", "area", "diameter", "unstretched_length",
          "preload", "sag", "loads")  # fmt: skip
 
 
 class Case:
-    """A scene and what follows from it.
+    """One case of `Results`, at one level of refinement.
 
     Parameters
     ----------
     scene : Scene
-    batch : Batch, optional
-        In which the scene's cable is solved with others.
-    place : int
-        Of the scene in it.
-    rung : tuple of int, optional
-        (elements for each smooth piece, order) of the motion about the closed-form statics; without it the scene's own
-        model.
-    shelf : Shelf, optional
+    results : Results, optional
+        Of a batch to which the case belongs; without it, of this scene alone.
+    index : int
+        Of the case in the batch.
+    level : tuple of int, optional
+        (elements along the piece with most waves, order) of the motion about the closed form; without it the scene's
+        own `model.elements`.
+    cache : Cache, optional
         Shared with other cases.
+
+    Attributes
+    ----------
+    known : dict
+        Name -> result, of what is computed from the model and shared with equal cases.
     """
 
-    def __init__(self, scene, batch=None, place=0, rung=None, shelf=None):
-        self.scene, self.rung, self.shelf = scene, rung, shelf or Shelf()
-        self._batch, self.place = batch, place
-        self._searched = [0]  # modes among which an axial one was found, in models of one case
+    def __init__(self, scene, results=None, index=0, level=None, cache=None):
+        self.scene, self.index, self.level = scene, index, level
+        self.results = results or Results(SceneValues([scene]))
+        self.cache, self.known = cache or Cache(), {}
 
     @cached_property
+    def _closed(self):
+        return _ClosedForm(self.scene, self.results, self.index)
+
+    def refined(self, elements, order):
+        """The same case with spectral elements about the closed form, so many along the piece with most waves."""
+        finer = Case(self.scene, self.results, self.index, (elements, order), self.cache)
+        finer._closed = self._closed
+        return finer
+
+    def given(self, path):
+        """A number that the scene states; see `SceneValues.given`."""
+        return self.results.given(path)[self.index]
+
+    # --------------------------------------------------------------------------------------------------------- keys
+
+    def key_of(self, name, keys):
+        """(cable, key) of a result in the cache, which depends on some attributes of the case."""
+        return self._closed.key, (name, self.level, *(getattr(self, key) for key in keys))
+
+    @property
     def cable_key(self):
-        """What the cable and its model are made of."""
-        cable = self.scene.cable
-        return (self.scene.gravity, *(frozen(getattr(cable, key)) for key in CABLE), frozen(self.scene.model))
+        """What the statics and undamped motion of the cable depend on."""
+        return self._closed.key
 
     @property
     def damping_key(self):
-        """What the cable's damping is made of."""
+        """What the cable's damping depends on."""
         return frozen(self.scene.cable.damping)
 
     @property
@@ -64,44 +91,75 @@ class Case:
 
     @property
     def winch_key(self):
-        """What the winch is made of."""
+        """What the winch loop depends on beside cable and gondola."""
         return frozen(self.scene.winch)
 
     @property
     def size(self):
-        """About how many numbers all modes of the model are. [-]"""
+        """Estimated count of the numbers in all modes of the model. [-]"""
         model = self.scene.model
-        nodes = self.rung[0] * self.rung[1] if self.rung else (model.elements or 1) * model.order
+        nodes = self.level[0] * self.level[1] if self.level else (model.elements or 1) * model.order
         return nodes * min(3 * nodes, MAX_MODES)
+
+    # ------------------------------------------------------------------------------------------------------ statics
 
     @property
     def exact_statics(self):
-        """Whether statics and end stiffness are the closed form's, and not those of a fixed number of elements."""
+        """Whether statics and end stiffness are those of the closed form, not of a fixed number of elements."""
         return self.scene.model.elements is None
 
-    @cached_property
-    def batch(self):
-        """The closed form, of this cable alone where it came with no others."""
-        return self._batch or Batch([self.scene])
-
-    @cached_property
+    @property
     def span(self):
-        """The cable, its unstretched length known; see `Batch.span_of`."""
-        return self.batch.span_of(self.place)
+        """The cable, with its unstretched length: `Span`.
+
+        Raises
+        ------
+        NoSolutionError
+            No such cable exists, or it has no equilibrium.
+        """
+        return self._closed.span
 
     @property
     def frame(self):
         """Rows: the chord frame in global coordinates, shape (3, 3). [-]"""
-        return self.batch.frame_of(self.place)
+        self.results.check(self.index)
+        return self.results.span.frame[self.index]
+
+    @property
+    def catenary(self):
+        """The closed-form equilibrium: `Catenary`.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is none.
+        """
+        return self._closed.catenary
+
+    @property
+    def closed_statics(self):
+        """Statics of the closed form: `ClosedStatics`."""
+        return self._closed.statics
 
     @cached_property
-    def catenary(self):
-        """The closed-form equilibrium; see `Batch.catenary_of`."""
-        return self.batch.catenary_of(self.place)
+    def statics(self):
+        """Statics of the model: `ClosedStatics` or `DiscreteStatics`."""
+        return self.closed_statics if self.exact_statics else DiscreteStatics(self)
+
+    @property
+    def planar(self):
+        """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
+        return bool(self.results.planar[self.index])
+
+    def waves(self, frequency):
+        """Transverse half-waves along the longest smooth piece at a frequency [Hz]; how far the cable turns [rad]."""
+        return 2 * frequency * self.model.wave_time, self.model.turn
+
+    # ------------------------------------------------------------------------------------------------------- motion
 
     @shared()
     def model(self):
-        """The elements: `models.Model`, solved together with other cases where these were prepared.
+        """The elements: `models.Model`.
 
         Raises
         ------
@@ -111,57 +169,13 @@ class Case:
         return model_of(self)
 
     @property
-    def has_model(self):
-        """Whether the elements are there."""
-        return "model" in self.__dict__ or part_key(self, "model") in self.shelf
-
-    def keep(self, model):
-        """Take elements that were made together with those of others."""
-        self.shelf.put(*part_key(self, "model"), self.size, model)
-        self.__dict__["model"] = model
-
-    @property
     def state(self):
         """The elements in equilibrium: `State`."""
         return self.model.state
 
-    def refined(self, elements, order):
-        """The same case with spectral elements on the closed-form statics: so many for the piece with most waves."""
-        finer = Case(self.scene, self.batch, self.place, (elements, order), self.shelf)
-        finer._searched = self._searched
-        finer.__dict__.update({name: self.__dict__[name] for name in CLOSED if name in self.__dict__})
-        return finer
-
-    def waves(self, frequency):
-        """Transverse half-waves along the longest smooth piece at a frequency [Hz]; how far the cable turns [rad]."""
-        model = self.model
-        return 2 * frequency * model.wave_time, model.turn
-
-    @property
-    def travel_time(self):
-        """About how long a transverse wave takes from end to end, by the mean tension. [s]"""
-        return self.batch.travel_of(self.place)[0]
-
-    @property
-    def axial_waves(self):
-        """About how many transverse half-waves there are at the first axial frequency. [-]"""
-        return self.batch.travel_of(self.place)[1]
-
-    @cached_property
-    def statics(self):
-        """What the equilibrium looks like: `Statics`."""
-        if self.exact_statics:
-            return ClosedStatics(self.catenary)
-        return DiscreteStatics(self)
-
-    @property
-    def planar(self):
-        """Whether no load leaves the cable's plane, so that motion in it and across it decouple."""
-        return self.batch.planar_of(self.place)
-
     @shared()
     def dynamics(self):
-        """The free vibration in all directions."""
+        """The free vibration in all directions: `Dynamics`."""
         return self.model.dynamics(PLANAR if self.planar else (SPATIAL,))
 
     @shared()
@@ -175,30 +189,30 @@ class Case:
         return self.model.dynamics((OUT_OF_PLANE,)) if self.planar else self.dynamics
 
     @property
-    def felt(self):
-        """The free vibration that a movement of end 2 along x stirs."""
-        return self.dynamics if self.batch.aside_of(self.place) else self.in_plane
+    def excited(self):
+        """The free vibration that moving end 2 along x excites: `Dynamics`."""
+        return self.dynamics if self.results.across_x[self.index] else self.in_plane
 
     @property
     def dof(self):
-        """Free displacements of all motion that was computed or taken over. [-]"""
-        used = [self.__dict__[name] for name in MOTIONS if name in self.__dict__]
-        if any(name in self.__dict__ for name in FELT):
-            used.append(self.felt)
+        """Free displacements of all motion that was computed or taken from the cache. [-]"""
+        used = [self.known[name] for name in MOTIONS if name in self.known]
+        if any(name in self.known for name in OF_EXCITED):
+            used.append(self.excited)
         return sum(part.dof for part in {id(part): part for part in used}.values())
 
     @cached_property
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, along x, y, z, shape (3, 3). [N/m]"""
         local = self.catenary.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
-        frame = self.frame
-        stiffness = frame.T @ local @ frame
+        stiffness = self.frame.T @ local @ self.frame
         return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)
 
     def end_stiffness_along(self, axis):
         """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed. [N/m]"""
         if self.exact_statics:
-            return self.batch.end_stiffness_of(self.place, axis)
+            self.results.check(self.index)
+            return float(self.results.end_stiffness_along(axis)[self.index])
         turn = self.frame[:, axis]
         part = self.in_plane if not turn[2] else self.dynamics if turn[:2].any() else self.out_of_plane
         return self.model.end_stiffness_along(part.planes, axis)
@@ -209,8 +223,9 @@ class Case:
         return part.frequencies(((number, kind, symmetry),), about=self._below(number if kind == "axial" else 0))[0][0]
 
     def _below(self, axial):
-        """About how many modes of the same system lie below an axial one; at least none. [-]"""
-        return SPARE * axial * self.axial_waves * (1 if self.planar else 2) if axial else 0
+        """Estimated number of modes below an axial one in the same system; 0 without an axial one. [-]"""
+        waves = float(self.results.axial_waves[self.index])
+        return SPARE * axial * waves * (1 if self.planar else 2) if axial else 0
 
     def frequencies(self, modes):
         """Frequencies of some modes [Hz], and their estimated relative errors; see `Dynamics.frequencies`.
@@ -218,14 +233,15 @@ class Case:
         Parameters
         ----------
         modes : tuple of tuple
-            Those of one plane together: the others, and those out of plane.
+            (number, kind, symmetry) of those in the plane together, and of those out of plane.
         """
         inside, outside = modes
         axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
-        about = max(self._below(axial), *self._searched)
+        searched = self._closed.searched
+        about = max(self._below(axial), *searched)
         found, errors, count = self.in_plane.frequencies(inside, True, about) if inside else ([], [], 0)
         if axial and not self.in_plane.small:
-            self._searched.append(count)
+            searched.append(count)
         if outside:
             more, wrong, _ = self.out_of_plane.frequencies(outside, True)
             return found + more, errors + wrong
@@ -235,20 +251,22 @@ class Case:
         """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.driven`. [N/(m sqrt(kg))]"""
         return modes.driven @ self.frame[:, 0]
 
+    # ---------------------------------------------------------------------------------------- ends, gondola and loop
+
     @shared()
     def end_inertia(self):
-        """How the cable's mass weighs on end 2 moving along x, shape (3,): see `Ends.moments`."""
-        return self.model.end_moments(self.felt.planes)
+        """Inertia of the cable at end 2 moving along x, shape (3,): see `Ends.moments`."""
+        return self.model.end_moments(self.excited.planes)
 
     @shared("damping_key")
     def end_model(self):
-        """The cable as its ends feel it, with every mode that the model in use can give."""
+        """The cable at its two ends, with every mode that the model has: `Superelement`."""
         return self.model.end_model(self.dynamics.planes, self.scene.cable.damping)
 
     @shared("damping_key")
     def end_model_along_x(self):
-        """The same with only the motion that a movement of the ends along x stirs."""
-        return self.model.end_model(self.felt.planes, self.scene.cable.damping)
+        """The same with only the motion that moving the ends along x excites."""
+        return self.model.end_model(self.excited.planes, self.scene.cable.damping)
 
     @property
     def notch_key(self):
@@ -266,49 +284,17 @@ class Case:
         """The winch loop: `control.winch.Loop`."""
         return loops.loop_of(self)
 
-    @cached_property
-    def response(self):
-        """What the wind does to the gondola: `windrms.Response`."""
-        return windrms.response_of(self, self.loop)
-
-    @cached_property
-    def open_response(self):
-        """The same with the winch at rest: all there is without a controller, and where the loop is unstable."""
-        return self.response if self.loop.stable else windrms.response_of(self, self.loop.at_rest)
-
-    @cached_property
-    def cable_response(self):
-        """What the wind on the cable does to the gondola: `windrms.Response`."""
-        return windrms.cable_response_of(self, self.loop)
-
-    @cached_property
-    def open_cable_response(self):
-        """The same with the winch at rest."""
-        return self.cable_response if self.loop.stable else windrms.cable_response_of(self, self.loop.at_rest)
-
-    @property
-    def integration_error(self):
-        """Largest estimated relative error of the RMS values that were computed, by integration. [-]"""
-        found = [self.__dict__[name].error for name in RESPONSES if name in self.__dict__]
-        return max(found, default=0.0) / 2  # of the root of a variance
-
-    @cached_property
-    def gondola_damping_ratio(self):
-        """Of the gondola's mode. [-]
-
-        Raises
-        ------
-        NoSolutionError
-            So much damping that no oscillation is left of that mode.
-        """
-        return loops.gondola_damping_ratio(self)
+    @shared("damping_key", "mass_key", "winch_key")
+    def loop_at_rest(self):
+        """The same with the winch held, also where the gain cannot be had."""
+        return loops.loop_at_rest_of(self)
 
     @cached_property
     def gondola_frequency_static(self):
         """sqrt(k/M)/(2 pi). [Hz]"""
         return gondola.static_frequency(self.scene.gondola.mass, self.end_stiffness_along(0))
 
-    @cached_property
+    @property
     def gondola_modes(self):
         """Cable modes up to so many times the gondola's frequency are summed one by one in a large model. [-]"""
         accuracy = self.scene.model.accuracy if self.exact_statics else 1.0
@@ -317,11 +303,11 @@ class Case:
     @property
     def omitted(self):
         """Relative error of the gondola's motion by the modes that are not summed one by one. [-]"""
-        return 0.0 if self.felt.small else (OMITTED / self.gondola_modes) ** 6
+        return 0.0 if self.excited.small else (OMITTED / self.gondola_modes) ** 6
 
     @shared("mass_key")
     def coupled(self):
-        """Undamped frequencies of gondola and cable [Hz], and their shares in the gondola's static compliance."""
+        """Undamped frequencies of gondola and cable together [Hz], and the gondola's share in them."""
         found = loops.coupled_of([self])[0]
         if isinstance(found, Exception):
             raise found
@@ -338,9 +324,84 @@ class Case:
         """Share of that mode in the gondola's static compliance. [-]"""
         return float(self.coupled[1].max())
 
+    @cached_property
+    def gondola_damping_ratio(self):
+        """Of the gondola's mode. [-]
+
+        Raises
+        ------
+        NoSolutionError
+            So much damping that the mode does not oscillate.
+        """
+        return loops.gondola_damping_ratio(self)
+
+    # --------------------------------------------------------------------------------------------------------- wind
+
+    @cached_property
+    def response(self):
+        """The gondola in the wind: `windrms.Response`."""
+        return windrms.response_of(self, self.loop)
+
+    @cached_property
+    def open_response(self):
+        """The same with the winch at rest, whatever the loop."""
+        return self._at_rest("response", windrms.response_of)
+
+    @cached_property
+    def cable_response(self):
+        """The gondola by the wind on the cable: `windrms.Response`."""
+        return windrms.cable_response_of(self, self.loop)
+
+    @cached_property
+    def open_cable_response(self):
+        """The same with the winch at rest, whatever the loop."""
+        return self._at_rest("cable_response", windrms.cable_response_of)
+
+    def _at_rest(self, name, compute):
+        """A response with the winch at rest: that of a stable loop holds both, from one integration."""
+        try:
+            if self.loop.stable:
+                return getattr(self, name)
+        except NoSolutionError:
+            pass  # of the gain, or of the loop with it
+        return compute(self, self.loop_at_rest)
+
+    @property
+    def integration_error(self):
+        """Largest estimated relative error, by integration, of the RMS values that were computed. [-]"""
+        found = [vars(self)[name].error for name in RESPONSES if name in vars(self)]
+        return max(found, default=0.0) / 2  # of the root of a variance
+
+
+class _ClosedForm:
+    """Closed-form results of one case, which all levels of its refinement share."""
+
+    def __init__(self, scene, results, index):
+        self._scene, self._results, self._index = scene, results, index
+        self.searched = [0]  # modes among which an axial one was found
+
+    @cached_property
+    def key(self):
+        cable = self._scene.cable
+        return (self._scene.gravity, *(frozen(getattr(cable, key)) for key in CABLE), frozen(self._scene.model))
+
+    @cached_property
+    def span(self):
+        self._results.check(self._index)
+        return self._results.span.take(self._index)
+
+    @cached_property
+    def catenary(self):
+        self._results.check(self._index)
+        return self._results.catenary.take(self._index)
+
+    @cached_property
+    def statics(self):
+        return ClosedStatics(self.catenary)
+
 
 class DiscreteStatics:
-    """Statics of a fixed number of elements."""
+    """Statics of a fixed number of elements; attributes as of `ClosedStatics`, of one cable."""
 
     def __init__(self, case):
         self._case = case
@@ -355,10 +416,10 @@ class DiscreteStatics:
 
     @property
     def sag(self):
-        """[m]"""
+        """Vertical distance from chord to cable at mid-span. [m]"""
         case = self._case
-        return equilibrium.sag(case.span, case.state, case.batch.middle_of(case.place))
+        return sag(case.state, case.results.catenary.middle[case.index])
 
     def shape(self, positions):
         """As `ClosedStatics.shape`."""
-        return equilibrium.interpolate(self._case.state, positions)
+        return interpolate(self._case.state, positions)

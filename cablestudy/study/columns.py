@@ -1,6 +1,7 @@
-"""The registry of columns: name, unit, meaning, and the one function that computes each.
+"""The columns: name, unit, meaning, and the one function that computes each.
 
-To add a column, add a line to COLUMNS, or a family with a K in its name to FAMILIES.
+To add a column, add a line to COLUMNS, or a family with a K in its name to FAMILIES. The function takes `Results` and
+returns an array with an axis of cases, or takes one `Case` and returns a number.
 """
 
 import difflib
@@ -9,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, isfinite
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -17,8 +19,9 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.wind.drag import shedding_frequencies
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
-ROUNDING = 1e-12  # of the closed forms and of modes, held by the tests against 50 digits
+ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
 SUFFIX = {"": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
+MAX_MODE_NUMBER = 1000
 WINCH = "gondola.mass, winch.controller"
 BODY = "gondola.mass, gondola.area, gondola.drag_coefficient, wind"
 ON_CABLE = "gondola.mass, wind"
@@ -35,15 +38,15 @@ class Column:
     unit : str
     meaning : str
     needs : str
-        The most that is computed for it: scene, statics, stiffness, modes, gondola, loop, wind or run.
+        The most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run.
     compute : callable
-        Case -> float.
+        Results -> ndarray, or Case -> float.
     key : str
-        Keys of the scene without which it has no value, after commas; empty when there is none.
+        Keys of the scene without which it has no value, separated by commas; empty when there is none.
     each : bool
-        Computed cable by cable, even where others of its kind are computed for many at once.
+        Computed case by case, although it is a closed form.
     mode : tuple
-        Number (from 1), kind and symmetry or None, of a mode's frequency; empty for other numbers.
+        Number (from 1), kind and symmetry or None, of a mode's frequency; empty for other columns.
     """
 
     name: str
@@ -57,7 +60,7 @@ class Column:
 
     @property
     def least_error(self):
-        """Estimated relative error where nothing but rounding is felt; None of what has none. [-]"""
+        """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
         if self.needs == "run" or self.name == "iterations":
             return None
         return 0.0 if self.needs == "scene" else ROUNDING
@@ -67,41 +70,35 @@ class Column:
         """Name with its unit, as in CSV and JSON."""
         return self.name + suffix(self.unit)
 
+    @cached_property
+    def keys(self):
+        """The keys of `key`, a tuple."""
+        return tuple(filter(None, self.key.split(", ")))
+
 
 def suffix(unit):
     """What a unit adds to a column's name: `_N_per_m` for N/m."""
     return SUFFIX.get(unit, f"_{unit}")
 
 
-def _stress(case):
-    return case.statics.max_tension / case.scene.cable.section_area
+def stress_of(results):
+    """Largest stress of each cable. [Pa]"""
+    return results.statics.max_tension / results.given("cable.section_area")
 
 
-def _given(value, computed):
-    """A value as the scene gives it, or the computed one."""
-    return computed if value is None else np.where(np.isnan(value), computed, value)
-
-
-def _squared_ratio(case):
-    return taut.lambda_squared(case.span, case.statics.mean_tension)
+def _unstretched_length(results):
+    """As the scene states it, else computed: stated digits are kept."""
+    stated = results.given("cable.unstretched_length")
+    return np.where(np.isnan(stated), results.span.unstretched_length, stated)
 
 
 def _nonlinearity(case):
-    full, linear = deflections(case)
+    full, linear = _deflections(case)
     return linear / full - 1 if full else 0.0
 
 
-def deflections(case):
-    """How far the point loads move the cable, fully non-linear and linear about the unloaded form.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    full, linear : float
-        Movement along its force of the load that moves most, from the unloaded form. [m]
+def _deflections(case):
+    """Movement along its force of the load that moves most, fully non-linear, and linear about the unloaded form. [m]
 
     Raises
     ------
@@ -115,8 +112,14 @@ def deflections(case):
     return float(full[place]), float(linear[place])
 
 
-def _shedding(case):
-    return shedding_frequencies(case.scene.wind, case.scene.cable.section_diameter)
+def _shedding(name, meaning, place):
+    """Column of a frequency of vortices: low, mean, high are the places 0, 1, 2."""
+
+    def compute(results):
+        wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence"))
+        return shedding_frequencies(wind, results.given("cable.section_diameter"))[place]
+
+    return Column(name, "Hz", meaning, "scene", compute, "wind")
 
 
 def _frequency(name, meaning, number, kind, symmetry=None):
@@ -125,47 +128,61 @@ def _frequency(name, meaning, number, kind, symmetry=None):
     return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
 
 
+def _rms(name, meaning, quantity, sources, controlled=True):
+    """Column of an RMS value of the gondola in the wind; variances by independent forces add."""
+    state = "" if controlled else "open_"
+
+    def compute(case):
+        responses = (getattr(case, f"{state}{source}") for source in sources)
+        return 1e3 * hypot(*(getattr(response, state + quantity) for response in responses))
+
+    key = BODY if "response" in sources else ON_CABLE
+    unit = "mm" if quantity == "displacement" else "mm/s"
+    return Column(name, unit, meaning, "wind", compute, f"{key}, winch.controller" if controlled else key)
+
+
+ON_GONDOLA, ON_THE_CABLE, ON_BOTH = ("response",), ("cable_response",), ("response", "cable_response")
+
 COLUMNS = (
-    Column("preload", "N", "mean tension over the unstretched length", "statics", lambda c: c.statics.mean_tension),
+    Column("preload", "N", "mean tension over the unstretched length", "statics", lambda r: r.statics.mean_tension),
     Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
-           lambda c: c.statics.horizontal_tension),
-    Column("max_tension", "N", "largest tension along the cable", "statics", lambda c: c.statics.max_tension),
-    Column("min_tension", "N", "smallest tension along the cable", "statics", lambda c: c.statics.min_tension),
-    Column("unstretched_length", "m", "length without tension", "statics",
-           lambda c: _given(c.scene.cable.unstretched_length, c.span.unstretched_length)),
-    Column("stretched_length", "m", "length under tension", "statics", lambda c: c.statics.stretched_length),
-    Column("chord", "m", "distance between the ends", "scene", lambda c: c.scene.cable.chord_length),
-    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda c: c.statics.sag),
-    Column("sag_ratio", "", "sag over chord", "statics", lambda c: c.statics.sag / c.scene.cable.chord_length),
+           lambda r: r.statics.horizontal_tension),
+    Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
+    Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
+    Column("unstretched_length", "m", "length without tension", "statics", _unstretched_length),
+    Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
+    Column("chord", "m", "distance between the ends", "scene", lambda r: r.given("cable.chord_length")),
+    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag),
+    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.given("cable.chord_length")),
     Column("mass", "kg", "mass of the cable, density x area x unstretched length", "statics",
-           lambda c: c.span.mass * c.span.unstretched_length),
+           lambda r: r.span.mass * r.span.unstretched_length),
     Column("diameter", "mm", "of a round solid cross-section", "scene",
-           lambda c: 1e3 * c.scene.cable.section_diameter),
-    Column("area", "mm^2", "of the cross-section", "scene", lambda c: 1e6 * c.scene.cable.section_area),
-    Column("elastic_modulus", "GPa", "of the cross-section", "scene", lambda c: c.scene.cable.elastic_modulus / 1e9),
-    Column("density", "kg/m^3", "mass per volume", "scene", lambda c: c.scene.cable.density),
+           lambda r: 1e3 * r.given("cable.section_diameter")),
+    Column("area", "mm^2", "of the cross-section", "scene", lambda r: 1e6 * r.given("cable.section_area")),
+    Column("elastic_modulus", "GPa", "of the cross-section", "scene", lambda r: r.given("cable.elastic_modulus") / 1e9),
+    Column("density", "kg/m^3", "mass per volume", "scene", lambda r: r.given("cable.density")),
     Column("strain", "", "mean strain, mean tension over EA", "statics",
-           lambda c: c.statics.mean_tension / c.scene.cable.axial_stiffness),
-    Column("stress", "MPa", "largest tension over area", "statics", lambda c: _stress(c) / 1e6),
+           lambda r: r.statics.mean_tension / r.given("cable.axial_stiffness")),
+    Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6),
     Column("utilisation", "", "largest stress over strength", "statics",
-           lambda c: _stress(c) / c.scene.cable.strength, "cable.strength"),
+           lambda r: stress_of(r) / r.given("cable.strength"), "cable.strength"),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
-           _squared_ratio),
+           lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
-           "statics", lambda c: deflections(c)[0], "cable.loads", each=True),
+           "statics", lambda c: _deflections(c)[0], "cable.loads", each=True),
     Column("linear_deflection", "m", "the same by the tangent stiffness of the unloaded form", "statics",
-           lambda c: deflections(c)[1], "cable.loads", each=True),
+           lambda c: _deflections(c)[1], "cable.loads", each=True),
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads",
            each=True),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
-           lambda c: c.end_stiffness_along(0)),
+           lambda r: r.end_stiffness_along(0)),
     Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
-           lambda c: c.end_stiffness_along(2)),
+           lambda r: r.end_stiffness_along(2)),
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
-           lambda c: c.end_stiffness_along(1)),
+           lambda r: r.end_stiffness_along(1)),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
-           lambda c: c.gondola_frequency_static, "gondola.mass"),
+           lambda r: r.gondola_frequency_static, "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
            "gondola", lambda c: c.gondola_frequency, "gondola.mass"),
     Column("gondola_share", "", "that share, phi^2/w^2 over 1/k", "gondola", lambda c: c.gondola_share, "gondola.mass"),
@@ -179,43 +196,36 @@ COLUMNS = (
            lambda c: c.loop.phase_margin, WINCH),
     Column("bandwidth", "Hz", "where the closed loop first falls to 1/sqrt(2)", "loop",
            lambda c: c.loop.bandwidth, WINCH),
-    Column("gondola_rms", "mm", "of the gondola along x in the wind, with the winch loop", "wind",
-           lambda c: 1e3 * c.response.displacement, f"{BODY}, winch.controller"),
-    Column("gondola_rms_velocity", "mm/s", "of its velocity, with the winch loop", "wind",
-           lambda c: 1e3 * c.response.velocity, f"{BODY}, winch.controller"),
-    Column("gondola_rms_open_loop", "mm", "of the gondola along x in the wind, the winch at rest", "wind",
-           lambda c: 1e3 * c.open_response.open_displacement, BODY),
-    Column("gondola_rms_velocity_open_loop", "mm/s", "of its velocity, the winch at rest", "wind",
-           lambda c: 1e3 * c.open_response.open_velocity, BODY),
-    Column("gondola_rms_cable_wind", "mm", "of the gondola by the wind on the cable alone, with the winch loop", "wind",
-           lambda c: 1e3 * c.cable_response.displacement, f"{ON_CABLE}, winch.controller"),
-    Column("gondola_rms_velocity_cable_wind", "mm/s", "of its velocity, with the winch loop", "wind",
-           lambda c: 1e3 * c.cable_response.velocity, f"{ON_CABLE}, winch.controller"),
-    Column("gondola_rms_open_loop_cable_wind", "mm", "by the wind on the cable alone, the winch at rest", "wind",
-           lambda c: 1e3 * c.open_cable_response.open_displacement, ON_CABLE),
-    Column("gondola_rms_velocity_open_loop_cable_wind", "mm/s", "of its velocity, the winch at rest", "wind",
-           lambda c: 1e3 * c.open_cable_response.open_velocity, ON_CABLE),
-    Column("gondola_rms_all_wind", "mm", "by the wind on gondola and cable together, with the winch loop", "wind",
-           lambda c: 1e3 * hypot(c.response.displacement, c.cable_response.displacement), f"{BODY}, winch.controller"),
-    Column("gondola_rms_velocity_all_wind", "mm/s", "of its velocity, with the winch loop", "wind",
-           lambda c: 1e3 * hypot(c.response.velocity, c.cable_response.velocity), f"{BODY}, winch.controller"),
-    Column("gondola_rms_open_loop_all_wind", "mm", "by the wind on gondola and cable together, the winch at rest",
-           "wind", lambda c: 1e3 * hypot(c.open_response.open_displacement, c.open_cable_response.open_displacement),
-           BODY),
-    Column("gondola_rms_velocity_open_loop_all_wind", "mm/s", "of its velocity, the winch at rest", "wind",
-           lambda c: 1e3 * hypot(c.open_response.open_velocity, c.open_cable_response.open_velocity), BODY),
-    Column("shedding_frequency", "Hz", "of vortices, 0.2 v/d at the mean wind speed", "scene",
-           lambda c: _shedding(c)[1], "wind"),
-    Column("shedding_frequency_low", "Hz", "the same three standard deviations of the speed below the mean, 0 at least",
-           "scene", lambda c: _shedding(c)[0], "wind"),
-    Column("shedding_frequency_high", "Hz", "the same three standard deviations of the speed above the mean", "scene",
-           lambda c: _shedding(c)[2], "wind"),
-    Column("iterations", "", "Newton steps of the statics", "statics", lambda c: c.statics.iterations),
+    _rms("gondola_rms", "of the gondola along x in the wind, with the winch loop", "displacement", ON_GONDOLA),
+    _rms("gondola_rms_velocity", "of its velocity, with the winch loop", "velocity", ON_GONDOLA),
+    _rms("gondola_rms_open_loop", "of the gondola along x in the wind, the winch at rest", "displacement", ON_GONDOLA,
+         controlled=False),
+    _rms("gondola_rms_velocity_open_loop", "of its velocity, the winch at rest", "velocity", ON_GONDOLA,
+         controlled=False),
+    _rms("gondola_rms_cable_wind", "of the gondola by the wind on the cable alone, with the winch loop", "displacement",
+         ON_THE_CABLE),
+    _rms("gondola_rms_velocity_cable_wind", "of its velocity, with the winch loop", "velocity", ON_THE_CABLE),
+    _rms("gondola_rms_open_loop_cable_wind", "by the wind on the cable alone, the winch at rest", "displacement",
+         ON_THE_CABLE, controlled=False),
+    _rms("gondola_rms_velocity_open_loop_cable_wind", "of its velocity, the winch at rest", "velocity", ON_THE_CABLE,
+         controlled=False),
+    _rms("gondola_rms_all_wind", "by the wind on gondola and cable together, with the winch loop", "displacement",
+         ON_BOTH),
+    _rms("gondola_rms_velocity_all_wind", "of its velocity, with the winch loop", "velocity", ON_BOTH),
+    _rms("gondola_rms_open_loop_all_wind", "by the wind on gondola and cable together, the winch at rest",
+         "displacement", ON_BOTH, controlled=False),
+    _rms("gondola_rms_velocity_open_loop_all_wind", "of its velocity, the winch at rest", "velocity", ON_BOTH,
+         controlled=False),
+    _shedding("shedding_frequency", "of vortices, 0.2 v/d at the mean wind speed", 1),
+    _shedding("shedding_frequency_low",
+              "the same three standard deviations of the speed below the mean, 0 at least", 0),
+    _shedding("shedding_frequency_high", "the same three standard deviations of the speed above the mean", 2),
+    Column("iterations", "", "Newton steps of the statics", "statics", lambda r: r.statics.iterations),
     Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
            None),
-    Column("status", "", "ok, or why the row is empty", "run", None),
+    Column("status", "", "ok, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
 FAMILIES = (
@@ -224,8 +234,6 @@ FAMILIES = (
     _frequency("symmetric_frequency_K", "symmetric in-plane frequency K", 0, "in-plane", "symmetric"),
     _frequency("axial_frequency_K", "axial frequency K", 0, "axial"),
 )
-
-MAX_MODE_NUMBER = 1000
 
 
 def _member(family, number):
@@ -267,37 +275,25 @@ def find(name):
 
 def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
-    if not column.key:
-        return ""
-    for key in filter(None, column.key.split(", ")):
+    for key in column.keys:
         value = scene
         for part in key.split("."):
             value = getattr(value, part, None)
-        if value is None or value == ():
+        if value is None or (isinstance(value, tuple) and not value):
             return key
     return ""
 
 
-def broken(case):
-    """Why the cable of a case would break, or an empty text.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    str
-    """
-    strength = case.scene.cable.strength
-    if strength is None:
-        return ""
-    return breaking(float(_stress(case)), strength)
+def without(scene, column):
+    """The error of a column that needs a key which its case lacks."""
+    return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
 
 
-def stress_and_strength(batch):
-    """Largest stress of each cable, and its strength or not a number. [Pa]"""
-    return _stress(batch), batch.scene.cable.strength
+def not_finite(column):
+    """The error of a column whose value is not finite."""
+    if column.name in ("sag", "sag_ratio"):
+        return NoSolutionError(f"no {column.name}: {SHAPELESS}")
+    return NoSolutionError(f"{column.header} is not finite")
 
 
 def breaking(stress, strength):
@@ -307,8 +303,14 @@ def breaking(stress, strength):
     return f"broken cable: stress {stress / 1e6:.4g} MPa is above the strength of {strength / 1e6:.4g} MPa"
 
 
+def broken(case):
+    """Why the cable of a case breaks, or an empty text."""
+    strength = case.scene.cable.strength
+    return "" if strength is None else breaking(float(stress_of(case)), strength)
+
+
 def value(column, case):
-    """One number of a row whose scene has the keys that it needs.
+    """One number of a case whose scene has the keys that the column needs.
 
     Parameters
     ----------
@@ -317,12 +319,13 @@ def value(column, case):
 
     Returns
     -------
-    float
+    float, int or None
+        None where the quantity has no value, for example no limit of the gain.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        There is no such number.
+        It cannot be had.
     """
     number = column.compute(case)
     if not isinstance(number, float | int | None):
@@ -330,35 +333,23 @@ def value(column, case):
     if number is None or isinstance(number, int):
         return number
     if not isfinite(number):
-        raise infinite(column)
+        raise not_finite(column)
     return float(number) + 0.0  # no minus before a zero
 
 
-def values(column, batch):
-    """One column of many rows.
+def values(column, results):
+    """One column of many cases.
 
     Parameters
     ----------
     column : Column
         In closed form.
-    batch : Batch
+    results : Results
 
     Returns
     -------
-    list of float or int
-        Not finite where there is no such number.
+    ndarray of float or int, shape (n,)
+        Not finite where it cannot be had.
     """
-    number = np.asarray(column.compute(batch))
-    return (number + 0.0 if number.dtype.kind == "f" else number).tolist()
-
-
-def without(scene, column):
-    """The error for a column that needs a key which its case lacks."""
-    return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
-
-
-def infinite(column):
-    """The error for a number that is none."""
-    if column.name in ("sag", "sag_ratio"):
-        return NoSolutionError(f"no {column.name}: {SHAPELESS}")
-    return NoSolutionError(f"{column.header} is not finite")
+    number = np.asarray(column.compute(results))
+    return number + 0.0 if number.dtype.kind == "f" else number

@@ -1,4 +1,4 @@
-"""How point loads move a cable: the paper's Fig. 4, linear and fully non-linear."""
+"""Deflection of a cable by point loads, linear and non-linear, as in the paper's Fig. 4."""
 
 from dataclasses import replace
 
@@ -11,35 +11,37 @@ from cablestudy.cable.equilibrium import external_forces, from_catenary
 from cablestudy.cable.equilibrium import solve as solve_elements
 from cablestudy.errors import ConvergenceError, NoSolutionError
 
-SPECTRAL_ORDER = 16  # of the elements that stand for the continuous cable: smooth between loads
+SPECTRAL_ORDER = 16  # of one element between neighbouring loads, where the cable is smooth
 
 
 def nodal_deflections(case):
-    """Movement of every node from the unloaded form.
+    """Displacement of every node from the unloaded static form.
 
     Parameters
     ----------
     case : Case
-        Its cable carries point loads.
+        With point loads.
 
     Returns
     -------
     mesh : Mesh
-        Its element boundaries hold the loads.
+        The loads are at element boundaries.
     full, linear : ndarray, shape (nodes, 3)
-        Fully non-linear, and by the tangent stiffness of the unloaded form; chord frame. [m]
+        Non-linear, and by the tangent stiffness of the unloaded form; chord frame. [m]
 
     Raises
     ------
     NoSolutionError
-        There is no load, or no unloaded equilibrium.
+        There is no point load.
+    ConvergenceError
+        The unloaded cable has no equilibrium.
     """
     span = case.span
     if not len(span.load_positions):
         raise NoSolutionError("the cable carries no point load")
     unloaded = solve(span.without_loads())
     if not unloaded.record.converged:
-        raise ConvergenceError("the unloaded cable has no equilibrium to count deflections from", unloaded.record)
+        raise ConvergenceError("deflections need an equilibrium of the unloaded cable", unloaded.record)
     if case.exact_statics:
         fractions = split(span).fraction
         mesh = mesh_segments(fractions, len(fractions), SPECTRAL_ORDER)
@@ -61,7 +63,7 @@ def nodal_deflections(case):
 
 
 def load_deflections(case):
-    """Movement of each point load along its own force.
+    """Displacement of each point load along its force.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Columns as fields of tables: their names, titles and units, what stands beside them."""
+"""Fields of tables from columns: names, titles, units, printed values."""
 
 from cablestudy.study.columns import Column, find
 from cablestudy.study.table import Field
 
-# columns that show what a key varies
+# key -> columns any of which makes a column of its own for the varied key superfluous
 SHOWN_BY = {
     "cable.area": ("area", "diameter"),
     "cable.diameter": ("diameter", "area"),
@@ -45,11 +45,11 @@ def fields_of(study, columns, referenced):
 
 
 def field_of(column: Column):
-    """A column as a field of a table."""
+    """The field of a column."""
     return Field(column.header, column.name.replace("_", " "), column.unit)
 
 
 def beside(header, word):
-    """`sag_m` -> `sag_printed_m`."""
+    """Name with a word before the unit: `sag_m` -> `sag_printed_m`."""
     column = find(header)
     return f"{column.name}_{word}{column.header[len(column.name) :]}"

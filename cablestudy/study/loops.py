@@ -10,7 +10,7 @@ from cablestudy.control.plant import Notch, Plant
 from cablestudy.control.stability import Waves, driven_up_to, too_many
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.shelf import key_of
+from cablestudy.study.cache import share
 
 RESOLVED = 1e-7  # largest error of the frequency of a mode that the gain could drive
 RESERVE = 9  # orders of each element beyond those that its waves need
@@ -51,7 +51,7 @@ def _coupled(case):
     limit, inertia = case.gondola_modes * case.gondola_frequency_static, case.end_inertia
     stiffness, mass = case.end_stiffness_along(0), case.scene.gondola.mass
     while True:
-        modes = case.felt.up_to(limit)
+        modes = case.excited.up_to(limit)
         count = int(np.searchsorted(modes.frequency, limit, side="right"))
         complete = modes.complete and count == len(modes)
         participation = case.participation(modes)[:count]
@@ -175,32 +175,51 @@ def gondola_damping_ratio(case):
         return float(ratio)
     # where modes share the motion, or damping is very small or large, it is followed from no damping to all of it
     amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-    stiffness = ComplexStiffness(case.felt, case.frame[:, 0], plant.cable.viscous)
+    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], plant.cable.viscous)
     return damping_ratio(stiffness, plant.mass, omega, damping.model, amount)
 
 
-def prepare(cases, loops=True):
-    """Let cases know their coupled modes and their loops.
+def loop_at_rest_of(case):
+    """The loop of a case with the winch at rest, which needs no gain.
 
-    What a case cannot have it says when it is asked. Cases that share a loop share it here too.
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Loop
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+    """
+    return Loop.of(case.plant, 0.0)
+
+
+def prepare(cases, loops=True):
+    """Compute the coupled modes of cases and their loops, once for those that share them.
+
+    What a case cannot have it says when it is asked.
 
     Parameters
     ----------
     cases : sequence of Case
-        As many as the shelf keeps, or fewer.
     loops : bool
         Whether the loops are needed at all.
     """
-    for case in cases:
-        if case.scene.gondola is None or case.scene.gondola.mass is None:
-            continue
-        try:
-            key_of(case, "coupled")
-            case.coupled  # noqa: B018
-            if loops:
-                case.loop  # noqa: B018
-        except CablestudyError:
-            continue
+    cases = [case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None]
+    share(cases, "coupled", coupled_of)
+    if loops:
+        share(cases, "plant", lambda chosen: [_or_error(plant_of, case) for case in chosen])
+
+
+def _or_error(function, case):
+    """What a function gives for a case, or the error that it raises."""
+    try:
+        return function(case)
+    except CablestudyError as error:
+        return error
 
 
 def _controller(case):
@@ -244,26 +263,26 @@ def _waves(case):
     across = np.sqrt(tension * span.mass) * np.maximum(1 - cosine**2, 0.0)
     along = np.sqrt(span.axial_stiffness * span.mass) * cosine**2
     time = float(span.unstretched_length * np.sqrt(span.mass / span.axial_stiffness))
-    return Waves(float(across.max()), float(along.max()), case.travel_time, time)
+    return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time)
 
 
 def _resolved(case, gain, limit, time):
     """The superelement of a case whose modes up to a frequency [rad/s] are resolved."""
     half_waves = limit / np.pi * time if np.isfinite(limit) else np.inf
-    longest = case.batch.longest_of(case.place)
+    longest = float(case.results.longest_segment[case.index])
     orders = PER_WAVE * half_waves * longest
     if not orders <= MOST_ORDERS:
         raise too_many(gain, int(min(half_waves, 1e9)), limit)
     several = max(1, ceil(orders / (HIGHEST - RESERVE)))
-    own = case.rung[0] * case.rung[1]
+    own = case.level[0] * case.level[1]
     total = orders + several * RESERVE
     total = own if total <= own else ceil(total) + own // 2  # a model of its own for each of the row
     for _ in range(TRIALS):
         elements = ceil(total / HIGHEST)
         order = ceil(total / elements)
-        rung = case.rung if total == own else (elements, order)
-        finer = case if rung == case.rung else case.refined(*rung)
-        modes = finer.felt.modes(finer.felt.dof)
+        rung = case.level if total == own else (elements, order)
+        finer = case if rung == case.level else case.refined(*rung)
+        modes = finer.excited.modes(finer.excited.dof)
         errors = modes.errors[2 * np.pi * modes.frequency <= limit]
         if errors.max(initial=0.0) <= RESOLVED:
             return finer.end_model_along_x

@@ -1,4 +1,4 @@
-"""Elements for cases: those of many cables on one mesh are made, and later solved, in one call."""
+"""Elements of many cables on one mesh, in equilibrium, and their motion; and of which mesh a case is."""
 
 from functools import cached_property
 from math import ceil
@@ -9,10 +9,11 @@ from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.batch import along
+from cablestudy.study.results import along
 from cablestudy.system.superelement import Ends
 
-MAX_MODES = 600  # of a large model, for its dynamics
+MAX_MODES = 600  # of a model with more unknowns, at its ends: an eigenvalue problem that takes about a second
+MAX_NODES = 1_000_000  # of a fixed model: its statics take 2 s and 420 MB
 
 
 class Models:
@@ -35,14 +36,14 @@ class Models:
         self._dynamics, self._ends, self._stiffness = {}, {}, {}
 
     def dynamics(self, planes):
-        """`Dynamics` of all cables, made once."""
+        """`Dynamics` of all cables."""
         if planes not in self._dynamics:
-            few = self.record is None  # other orders follow
-            self._dynamics[planes] = Dynamics(self.state, self.span.unstretched_length, self.span.mass, planes, few)
+            few = self.record is None  # other levels follow
+            self._dynamics[planes] = Dynamics(self.state, planes, few)
         return self._dynamics[planes]
 
     def ends(self, planes):
-        """`Ends` of all cables, made once, with every mode that can be had."""
+        """`Ends` of all cables, with up to MAX_MODES modes."""
         if planes not in self._ends:
             dynamics = self.dynamics(planes)
             self._ends[planes] = Ends(dynamics, self.span.frame, min(dynamics.dof, MAX_MODES))
@@ -71,18 +72,18 @@ class Models:
         columns = (
             tension,
             mean(np.sqrt((level**2).sum(axis=-1))),
-            state.tension.max(axis=(-2, -1)) * unit,
-            state.tension.min(axis=(-2, -1)) * unit,
+            state.max_tension,
+            state.min_tension,
             span.unstretched_length * (1 + tension / span.axial_stiffness),
-            np.isfinite(self.record.share).sum(axis=0),
+            self.record.steps,
         )
         return list(zip(*(column.tolist() for column in columns), strict=True))
 
     @cached_property
     def wave_time(self):
-        """How long a transverse wave takes along the longest smooth piece, for each cable. [s]
+        """Travel time of a transverse wave along the longest smooth piece, of each cable. [s]
 
-        By the speed of waves across the cable, sqrt(T/(m stretch)).
+        The speed is sqrt(T/(m stretch)).
         """
         state, span = self.state, self.span
         force = state.tension * state.force[:, None, None]
@@ -93,7 +94,7 @@ class Models:
 
     @cached_property
     def turn(self):
-        """How far each cable turns. [rad]"""
+        """Largest angle between the tangent at end 1 and the tangent elsewhere, of each cable. [rad]"""
         direction = self.state.direction
         apart = direction - direction[:, :1, :1]
         return np.sqrt((apart**2).sum(axis=-1).max(axis=(-2, -1))).tolist()
@@ -128,7 +129,7 @@ class Model:
         return self._models.record and self._models.record.of(self._place)
 
     def dynamics(self, planes):
-        """`Dynamics` of this cable, which finds its modes together with the others."""
+        """`Dynamics` of this cable; its modes are computed with those of the others."""
         return self._models.dynamics(planes).take(self._place)
 
     def end_model(self, planes, damping):
@@ -160,24 +161,31 @@ class Model:
 
 
 def mesh_of(case):
-    """The mesh of a case: of its rung, or of its scene.
+    """The mesh of a case: of its level of refinement, or of its scene.
 
     Raises
     ------
-    NoSolutionError
-        A cable that hangs folded, or with more loads than elements.
+    NoSolutionError, ConvergenceError
+        No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than MAX_NODES.
     """
-    pieces = case.batch.pieces_of(case.place)
-    if case.rung is not None:
-        elements, order = case.rung
+    results, index = case.results, case.index
+    pieces = results.pieces(index)
+    if case.level is not None:
+        elements, order = case.level
         if len(pieces) == 2:
             return mesh_pieces(pieces, (elements,), order)
-        # as many as the waves along each piece ask for
-        times = case.batch.times_of(case.place, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
-        return mesh_pieces(pieces, tuple(ceil(elements * time - 1e-9) or 1 for time in times), order)
+        # on each piece as many as its share of the waves needs
+        shares = results.travel_shares(index, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
+        return mesh_pieces(pieces, tuple(ceil(elements * share - 1e-9) or 1 for share in shares), order)
     model = case.scene.model
+    nodes = model.elements * model.order
+    if nodes > MAX_NODES:
+        raise NoSolutionError(
+            f"model.elements: {model.elements} elements of order {model.order} have {nodes} nodes "
+            f"(at most {MAX_NODES}): take fewer elements, or model.accuracy instead"
+        )
     try:
-        return mesh_segments(case.batch.fractions_of(case.place), model.elements, model.order, model.mass)
+        return mesh_segments(results.catenary.segments.fraction[index], model.elements, model.order, model.mass)
     except ValueError as error:
         raise NoSolutionError(str(error)) from None
 
@@ -194,44 +202,50 @@ def model_of(case):
     NoSolutionError, ConvergenceError
         There are none.
     """
-    models = _solved(case.batch, [case.place], mesh_of(case), case.rung)
+    models = _solved(case.results, [case.index], mesh_of(case), case.level)
     if models.record is not None and not models.record.converged[0]:
-        raise models.record.error(0)
+        raise equilibrium.refusal(models.record.of(0), models.state.mesh)
     return Model(models, 0)
 
 
-def prepare(cases):
-    """Make the elements of cases that will be asked for them, those on one mesh in one call.
+def solve_models(cases):
+    """Solve the elements of many cases, those on equal meshes in one call.
+
+    A case whose elements fail raises the error when it is asked for them.
 
     Parameters
     ----------
     cases : list of Case
-        Of one batch. What one of them lacks it finds, or fails of, alone.
+        Of one batch.
     """
     groups, seen = {}, set()
     for case in cases:
-        if case.has_model or case.cable_key in seen:
+        where = case.key_of("model", ())
+        if where in case.cache or where in seen:
             continue
-        seen.add(case.cable_key)
+        seen.add(where)
         try:
             mesh = mesh_of(case)
         except (NoSolutionError, ConvergenceError):
             continue
         if 3 * (mesh.nodes - 2) <= ALL_AT_ONCE:
-            groups.setdefault((mesh, case.rung, case.planar, case.batch.mirror_symmetric_of(case.place)), []).append(
-                case
-            )
-    for (mesh, rung, *_), members in groups.items():
-        if len(members) > 1:
-            models = _solved(members[0].batch, [case.place for case in members], mesh, rung)
-            for place, case in enumerate(members):
-                if models.record is None or models.record.converged[place]:
-                    case.keep(Model(models, place))
+            kind = mesh, case.level, case.planar, bool(case.results.mirror_symmetric[case.index])
+            groups.setdefault(kind, []).append(case)
+    for (mesh, level, *_), members in groups.items():
+        if len(members) == 1:
+            continue
+        models = _solved(members[0].results, [case.index for case in members], mesh, level)
+        for place, case in enumerate(members):
+            if models.record is None or models.record.converged[place]:
+                case.model = Model(models, place)
+                case.cache.put(*case.key_of("model", ()), case.size, case.model)
 
 
-def _solved(batch, places, mesh, rung):
-    """Models of some cables of a batch."""
-    catenary = batch.catenaries_of(places)
-    if rung is not None:
-        return Models(equilibrium.from_catenary(catenary, mesh), None, catenary.span, rung[0])
+def _solved(results, cases, mesh, level):
+    """Models of some cases of a batch."""
+    for case in cases:
+        results.check(case)
+    catenary = results.catenary.take(np.array(cases))
+    if level is not None:
+        return Models(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
     return Models(*equilibrium.solve_many(catenary, mesh), catenary.span, 1)

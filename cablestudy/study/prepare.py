@@ -1,13 +1,13 @@
-"""What can be wrong with a study beyond its file: columns, tolerances, printed values, plot; found before computing."""
+"""Checks of a study before anything is computed: columns, tolerances, printed values, plot."""
 
-from math import inf
+from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.table import number, read_csv
 
-NEVER_COMPARED = "solve_time"  # no two runs agree on it
+NEVER_COMPARED = "solve_time"  # differs from run to run
 
 
 def columns_of(study):
@@ -52,7 +52,7 @@ def _every_case_lacks(study, column):
 
 
 def compared(study, name):
-    """The column of a tolerance.
+    """Header of the column that a tolerance names.
 
     Parameters
     ----------
@@ -63,12 +63,11 @@ def compared(study, name):
     Returns
     -------
     str
-        Its header.
 
     Raises
     ------
     ValueError
-        The study has no such column, or one that has no use for a tolerance.
+        The study has no such column, or it is never compared by a tolerance.
     """
     column = find(name)
     if not {column.name, column.header}.intersection(study.columns):
@@ -93,7 +92,7 @@ def tolerances_of(study):
     Raises
     ------
     SceneError
-        Columns that there are not, or that are given twice.
+        Unknown columns, or columns given twice.
     """
     found, mistakes = {}, []
     for name, value in study.tolerances.items():
@@ -103,14 +102,14 @@ def tolerances_of(study):
                 raise ValueError("given twice")
             found[header] = value
         except ValueError as error:
-            mistakes.append(Mistake(study.source.where_key(("check", name)), f"check.{name}", str(error)))
+            mistakes.append(Mistake(study.source.where(("check", name), of_key=True), f"check.{name}", str(error)))
     if mistakes:
         raise SceneError(*mistakes)
     return found
 
 
-def reference_of(study, columns):
-    """The printed values of a study, row by row.
+def printed_values(study, columns):
+    """The printed values of a study's reference table, row by row.
 
     Parameters
     ----------
@@ -132,29 +131,29 @@ def reference_of(study, columns):
     if study.reference_path is None:
         return [], []
     names, rows = read_csv(study.reference_path)
-    where = study.where(("reference",))
     headers = {column.header for column in columns}
-    mistakes = [
-        Mistake(where, "reference", f"{study.reference_path}: column {name!r} is not among the study's columns")
-        for name in names
-        if name not in headers
-    ]
+    messages = [f"column {name!r} is not among the study's columns" for name in names if name not in headers]
     if len(rows) != study.count:
-        message = f"{study.reference_path}: {len(rows)} rows, and the study has {study.count} cases"
-        mistakes.append(Mistake(where, "reference", message))
-    for place, row in enumerate(rows, 1):
-        for name in names:
-            parsed = number(row[name]) if row[name].strip() else 0.0
-            if parsed is None or not abs(parsed) < inf:
-                message = f"{study.reference_path}: row {place}, {name}: not a number: {row[name]!r}"
-                mistakes.append(Mistake(where, "reference", message))
-    if mistakes:
-        raise SceneError(*mistakes)
+        messages.append(f"{len(rows)} rows, and the study has {study.count} cases")
+    messages += [
+        f"row {place}, {name}: not a number: {row[name]!r}"
+        for place, row in enumerate(rows, 1)
+        for name in names
+        if row[name].strip() and not _is_finite(row[name])
+    ]
+    if messages:
+        where = study.where(("reference",))
+        raise SceneError(*(Mistake(where, "reference", f"{study.reference_path}: {text}") for text in messages))
     return names, [{name: number(row[name]) for name in names} for row in rows]
 
 
+def _is_finite(text):
+    value = number(text)
+    return value is not None and isfinite(value)
+
+
 def prepare(study):
-    """Everything that can be wrong with a study, found before anything is computed.
+    """Check a study; return its columns and printed values.
 
     Parameters
     ----------
@@ -164,11 +163,12 @@ def prepare(study):
     -------
     columns : list of Column
     reference : tuple
-        As from `reference_of`.
+        As from `printed_values`.
 
     Raises
     ------
     SceneError
+        Every mistake of the first check that finds one: cases, columns, tolerances, plot, printed values.
     """
     study.check()
     columns = columns_of(study)
@@ -181,4 +181,4 @@ def prepare(study):
         if header not in {column.header for column in columns}:
             message = f"{name} is not among the study's columns"
             raise SceneError(Mistake(study.where(("plot",)), "plot", message))
-    return columns, reference_of(study, columns)
+    return columns, printed_values(study, columns)

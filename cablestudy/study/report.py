@@ -1,4 +1,4 @@
-"""The tables of the commands that look at one scene, and of those that compute nothing."""
+"""Tables of the commands static, modes, columns and validate."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
 
-SHAPE_POINTS = 41  # along a cable whose form is known in closed form
+SHAPE_POINTS = 41  # along a cable in closed form
 MODE_FIELDS = (
     Field("number", "number"),
     Field("type", "type"),
@@ -25,7 +25,7 @@ MODE_FIELDS = (
 
 
 def static_row(scene):
-    """Every static and stiffness column that a scene has a value for.
+    """The row of every static and stiffness column that a scene has the keys for.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def static_row(scene):
 
 
 def static_table(row, columns):
-    """One row: the columns of `static_row`.
+    """The table of `static_row`.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def static_table(row, columns):
 
 
 def shape_table(case):
-    """The static form of a case, point by point; with loads, how far they moved each point.
+    """The static shape of a case, point by point; with loads, also the deflections.
 
     Parameters
     ----------
@@ -111,9 +111,9 @@ def mode_table(case, modes):
     Table
     """
     participation = np.abs(case.participation(modes))
-    # of the largest, and of what a mode could have: all that are shown may be rounding
-    own = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
-    floor = 1e-12 * np.maximum(own, participation.max(initial=0.0))
+    # a participation is rounding relative to the largest of all modes and to the largest that its mode could have
+    largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
+    floor = 1e-12 * np.maximum(largest, participation.max(initial=0.0))
     rows = [
         {
             "number": i + 1,
@@ -128,7 +128,7 @@ def mode_table(case, modes):
 
 
 def columns_table():
-    """Every column: name, unit, meaning, what it needs.
+    """The table of all columns: name, unit, meaning, what it needs.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def columns_table():
 
 
 def shape_positions(case):
-    """Where the static form of a picture is drawn: dense, loads included."""
+    """Shares of the unstretched length at which a picture draws the static shape, loads included: shape (j,)."""
     edges = np.cumsum(split(case.span).fraction)
     return np.unique(np.concatenate([np.linspace(0.0, 1.0, 401), edges[:-1]]))
 
@@ -162,7 +162,7 @@ def validate_table(files, sets=()):
         File, kind, number of cases, status.
     mistakes : list of Mistake
     notes : list of str
-        What the user should know of files without a mistake.
+        Warnings about files without a mistake.
     """
     rows, mistakes, notes = [], [], []
     for file in files:

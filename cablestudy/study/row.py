@@ -1,4 +1,4 @@
-"""One row of a table: the columns of one case, its accuracy and its status."""
+"""Rows of a table: the columns of cases, to the accuracy of each, with the reason where one cannot be had."""
 
 import time
 from dataclasses import dataclass
@@ -7,24 +7,23 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study import loops, models
-from cablestudy.study.batch import EPSILON, Batch, ScenesOnly
+from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.columns import breaking, broken, infinite, lacks, stress_and_strength, value, values, without
-from cablestudy.study.ladder import ROUNDING, Feeling, climb, felt_by, relative
-from cablestudy.study.shelf import Shelf
-from cablestudy.study.spans import load_count
-from cablestudy.study.wanted import Wanted
+from cablestudy.study.closed_form import closed_form, evaluate_table, status_of
+from cablestudy.study.column_requirements import ColumnRequirements
+from cablestudy.study.columns import ROUNDING, broken, value
+from cablestudy.study.refinement import SETTINGS, AccuracyNeeds, Search, needs_of, refine, relative
+from cablestudy.study.results import Results
+from cablestudy.study.scene_values import SceneValues, load_count
 
-REFERENCE = 1e-9  # accuracy of the model that a fixed model's error is estimated with
-NUMBERS = 300_000  # of their modes, about: what a cache holds
-TOGETHER = 200  # rows whose models are solved at once
+REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
+AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
+POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
+FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
-# notes on what takes no elements: without a cable, and with one
-CHEAPEST = {
-    True: ("nothing to model",),
-    False: (CLOSED_FORM, "left out: inertia and modes, which no column needs"),
-}
+NOTHING = ("nothing to model",)
+STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
 
 
 @dataclass(frozen=True)
@@ -34,19 +33,22 @@ class Row:
     Attributes
     ----------
     cells : dict
-        Header -> float, or None where there is no answer; `status` is a text.
+        Header -> float, or None where it cannot be had; `status` is a text.
     case : Case
-        With the model that was used, for what a caller wants besides, pictures for example.
+        With the model that was used.
     notes : tuple of str
         What was modelled and what was left out.
     errors : dict
-        Header -> estimated relative error against the continuous cable; None where none was asked for or can be had.
+        Header -> estimated relative error against the continuous cable; None where it is not known.
+    warnings : tuple of str
+        What a user should know who asks for no notes.
     """
 
     cells: dict
     case: Case
     notes: tuple
     errors: dict
+    warnings: tuple = ()
 
     def known_errors(self):
         """Yield the estimated errors of the cells, as a table of this one row has them."""
@@ -54,276 +56,335 @@ class Row:
 
     @property
     def failed(self):
-        """Whether the case has no answer."""
+        """Whether some column cannot be had."""
         return self.cells["status"] != "ok"
 
 
-def evaluate(scene, columns):
-    """Compute the columns of one scene.
+@dataclass
+class _Answer:
+    """A row while it is computed; attributes as of `Row`, values as its cells, failures by header."""
 
-    Parameters
-    ----------
-    scene : Scene
-    columns : sequence of Column
+    case: Case
+    values: dict
+    failures: dict
+    errors: dict
+    notes: tuple
+    dof: int = 0
+    warnings: tuple = ()
+
+    def fail(self, columns, error):
+        """Let columns without a value fail."""
+        for column in columns:
+            if column.header not in self.values:
+                self.failures.setdefault(column.header, error)
+
+    def compute(self, columns):
+        """Compute columns of this case alone; those that cannot be had fail."""
+        for column in columns:
+            if column.header in self.failures:
+                continue
+            try:
+                self.values[column.header] = value(column, self.case)
+            except CablestudyError as error:
+                self.failures[column.header] = error
+
+    def row(self, required, seconds=None):
+        """The finished row; seconds is the time that it took. [s]"""
+        cells = {**required.empty, **self.values}
+        errors = {name: error for name, error in self.errors.items() if name not in self.failures}
+        if required.run:
+            known = None not in errors.values() and (errors or not self.failures)
+            run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if known else None}
+            run["solve_time_ms"] = 1e3 * seconds if required.clock else None
+            cells.update((header, number) for header, number in run.items() if header in cells)
+        cells["status"] = status_of(self.failures)
+        return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
+
+
+def evaluate(scene, columns, estimate=False):
+    """Compute the columns of one scene; see `evaluate_cases`.
 
     Returns
     -------
     Row
-        A case that cannot be solved has empty cells, and its status says why.
     """
-    return evaluate_cases([scene], columns)[0]
+    return evaluate_cases([scene], columns, estimate)[0]
 
 
-def evaluate_cases(scenes, columns):
-    """Compute the columns of many scenes: closed forms for all at once, and what some share once.
+def evaluate_cases(scenes, columns, estimate=False):
+    """Compute the columns of many scenes: closed forms of all at once, and what some share once.
 
     Parameters
     ----------
     scenes : sequence of Scene
     columns : sequence of Column
+    estimate : bool
+        Whether the errors of fixed elements are wanted though they are no column: those of the motion need a finer
+        model.
 
     Returns
     -------
     list of Row
-        Each as if it were alone, to the last digit.
+        Each as if it were alone, to the last digit. Where a column cannot be had its cell is empty, and the status says
+        why.
     """
     groups = {}
     for index, scene in enumerate(scenes):
         groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
-    rows, shelf, wanted = [None] * len(scenes), Shelf(), Wanted(columns)
+    rows, cache, required = [None] * len(scenes), Cache(), ColumnRequirements(columns)
     for (_, exact), indices in groups.items():
         chosen = [scenes[index] for index in indices]
-        for index, row in zip(indices, _group(chosen, wanted, exact, shelf), strict=True):
+        for index, row in zip(indices, _rows_alike(chosen, required, exact, cache, estimate), strict=True):
             rows[index] = row
     return rows
 
 
-def _group(scenes, wanted, exact, shelf):
-    """Yield the rows of scenes whose cables carry loads at equally many places, with or without fixed elements."""
+def evaluate_tables(tables, columns, explain=False):
+    """Compute the columns of many cases of a study: closed forms by arrays, everything else case by case.
+
+    Parameters
+    ----------
+    tables : list of CaseTable
+    columns : sequence of Column
+    explain : bool
+        Whether notes are wanted, and with them the errors of fixed elements.
+
+    Returns
+    -------
+    dict
+        Case -> list of numbers in the order of the columns but `status`, None where one cannot be had; status; dict of
+        header -> estimated relative error where it exceeds ROUNDING or, None, is not known; notes.
+    """
+    headers = [column.header for column in columns if column.name != "status"]
+    found, scenes = {}, {}
+    for table in tables:
+        cases = table.cases.tolist()
+        closed = None if explain or len(cases) == 1 else evaluate_table(table, columns)
+        if closed is None:
+            scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
+        else:
+            found.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
+    for case, row in zip(scenes, evaluate_cases(list(scenes.values()), columns, explain), strict=True):
+        errors = {name: error for name, error in row.errors.items() if error is None or error > ROUNDING}
+        numbers = [row.cells[header] for header in headers]
+        found[case] = numbers, row.cells["status"], errors, row.notes if explain else ()
+    return found
+
+
+def _rows_alike(scenes, required, exact, cache, estimate):
+    """Yield the rows of scenes whose cables carry equally many loads, all with fixed elements or none (`exact`)."""
     begin = time.perf_counter()
-    batch = Batch(scenes)
-    known, errors, coarse = closed_form(batch, scenes, wanted) if exact else ([{}] * len(scenes), {}, {})
-    spent = (time.perf_counter() - begin) / len(scenes)
-    done = exact and not wanted.timed and len(wanted.closed) == len(wanted.physical)
-    notes = CHEAPEST[wanted.scene_only]
-    width = 1 if wanted.clock else TOGETHER  # a time is that of a row alone
-    if not exact:
-        width = min(width, max(1, NUMBERS // max(Case(scene).size for scene in scenes)))
+    results = Results(SceneValues(scenes))
+    closed = closed_form(results, required, breakable=exact)
+    cells = closed.cells()
+    closed_time = (time.perf_counter() - begin) / len(scenes)
+    solve = _solve_to_accuracy if exact else _solve_fixed
+    if required.scene_only or (exact and not required.motion and not required.single):
+        solve = None
+    width = 1 if required.clock else AT_ONCE  # a time is that of a row alone
     for first in range(0, len(scenes), width):
-        block = range(first, min(first + width, len(scenes)))
-        cases = [Case(scenes[i], batch, i, shelf=shelf) for i in block]
-        if done and errors.keys().isdisjoint(block):  # nothing is left to compute
-            for i, case in zip(block, cases, strict=True):
-                cells = {**wanted.empty, **known[i], "status": "ok"}
-                yield Row(cells, case, notes, coarse.get(i, wanted.exact))
+        begin, indices = time.perf_counter(), range(first, min(first + width, len(scenes)))
+        if not (solve or required.run):
+            yield from _closed_rows(indices, results, closed, cells, required, cache)
             continue
-        rows = (
-            _row(case, wanted, known[i], errors.get(i), coarse.get(i, wanted.exact), spent)
-            for i, case in zip(block, cases, strict=True)
-        )
-        for case, row in zip(cases, run_together(rows, wanted), strict=True):
-            # of many rows none keeps its modes
-            light = Case(case.scene, batch, case.place) if wanted.motion and len(scenes) > 1 else row.case
-            yield row if light is row.case else Row(row.cells, light, row.notes, row.errors)
+        answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
+                   for index in indices]  # fmt: skip
+        if solve:
+            solve(answers, required, estimate or required.estimate)
+        seconds = closed_time + time.perf_counter() - begin
+        for index, answer in zip(indices, answers, strict=True):
+            if required.motion and len(scenes) > 1:  # of many rows none keeps its modes
+                answer.case = Case(scenes[index], results, index)
+            yield answer.row(required, seconds)
 
 
-def run_together(generators, wanted):
-    """Run generators side by side, so that models of equal fineness are solved in one call.
-
-    Parameters
-    ----------
-    generators : iterable of generator
-        Each yields a `Case` before it uses its model, and goes on once that is there.
-    wanted : Wanted
-        Whether gondola and loop are to be prepared too.
-
-    Returns
-    -------
-    list
-        What each generator returned.
-    """
-    generators = list(generators)
-    answers, waiting = [None] * len(generators), {}  # waiting: index -> the case yielded last
-
-    def advance(index):
-        try:
-            waiting[index] = next(generators[index])
-        except StopIteration as end:
-            answers[index] = end.value
-            waiting.pop(index, None)
-
-    for index in range(len(generators)):
-        advance(index)
-    while waiting:
-        rung = min((case.rung for case in waiting.values()), key=lambda rung: rung or ())  # finer ones may follow
-        chosen = [index for index, case in waiting.items() if case.rung == rung]
-        chosen = chosen[: max(1, NUMBERS // waiting[chosen[0]].size)]
-        if len(chosen) > 1:
-            cases = [waiting[index] for index in chosen]
-            models.prepare(cases)
-            if wanted.body:
-                loops.prepare(cases, wanted.damped)
-        for index in chosen:
-            advance(index)
-    return answers
+def _closed_rows(indices, results, closed, cells, required, cache):
+    """Yield the rows of cases of which nothing but closed forms is wanted."""
+    notes = NOTHING if required.scene_only else STATIC
+    for index in indices:
+        failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
+        if failures:
+            errors = {name: error for name, error in errors.items() if name not in failures}
+        row = {**required.empty, **cells[index], "status": status_of(failures) if failures else "ok"}
+        yield Row(row, Case(results.values.scenes[index], results, index, cache=cache), notes, errors)
 
 
-def closed_form(batch, scenes, wanted):
-    """The columns in closed form of many scenes.
-
-    Returns
-    -------
-    cells : list of dict
-        Header -> number.
-    errors : dict
-        Index -> the error of a scene without an answer.
-    coarse : dict
-        Index -> estimated errors of the cells, where rounding is felt more than in most.
-    """
-    errors, coarse = {}, {}
-    if wanted.scene_only:
-        batch, there = ScenesOnly(scenes), range(len(scenes))
-    else:
-        errors.update(batch.unsolved)
-        there = batch.there.tolist()
-        if any(scene.cable.strength is not None for scene in scenes):
-            stress, strength = stress_and_strength(batch)
-            for place in np.flatnonzero(stress > strength).tolist():
-                reason = breaking(float(stress[place]), float(strength[place]))
-                errors.setdefault(there[place], NoSolutionError(reason))
-        coarse = _rounding(batch, wanted)
-    numbers = []
-    for column in wanted.closed:
-        if column.key:
-            for index in there:
-                if lacks(scenes[index], column):
-                    errors.setdefault(index, without(scenes[index], column))
-        numbers.append(values(column, batch))
-        for place in np.flatnonzero(~np.isfinite(numbers[-1])).tolist():
-            errors.setdefault(there[place], infinite(column))
-    cells, headers = [{} for _ in scenes], [column.header for column in wanted.closed]
-    for index, *row in zip(there, *numbers, strict=True):
-        cells[index] = dict(zip(headers, row, strict=True))
-    return cells, errors, coarse
+def _answer(case, closed, cells, required):
+    """What the closed form gives of a row."""
+    failures = dict(closed.failures.get(case.index, {}))
+    values = {header: number for header, number in cells.items() if header not in failures}
+    errors = dict(closed.errors_of(case.index))
+    return _Answer(case, values, failures, errors, NOTHING if required.scene_only else STATIC)
 
 
-def _rounding(batch, wanted):
-    """Index -> estimated errors of closed forms, where they exceed ROUNDING.
-
-    What is left of large tensions where they balance has their rounding: a cable that all but folds. Stiff straight
-    pieces feel that of the length, and the sag of an exactly vertical cable that of the chord.
-    """
-    statics, span = batch.statics, batch.span
-    balanced = EPSILON * statics.max_tension / np.where(statics.min_tension > 0, statics.min_tension, np.inf)
-    balanced = np.maximum(balanced, batch.strained)
-    sags = [column.header for column in wanted.physical if column.name in ("sag", "sag_ratio")]
-    upright = np.zeros(len(balanced))
-    if sags and not span.cosine.all():
-        sag = np.abs(statics.sag)
-        upright = np.where((span.cosine == 0) & (sag > 0), EPSILON * span.chord / np.where(sag > 0, sag, 1.0), 0.0)
-    coarse = {}
-    for place in np.flatnonzero(np.maximum(balanced, upright) > ROUNDING):
-        cells = {name: max(error, float(balanced[place]) if error else 0.0) for name, error in wanted.exact.items()}
-        cells.update({name: max(cells[name], float(upright[place])) for name in sags})
-        coarse[int(batch.there[place])] = cells
-    return coarse
+def _solve_models(cases, required):
+    """Solve the models of many cases at once, and what gondola and loop need of them."""
+    models.solve_models(cases)
+    if required.gondola:
+        loops.prepare(cases, required.damped)
 
 
-def _row(case, wanted, known, failure, exact, spent):
-    """One row; a generator as `run_together` takes it.
-
-    Parameters
-    ----------
-    case : Case
-    wanted : Wanted
-    known, exact : dict
-        Header -> what is known in closed form, and its relative error.
-    failure : CablestudyError or None
-        Why there is no answer, where that is known already.
-    spent : float
-        On the row's part of the closed forms. [s]
-    """
-    begin, cells = time.perf_counter() - spent, dict(wanted.empty)
-    status, used, dof, errors, notes = "ok", case, 0, {}, ()
-    try:
-        if failure is not None:
-            raise failure
-        if not case.exact_statics and not wanted.scene_only:
-            yield case
-            reason = broken(case)
-            if reason:
-                raise NoSolutionError(reason)
-        numbers, used, dof, errors, notes = yield from _values(case, wanted, known, exact)
-        cells.update(numbers)
-    except CablestudyError as problem:
-        status = " ".join(str(problem).split())
-    if wanted.timed:
-        run = {"solve_time_ms": 1e3 * (time.perf_counter() - begin)}
-        if status == "ok":
-            run["dof"] = dof
-            run["error_estimate"] = None if None in errors.values() else max(errors.values(), default=0.0)
-        cells.update((header, number) for header, number in run.items() if header in cells)
-    cells["status"] = status
-    return Row(cells, used, tuple(notes), errors)
+# ------------------------------------------------------------------------------------------------- to an accuracy
 
 
-def _values(case, wanted, known, exact):
-    """Values of the columns, the case with the model used, degrees of freedom, estimated errors, notes.
-
-    A generator, as `_row`.
-    """
-    if len(known) == len(wanted.physical):
-        return known, case, 0, exact, CHEAPEST[wanted.scene_only]
-    for column in wanted.keyed:
-        if lacks(case.scene, column):
-            raise without(case.scene, column)
-    if wanted.scene_only:
-        numbers = {column.header: value(column, case) for column in wanted.physical}
-        return numbers, case, 0, wanted.exact, CHEAPEST[True]
-    if not case.exact_statics:
-        numbers = {column.header: value(column, case) for column in wanted.physical}
-        model = case.scene.model
-        notes = [f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"]
-        notes.append(f"statics: {case.model.convergence}")
-        notes += loops.gondola_notes(case) if wanted.body else ()
-        errors = _errors_of_fixed(case, wanted.physical, numbers) if wanted.estimate else dict.fromkeys(numbers)
-        return numbers, case, case.dof if wanted.motion else _static_dof(case), errors, notes
-    numbers = {**known, **{column.header: value(column, case) for column in wanted.single}}
-    if not wanted.motion:
-        return numbers, case, 0, exact, CHEAPEST[False]
-    damping = case.scene.cable.damping
-    if wanted.damped and damping.model == "modal" and damping.ratio:
-        raise NoSolutionError(MODAL)
-    finer, moving, errors, tried = yield from climb(case, wanted.sample, felt_by(case, wanted))
-    for column in wanted.motion:
-        if column.needs == "wind":
-            errors[column.header] += finer.integration_error
-    dof = finer.dof
-    notes = (CLOSED_FORM, *_about(finer, dof, max(errors.values()), tried))
-    notes += tuple(loops.gondola_notes(finer)) if wanted.body else ()
-    return {**numbers, **moving}, finer, dof, {**exact, **errors}, notes
+def _solve_to_accuracy(answers, required, _):
+    """Compute what is not known in closed form, with models refined to the accuracy of each case."""
+    searches = []
+    for answer in answers:
+        answer.compute(required.single)
+        if not required.motion:
+            continue
+        answer.notes = ()
+        damping = answer.case.scene.cable.damping
+        if required.damped and damping.model == "modal" and damping.ratio:
+            answer.fail([c for c in required.motion if c.needs in ("loop", "wind")], NoSolutionError(MODAL))
+        columns = [column for column in required.motion if column.header not in answer.failures]
+        if columns:
+            needed = required if len(columns) == len(required.motion) else ColumnRequirements(columns)
+            try:
+                searches.append((answer, needed, Search(answer.case, needed.sample, needs_of(answer.case, needed))))
+            except CablestudyError as error:
+                answer.fail(columns, error)
+    refine([search for _, _, search in searches], lambda cases: _solve_models(cases, required))
+    for answer, needed, search in searches:
+        _take_over(answer, needed, search)
 
 
-def _about(case, dof, error, tried):
-    """What was chosen for the motion, what was left out, and what it cost."""
+def _take_over(answer, needed, search):
+    """Put what a search has found into the answer."""
+    answer.case, answer.dof = search.used, search.used.dof
+    for column in needed.motion:
+        name = column.header
+        if name in search.values:
+            answer.values[name] = search.values[name]
+            integration = search.used.integration_error if column.needs == "wind" else 0.0
+            answer.errors[name] = search.errors[name] + integration
+        else:
+            answer.failures[name] = search.failures.get(name, search.failures.get(None))
+    if search.values:
+        worst = max(answer.errors[name] for name in search.values)
+        answer.notes = (CLOSED_FORM, *_about(search.used, worst, search.tried))
+        if "gondola_frequency_Hz" in search.values:
+            answer.notes += tuple(loops.gondola_notes(search.used))
+
+
+def _about(case, error, tried):
+    """Notes: the model of the motion, what it leaves out, and what it cost."""
     mesh = case.model.mesh
     yield (
-        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {dof} unknowns;"
+        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
-    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.__dict__]
+    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.known]
     if case.planar and planes in (["in_plane"], ["out_of_plane"]):
         there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
         yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
     yield f"compared: {tried} models, coarse to fine"
 
 
-def _static_dof(case):
-    planes = 2 if case.planar else 3
-    return planes * (case.model.mesh.nodes - 2)
+# -------------------------------------------------------------------------------------------------- fixed elements
 
 
-def modes(case, count=None, upto=None):
+def _solve_fixed(answers, required, estimate):
+    """Compute everything beside the scene with the elements of each scene, and hold it against the continuous cable."""
+    alive = [answer for answer in answers if answer.case.index not in answer.case.results.failures]
+    if not alive:
+        return
+    width = max(1, SETTINGS.numbers // max(answer.case.size for answer in alive))
+    for first in range(0, len(alive), width):
+        block = alive[first : first + width]
+        if len(block) > 1:
+            _solve_models([answer.case for answer in block], required)
+        for answer in block:
+            _fixed_answer(answer, required)
+    if estimate and (required.motion or required.single):
+        _estimate_motion(alive, required)
+
+
+def _fixed_answer(answer, required):
+    """The values of one case, and the errors of its statics against the closed form."""
+    case, closed = answer.case, answer.values
+    answer.values = {name: number for name, number in closed.items() if name not in required.of_equilibrium}
+    answer.errors = dict.fromkeys(answer.values, 0.0)
+    columns = [column for column in required.physical if column.needs != "scene"]
+    answer.notes = ()
+    try:
+        model, reason = case.model, broken(case)
+        if reason:
+            raise NoSolutionError(reason)
+    except CablestudyError as error:
+        answer.fail(columns, error)
+        return
+    answer.compute(columns)
+    for column in columns:
+        name = column.header
+        if column.least_error is not None and name in answer.values:
+            answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
+    answer.dof = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
+    answer.notes, answer.warnings = _about_fixed(case)
+    if "gondola_frequency_Hz" in answer.values:
+        answer.notes += tuple(loops.gondola_notes(case))
+    if required.damped:
+        answer.notes += assumed_damping(case.scene)
+
+
+def _about_fixed(case):
+    """Notes on fixed elements, and a warning where their statics are far from those of the continuous cable."""
+    model, error = case.scene.model, statics_error(case)
+    notes = (
+        f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
+        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
+    )
+    if error <= POOR_STATICS:
+        return notes, ()
+    return notes, (
+        f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
+        " those of the continuous cable; take more elements, or model.accuracy instead",
+    )
+
+
+def assumed_damping(scene):
+    """Notes, at most one: a scene without damping gets the default. Returns a tuple of str."""
+    if "damping" in scene.cable.model_fields_set:
+        return ()
+    damping = scene.cable.damping
+    return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
+
+
+def statics_error(case):
+    """Relative error of the statics of fixed elements against the closed form, the largest of three. [-]
+
+    Of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to that.
+    """
+    own, exact, chord = case.statics, case.closed_statics, float(case.span.chord)
+    tensions = ((own.mean_tension, exact.mean_tension), (own.max_tension, exact.max_tension))
+    sag = abs(float(own.sag) - float(exact.sag)) / max(abs(float(exact.sag)), FLAT * chord)
+    errors = [sag, *(relative(float(value), float(truth)) for value, truth in tensions)]
+    return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
+
+
+def _estimate_motion(answers, required):
+    """Add the errors of what is no closed form of many cases, against the continuous cable to REFERENCE."""
+    columns = [*required.motion, *required.single]
+    scenes = []
+    for answer in answers:
+        scene = answer.case.scene
+        model = scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
+        scenes.append(scene.model_copy(update={"model": model}))
+    for answer, exact in zip(answers, evaluate_cases(scenes, columns), strict=True):
+        for column in columns:
+            name, truth = column.header, exact.cells[column.header]
+            if name in answer.values and not (exact.failed and truth is None):
+                answer.errors[name] = relative(answer.values[name], truth)
+        known = [answer.errors[c.header] for c in columns if answer.errors.get(c.header) is not None]
+        if known:
+            answer.notes += (f"motion: estimated error {max(known):.1e}",)
+
+
+# ------------------------------------------------------------------------------------------------------------ modes
+
+
+def modes(case, count=None, upto=None, estimate=False):
     """The modes of a case, to its accuracy.
 
     Parameters
@@ -333,57 +394,58 @@ def modes(case, count=None, upto=None):
         How many, from the lowest; fewer when a fixed model has no more.
     upto : float, optional
         All up to this frequency instead. [Hz]
+    estimate : bool
+        Whether the error of fixed elements is to be estimated, for the notes.
 
     Returns
     -------
     case : Case
         With the discretisation that was used.
     modes : Modes
-    notes : tuple of str
+    notes, warnings : tuple of str
 
     Raises
     ------
     NoSolutionError, ConvergenceError
     """
-
     reason = broken(case)
     if reason:
         raise NoSolutionError(reason)
 
-    def wanted(other):
+    def found_by(other):
         if upto is not None:
             found = other.dynamics.up_to(upto)
             return found.first(int(np.searchsorted(found.frequency, upto, side="right")))
         found = other.dynamics.modes(count)
-        if case.exact_statics and len(found) < count:
+        if other.exact_statics and len(found) < count:
             raise ConvergenceError(f"{count} modes are too many: the finest model has {len(found)}")
         return found.first(count)
 
     if not case.exact_statics:
-        model = case.scene.model
-        note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
-        return case, wanted(case), (note, f"statics: {case.model.convergence}")
-    waves = count or 2 * upto * case.travel_time
-    feeling = Feeling(
-        waves,
-        lambda _, values: max(values.values(), default=0.0),
-        alone=True,
-    )
+        found, (notes, warnings) = found_by(case), _about_fixed(case)
+        return case, found, (*notes, *(_about_frequencies(case, found) if estimate else ())), warnings
 
-    def sample(other):
-        found = wanted(other)
-        return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist()))
+    def sample(finer, _):
+        found = found_by(finer)
+        return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist())), {}
 
-    (found,) = run_together([climb(case, sample, feeling)], Wanted(()))
-    finer, _, errors, tried = found
-    return finer, wanted(finer), tuple(_about(finer, finer.dof, max(errors.values(), default=0.0), tried))
+    waves = count or 2 * upto * float(case.results.travel_time[case.index])
+    needs = AccuracyNeeds(waves, lambda _, values: max(values.values(), default=0.0), single=True)
+    search = Search(case, sample, needs)
+    refine([search], _solve_models)
+    for error in search.failures.values():
+        raise error
+    finer, error = search.used, max(search.errors.values(), default=0.0)
+    return finer, found_by(finer), tuple(_about(finer, error, search.tried)), ()
 
 
-def _errors_of_fixed(case, columns, values):
-    """Errors of a fixed model, against the continuous cable to REFERENCE; None where that cannot be had."""
+def _about_frequencies(case, found):
+    """Note on the error of the frequencies of fixed elements, against a finer model."""
     model = case.scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
-    exact = evaluate(case.scene.model_copy(update={"model": model}), columns)
-    counted = [name for name in values if name != "iterations"]
-    if exact.failed:
-        return dict.fromkeys(counted)
-    return {name: relative(values[name], exact.cells[name]) for name in counted}
+    try:
+        _, exact, *_ = modes(Case(case.scene.model_copy(update={"model": model})), len(found))
+    except CablestudyError as error:
+        return (f"motion: the error is not known: {error}",)
+    errors = np.abs(found.frequency / exact.frequency - 1)
+    worst = int(np.argmax(errors))
+    return (f"motion: estimated error {errors[worst]:.1e}, of mode {worst + 1}",)

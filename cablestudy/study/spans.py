@@ -1,97 +1,78 @@
-"""The cables of scenes, for the core: all at once where they carry equally many loads."""
+"""The cables of scenes as one `Span` with an axis of cases."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from cablestudy.cable import initial_length
-from cablestudy.cable.span import Span, merged_loads
+from cablestudy.cable.span import Span
 from cablestudy.errors import NoSolutionError
 
-
-def load_count(scene):
-    """At how many places the cable of a scene carries loads. [-]"""
-    return len({load.at for load in scene.cable.loads})
+STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
 
 
-def spans_of(scenes):
-    """The cables of scenes that carry loads at equally many places.
+def spans_of(values):
+    """The cables of scenes, their unstretched lengths found where a preload or a sag is given.
 
     Parameters
     ----------
-    scenes : sequence of Scene
+    values : SceneValues
 
     Returns
     -------
     span : Span
-        Of those that exist, fields of shape (k,).
-    there : ndarray of int, shape (k,)
-        Which they are.
+        Fields of shape (n,); a taut cable takes the place of one that does not exist.
     reasons : dict
-        Index -> why a cable does not exist.
+        Case -> why its cable does not exist.
     """
-    cables = [scene.cable for scene in scenes]
-    delta = np.array([(*cable.end_1, *cable.end_2) for cable in cables], dtype=float)
-    delta = delta[:, 3:] - delta[:, :3]
-    chord = np.array([cable.chord_length for cable in cables], dtype=float)
-    horizontal = np.hypot(delta[:, 0], delta[:, 1])
-    level = np.where(horizontal > 0, horizontal, 1.0)[:, None]
-    span = Span(
-        chord=chord,
-        cosine=horizontal / chord,
-        sine=delta[:, 2] / chord,
-        chord_strain=np.zeros(len(cables)),
-        axial_stiffness=np.array([cable.axial_stiffness for cable in cables], dtype=float),
-        mass=np.array([cable.mass_per_length for cable in cables], dtype=float),
-        gravity=np.array([scene.gravity for scene in scenes], dtype=float),
-        azimuth=np.where(horizontal[:, None] > 0, delta[:, :2] / level, np.array([1.0, 0.0])),
-        load_positions=np.zeros((len(cables), 0)),
-        load_forces=np.zeros((len(cables), 0, 3)),
+    positions, forces = values.loads
+    span = Span.between(
+        *values.ends,
+        values.given("cable.axial_stiffness"),
+        values.given("cable.mass_per_length"),
+        values.given("gravity"),
+        load_positions=positions,
+        load_forces=forces,
+        chord=values.given("cable.chord_length"),
     )
-    span = _with_loads(span, cables)
-    strain, reasons = _chord_strain(span, cables)
+    strain, reasons = _chord_strain(span, values)
     span = span.with_chord_strain(strain)
-    length = span.unstretched_length
-    last = span.load_positions.max(axis=-1, initial=-np.inf)
-    for index in np.flatnonzero(last >= length):
-        reasons[index] = f"the load at {last[index]:.6g} m is beyond the cable's end, at {length[index]:.6g} m"
-    there = np.array([index for index in range(len(cables)) if index not in reasons], dtype=int)
-    return span.take(there), there, reasons
+    return _loads_on_cable(span, reasons), reasons
 
 
-def _with_loads(span, cables):
-    if not cables[0].loads:
-        return span
-    merged = [merged_loads((load.at, load.force) for load in cable.loads) for cable in cables]
-    positions = np.array([[place for place, _ in loads] for loads in merged])
-    stacked = np.array([[force for _, force in loads] for loads in merged])
-    turned = (stacked[:, :, None, :] * span.frame[:, None]).sum(axis=-1)
-    return replace(span, load_positions=positions, load_forces=turned)
-
-
-def _chord_strain(span, cables):
-    """Chord strains, and reasons for those that there are none of."""
-    strain, reasons = np.zeros(len(cables)), {}
-    length = _given(cables, "unstretched_length")
-    chosen = np.flatnonzero(np.isfinite(length))
-    strain[chosen] = (span.chord[chosen] - length[chosen]) / length[chosen]
-    for key, batch, single in (
-        ("preload", initial_length.strains_for_tension, initial_length.closer_strain_for_tension),
-        ("sag", initial_length.strains_for_sag, initial_length.no_strain_for_sag),
+def _chord_strain(span, values):
+    """Chord strain of each cable, and reasons where there is none."""
+    strain, reasons = np.zeros(len(values)), {}
+    length = values.given("cable.unstretched_length")
+    given = np.isfinite(length)
+    strain[given] = (span.chord[given] - length[given]) / length[given]
+    for key, search, search_one in (
+        ("cable.preload", initial_length.strains_for_tension, initial_length.closer_strain_for_tension),
+        ("cable.sag", initial_length.strains_for_sag, initial_length.no_strain_for_sag),
     ):
-        wanted = _given(cables, key)
-        chosen = np.flatnonzero(np.isfinite(wanted))
+        target = values.given(key)
+        chosen = np.flatnonzero(np.isfinite(target))
         if not len(chosen):
             continue
-        strain[chosen] = batch(span.take(chosen), wanted[chosen])
-        for index in chosen[~np.isfinite(strain[chosen])]:
+        strain[chosen] = search(span.take(chosen), target[chosen])
+        for case in chosen[~np.isfinite(strain[chosen])].tolist():
             try:
-                strain[index] = single(span.take(index), wanted[index])
+                strain[case] = search_one(span.take(case), target[case])
             except NoSolutionError as error:
-                reasons[index] = str(error)
+                reasons[case], strain[case] = str(error), STAND_IN_STRAIN
     return strain, reasons
 
 
-def _given(cables, key):
-    """A value of each cable, not a number where it is not given."""
-    return np.array([getattr(cable, key) for cable in cables], dtype=float)
+def _loads_on_cable(span, reasons):
+    """The span with the loads of stand-ins on the cable; adds the cables that end before a load to the reasons."""
+    count = span.load_positions.shape[-1]
+    if not count:
+        return span
+    length, last = span.unstretched_length, span.load_positions[:, -1]
+    for case in np.flatnonzero(last >= length).tolist():
+        reasons.setdefault(case, f"the load at {last[case]:.6g} m is beyond the cable's end, at {length[case]:.6g} m")
+    if not reasons:
+        return span
+    positions, absent = span.load_positions.copy(), list(reasons)
+    positions[absent] = length[absent, None] * np.arange(1, count + 1) / (count + 1)
+    return replace(span, load_positions=positions)

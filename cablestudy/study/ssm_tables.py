@@ -1,4 +1,4 @@
-"""What `ssm` prints: the modes that were kept, and frequency responses."""
+"""Tables of the command `ssm`: kept modes and frequency responses."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from cablestudy.study.ssm import PLACES
 from cablestudy.study.table import Field, Table
 from cablestudy.system.superelement import GONDOLA, GROUND
 
-DRAWN = 5000  # groups of frequencies in a picture
+DRAWN = 5000  # groups of neighbouring frequencies in a picture
 
 
 def mode_table(choice):
-    """The modes that are kept.
+    """Table of the modes that are kept.
 
     Parameters
     ----------
@@ -35,8 +35,9 @@ def mode_table(choice):
         Field("participation_end_2", "participation end 2", unit),
     )
     model, modes = choice.case.end_model, choice.modes
-    felt = np.abs(model.participation[:, [GROUND, GONDOLA]])
-    felt = np.where(felt > 1e-12 * felt.max(initial=0.0), felt, 0.0)
+    participation = np.abs(model.participation[:, [GROUND, GONDOLA]])
+    rounding = 1e-12 * participation.max(initial=0.0)
+    participation = np.where(participation > rounding, participation, 0.0)
     rows = [
         {
             "number": int(k) + 1,
@@ -44,8 +45,8 @@ def mode_table(choice):
             "symmetry": modes.symmetry[k],
             "frequency_Hz": float(modes.frequency[k]),
             "damping_ratio": float(model.damping_ratio[k]),
-            "participation_end_1": float(felt[k, 0]),
-            "participation_end_2": float(felt[k, 1]),
+            "participation_end_1": float(participation[k, 0]),
+            "participation_end_2": float(participation[k, 1]),
         }
         for k in choice.chosen
     ]
@@ -59,7 +60,7 @@ class Curve:
     Attributes
     ----------
     name : str
-        Empty when it is the only one.
+        Prefix of its columns; empty for the only curve of a table.
     label, unit : str
     value : callable
         Frequencies, shape (m,) [Hz] -> complex, shape (m,). [unit]
@@ -72,7 +73,7 @@ class Curve:
 
 
 def curves(choice):
-    """What the response shows: A and B with a gondola, x/F with a loop, else force over displacement of the ends.
+    """The frequency responses to show: curves A and B with a gondola, x/F with a loop, else force over displacement.
 
     Parameters
     ----------
@@ -83,22 +84,22 @@ def curves(choice):
     list of Curve
         All of one unit.
     """
-    case, wish, model = choice.case, choice.wish, choice.kept
-    if wish.attached == "gondola":
+    case, options, model = choice.case, choice.options, choice.kept
+    if options.attached == "gondola":
         mass = case.scene.gondola.mass
         return [
             Curve(place, label, "", partial(response.winch_to_gondola, model, mass, place))
             for place, label in PLACES.items()
         ]
-    if wish.attached == "loop":
+    if options.attached == "loop":
         label = "gondola position over the force on it, loop closed"
         return [Curve("", label, "m/N", partial(response.position, case.loop, model))]
-    label = f"force at {wish.output} over displacement of {wish.input}"
-    return [Curve("", label, "N/m", partial(response.between_ends, model, *wish.pair))]
+    label = f"force at {options.output} over displacement of {options.input}"
+    return [Curve("", label, "N/m", partial(response.between_ends, model, *options.pair))]
 
 
 def numbers(span, shown):
-    """Yield the numbers of a response in blocks.
+    """Yields a response in blocks of frequencies.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def numbers(span, shown):
 
 
 def drawn(span, shown):
-    """As many of the numbers of a response as a picture can show, resonances among them.
+    """The points of a response that a picture shows, resonances included.
 
     Parameters
     ----------
@@ -131,8 +132,8 @@ def drawn(span, shown):
     Returns
     -------
     list of ndarray, shape (n,)
-        As `numbers` yields them; of long responses, of so many neighbours the first, and of each curve the smallest and
-        the largest.
+        As `numbers` yields them. Of a long response, of each group of neighbouring frequencies the first and those with
+        the smallest and the largest magnitude of each curve.
     """
     neighbours = -(-span[2] // DRAWN)
     kept, left = [], None
@@ -146,7 +147,7 @@ def drawn(span, shown):
 
 
 def _extremes(block, neighbours):
-    """Of so many neighbours the first, and of each magnitude the smallest and the largest."""
+    """Of each group of neighbours the first and those with the smallest and the largest magnitude of each curve."""
     if neighbours == 1 or not block.size:
         return block
     groups = np.nan_to_num(block[1::2]).reshape(len(block) // 2, -1, neighbours)
@@ -156,7 +157,7 @@ def _extremes(block, neighbours):
 
 
 def response_table(span, shown):
-    """Frequency, and magnitude and phase of each curve.
+    """Table of frequency, and magnitude and phase of each curve.
 
     Parameters
     ----------
@@ -166,7 +167,7 @@ def response_table(span, shown):
     Returns
     -------
     Table
-        Without a number at the pole of an undamped mode.
+        Cells are empty where a response is not finite, for example at the pole of an undamped mode.
     """
     fields = [Field("frequency_Hz", "frequency", "Hz")]
     for curve in shown:
@@ -179,7 +180,7 @@ def response_table(span, shown):
 
 @dataclass(frozen=True)
 class _Rows(Sequence):
-    """Rows that are computed when they are asked for, from the first on: all of them would not fit in memory."""
+    """Rows computed on demand, from the first on, since a long response does not fit in memory."""
 
     names: list
     span: tuple

@@ -1,4 +1,4 @@
-"""Rows -> Markdown, CSV, JSON and JSON lines; files written whole or not at all; stored tables read."""
+"""Tables as Markdown, CSV, JSON and JSON lines; files written atomically; stored tables read."""
 
 import csv
 import json
@@ -12,12 +12,12 @@ from cablestudy.errors import SceneError
 
 DIGITS = 4
 NO_TABLE = "not a table of comma-separated values"
-MOST_ROWS = 1000  # of a table for people
+MOST_ROWS = 1000  # of a table in Markdown
 
 
 @dataclass(frozen=True)
 class Field:
-    """One column as it is shown.
+    """One column of a table.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class Field:
         In Markdown.
     unit : str
     beside : str
-        In Markdown, name of the printed value's field that stands in this one's cell; empty for most.
+        Of a difference from a printed value: the name of the printed value's field, shown in the same cell of Markdown.
     hidden : bool
-        Not shown in Markdown as a column of its own.
+        Whether Markdown leaves the column out.
     """
 
     name: str
@@ -46,13 +46,12 @@ class Table:
     Attributes
     ----------
     fields : tuple of Field
-    rows : list of dict
-        Name -> number, text or None.
+    rows : sequence of dict
+        Name -> number, text or None. With a method `csv_lines` it writes the CSV by itself; see `sweep.rows`.
     single : bool
-        One row by nature: Markdown then lists quantities downwards.
+        Whether the table has one row by nature: Markdown then has one line for each quantity.
     errors : callable or None
-        Yields for each row the estimated relative errors of its cells, for JSON; of a table that a selection chooses
-        from, given places, for those rows.
+        Yields for each row the estimated relative errors of its cells, for JSON; takes row indices for some rows only.
     """
 
     fields: tuple
@@ -70,9 +69,9 @@ class Table:
         Parameters
         ----------
         style : {"md", "csv", "json", "jsonl"}
-            Four significant digits, and of a long table both ends; all digits, separated by commas; one object of
-            columns with their units, rows, and the estimated errors of their cells where they are known; one object a
-            line for each row.
+            Markdown: four significant digits, first and last rows of a long table. CSV: all digits. JSON: one object
+            with columns and units, rows, and the estimated errors of their cells where they are known. JSON lines: one
+            object for each row.
 
         Yields
         ------
@@ -86,8 +85,12 @@ class Table:
         writer = csv.writer(line, lineterminator="\n")
         writer.writerow(names)
         yield line.text
+        lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
+        if lines is not None:
+            yield from lines
+            return
         for row in self.rows:
-            writer.writerow([exact(row.get(name)) for name in names])
+            writer.writerow([row.get(name) for name in names])  # csv writes floats by repr, None as nothing
             yield line.text
 
     def _json(self):
@@ -112,59 +115,67 @@ class Table:
             yield {field.name: row.get(field.name) for field in self.fields}
 
     def _markdown(self):
-        from tabulate import tabulate
-
         shown = [field for field in self.fields if not field.hidden]
         if self.single:
             row = self.rows[0]
             known = [field for field in shown if row.get(field.name) is not None]
             body = [[field.title, short(row[field.name]), field.unit] for field in known]
-            yield tabulate(body, ["quantity", "value", "unit"], "pipe", disable_numparse=True,
-                           colalign=("left", "right", "left")) + "\n"  # fmt: skip
+            yield _tabulated(body, ["quantity", "value", "unit"], ("left", "right", "left"))
             return
-        left_out = max(0, len(self.rows) - MOST_ROWS)
-        rows = list(self.rows) if not left_out else [*self.rows[: MOST_ROWS // 2], *self.rows[-MOST_ROWS // 2 :]]
+        total, half = len(self.rows), MOST_ROWS // 2
+        left_out = max(0, total - MOST_ROWS)
+        rows = [*self.rows[:half], *self.rows[-half:]] if left_out else list(self.rows)
         head = [f"{field.title} [{field.unit}]" if field.unit else field.title for field in shown]
-        body = [[self._cell(field, row) for field in shown] for row in rows]
-        sides = ["left" if any(isinstance(row.get(field.name), str) for row in rows) else "right"
-                 for field in shown]  # fmt: skip
+        body = [[_cell(field, row) for field in shown] for row in rows]
         if left_out:
-            body.insert(MOST_ROWS // 2, ["…"] * len(shown))
-        yield tabulate(body, head, "pipe", disable_numparse=True, colalign=sides if rows else None) + "\n"
+            body.insert(half, ["…"] * len(shown))
+        yield _tabulated(body, head, [_side(field.name, rows) for field in shown])
         if left_out:
-            total = len(self.rows)
-            yield f"\n{left_out} of {total} rows are left out here, from {MOST_ROWS // 2 + 1}"
-            yield f" to {total - MOST_ROWS // 2}; csv, json and jsonl have them all.\n"
+            yield f"\n{left_out} of {total} rows are left out here, from {half + 1} to {total - half}"
+            yield "; csv, json and jsonl have them all.\n"
 
-    @staticmethod
-    def _cell(field, row):
-        if not field.beside:
-            return short(row.get(field.name)).replace("|", "\\|")
-        printed, difference = row.get(field.beside), row.get(field.name)
-        if printed is None:
-            return ""
-        return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"
+
+def _tabulated(body, head, sides):
+    """Cells as a table of Markdown."""
+    from tabulate import tabulate
+
+    return tabulate(body, head, "pipe", disable_numparse=True, colalign=sides if body else None) + "\n"
+
+
+def _side(name, rows):
+    """On which side the cells of a column stand: numbers on the right."""
+    return "left" if any(isinstance(row.get(name), str) for row in rows) else "right"
+
+
+def _cell(field, row):
+    """A cell of Markdown; of a difference from a printed value, both."""
+    if not field.beside:
+        return short(row.get(field.name)).replace("|", "\\|")
+    printed, difference = row.get(field.beside), row.get(field.name)
+    if printed is None:
+        return ""
+    return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"
 
 
 class _Line:
-    """What csv writes to: keeps the last line."""
+    """File for csv.writer that keeps the last line written."""
 
     def write(self, text):
         self.text = text
 
 
 def _indented(value, depth):
-    """JSON, its lines after the first indented deeper."""
+    """JSON with indented lines."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False, indent=1).replace("\n", "\n" + " " * depth)
 
 
 def exact(value):
-    """Shortest text that reads back as the same number."""
+    """A cell as csv writes it: the shortest text that reads back as the same number."""
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)
 
 
 def short(value):
-    """Four significant digits, without an exponent where that is readable."""
+    """A cell of Markdown: four significant digits, without an exponent from 1e-4 to 1e8."""
     if value is None:
         return ""
     if not isinstance(value, float):
@@ -178,7 +189,7 @@ def short(value):
 
 
 def signed(value):
-    """A difference, two significant digits."""
+    """A difference with its sign, two significant digits."""
     if value == 0:
         return "0"
     text = f"{value:+.2g}"
@@ -186,7 +197,7 @@ def signed(value):
 
 
 def write_whole(path, text):
-    """Write a file completely or not at all.
+    """Write a file atomically: a reader finds the old file or the complete new one.
 
     Parameters
     ----------
@@ -208,7 +219,9 @@ def write_whole(path, text):
                 file.write(text)
             else:
                 pieces = [text] if isinstance(text, str) else text
-                file.writelines(piece.encode(errors="backslashreplace") for piece in pieces)  # a name may be no text
+                file.writelines(
+                    piece.encode(errors="backslashreplace") for piece in pieces
+                )  # a file name may be no valid text
         give_rights(temporary)
         os.replace(temporary, path)
     except OSError as error:
@@ -219,14 +232,14 @@ def write_whole(path, text):
 
 
 def give_rights(path):
-    """Give a temporary file the rights that an ordinary one has."""
+    """Set the permissions of a temporary file to those of an ordinary one."""
     mask = os.umask(0)
     os.umask(mask)
     os.chmod(path, 0o666 & ~mask)
 
 
 def leftovers(path):
-    """How the temporary files of a file begin, beside it."""
+    """Prefix of the temporary files of `write_whole`, in the folder of the file."""
     return f".{os.path.basename(path)}-"
 
 
@@ -253,7 +266,7 @@ def read_csv(path):
 
 
 def stream_csv(path):
-    """As `read_csv`, the rows read one by one as they are asked for."""
+    """As `read_csv`, with an iterator of rows."""
     lines = _lines(path)
     try:
         reader = csv.reader(lines, strict=True)
@@ -281,7 +294,7 @@ def _lines(path):
 
 
 def _rows(path, names, reader, lines):
-    """Rows as dicts; all that have another number of cells are named at the end of the table."""
+    """Yield rows as dicts; raise SceneError at the end for those with a wrong number of cells."""
     wrong = []
     with closing(lines):
         try:
@@ -297,7 +310,7 @@ def _rows(path, names, reader, lines):
 
 
 def number(text):
-    """The number of a cell, or None when it holds none."""
+    """The number in a cell, or None."""
     try:
         return float(text)
     except ValueError:

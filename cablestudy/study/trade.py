@@ -1,9 +1,7 @@
 """Command `trade`: error against time, for every model that a user can choose.
 
-The error is against the continuous cable: its closed form for statics and end stiffness, and elements of high order
-about that closed form, refined until two neighbours agree, for everything that moves. The time is what one more case of
-a sweep costs: processor time from the scene to the numbers, statics included, on one thread, with imports and tables of
-constants warm.
+The error is relative to the continuous cable (`trade_reference`). The time is what one more case of a sweep costs:
+processor time from the scene to the numbers, statics included, on one thread, after all imports and cached constants.
 """
 
 import time
@@ -12,51 +10,22 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, ConvergenceError, SceneError
+from cablestudy.errors import ConvergenceError, SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.columns import ROUNDING, broken, find, lacks
-from cablestudy.study.row import MODAL
-from cablestudy.study.trade_models import Answer, choices, integrate_by, read, with_accuracy
-from cablestudy.study.wanted import DISCRETE
+from cablestudy.study.columns import broken, find, lacks
+from cablestudy.study.trade_models import models_of, with_accuracy
+from cablestudy.study.trade_reference import AGREED, Reference, reference_of, relative_error, why_no_reference
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
-RUNGS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
-AGREED = 1e-12  # relative difference of two rungs at which a reference is not refined further
-ROUNDED = 1e-8  # below it a difference that grows again is rounding
-NO_TRUTH = 1e-3  # relative difference of the finest rungs above which there is no reference
-INTEGRALS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # tolerance of the reference's integrals: the first that is reached
-BUDGET = 1.5  # of the repeats of one model [s]
-BRIEF = 0.1  # below it a model is run once more before it is timed: others have emptied the processor's caches [s]
+BUDGET = 1.5  # a model whose timings add up to this is not repeated [s]
+BRIEF = 0.1  # a shorter run is repeated and the second timed: other models have displaced the processor's caches [s]
 EQUAL = 1.15  # times whose ratio is below are not told apart
 
 
 @dataclass(frozen=True)
-class Reference:
-    """The continuous cable.
-
-    Attributes
-    ----------
-    values : dict
-        Column name -> number.
-    errors : dict
-        Column name -> its estimated relative error.
-    notes : dict
-        Column name -> where the number comes from.
-    failures : dict
-        Column name -> why it has none.
-    """
-
-    values: dict
-    errors: dict
-    notes: dict
-    failures: dict
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One model.
+class Measurement:
+    """Error and time of one model.
 
     Attributes
     ----------
@@ -65,11 +34,11 @@ class Entry:
     time : float or None
         Median for all columns together. [s]
     times : dict
-        Column name -> median for this column alone, where the model differs from its base. [s]
+        Column name -> median for this column alone, where the model makes a difference for it. [s]
     errors : dict
-        Column name -> relative error, of the columns that it has; at least the reference's own.
+        Column name -> relative error, of the columns that have a value; at least the reference's own. [-]
     status : str
-        `ok`, or which columns it lacks and why.
+        `ok`, or which columns have no value and why.
     """
 
     family: str
@@ -82,7 +51,7 @@ class Entry:
 
     @property
     def largest(self):
-        """Largest error when every column is there, else None. [-]"""
+        """Largest error when every column has a value, else None. [-]"""
         return max(self.errors.values()) if self.status == "ok" else None
 
 
@@ -95,7 +64,7 @@ class Trade:
     columns : list of Column
         Those that have a reference.
     reference : Reference
-    entries : list of Entry
+    entries : list of Measurement
     """
 
     columns: list
@@ -104,16 +73,12 @@ class Trade:
 
     @cached_property
     def front(self):
-        """Names of the models on the Pareto front of time against the largest error.
-
-        Those that have every column, and than which no other is at most as slow and at most as wrong, and better in
-        one of the two.
-        """
-        whole = [entry for entry in self.entries if entry.largest is not None]
-        return {whole[k].name for k in pareto([e.time for e in whole], [e.largest for e in whole])}
+        """Set of names: the Pareto front of time and largest error, among the models that have every column."""
+        complete = [entry for entry in self.entries if entry.largest is not None]
+        return {complete[k].name for k in pareto([e.time for e in complete], [e.largest for e in complete])}
 
     def front_of(self, column):
-        """The same for one column alone, with what this column alone costs: list of Entry, fastest first."""
+        """List of Measurement: the Pareto front of one column and its time alone, fastest first."""
         able = [entry for entry in self.entries if column.name in entry.times]
         chosen = pareto([e.times[column.name] for e in able], [e.errors[column.name] for e in able])
         return sorted((able[k] for k in chosen), key=lambda entry: entry.times[column.name])
@@ -127,7 +92,7 @@ class Trade:
 
 
 def pareto(times, errors):
-    """Which of some points are on the Pareto front.
+    """Which points are on the Pareto front: no other is at most as large in both, and smaller in one.
 
     Parameters
     ----------
@@ -136,7 +101,7 @@ def pareto(times, errors):
     Returns
     -------
     list of int
-        Indices of the points that no other beats: at most as large in both, and smaller in one.
+        Their indices, ascending.
     """
     order = sorted(range(len(times)), key=lambda k: (times[k], errors[k]))
     found, best, last = [], np.inf, None
@@ -147,7 +112,7 @@ def pareto(times, errors):
     return sorted(found)
 
 
-def wanted(document, scene, names=None):
+def columns_to_compare(document, scene, names=None):
     """The columns to compare.
 
     Parameters
@@ -156,7 +121,7 @@ def wanted(document, scene, names=None):
         Of the scene, for the places of mistakes.
     scene : Scene
     names : str, optional
-        Columns, separated by commas; without them the defaults that the scene has keys for.
+        Columns, separated by commas; default: those of DEFAULT that the scene has keys for.
 
     Returns
     -------
@@ -171,20 +136,13 @@ def wanted(document, scene, names=None):
     """
     if names is None:
         columns = [find(name) for name in DEFAULT]
-        reasons = {column.name: _no_default(scene, column) for column in columns}
+        reasons = {column.name: _why_left_out(scene, column) for column in columns}
         notes = [f"left out: {name}: {reason}" for name, reason in reasons.items() if reason]
         return [column for column in columns if not reasons[column.name]], notes
     columns = []
-    for name in (part.strip() for part in names.split(",")):
-        if not name:
-            raise SceneError("--columns: names separated by commas, e.g. end_stiffness,cable_frequency")
-        try:
-            column = find(name)
-        except ValueError as error:
-            raise SceneError(f"--columns: {error}") from None
-        if column.needs in ("run", "scene") or column.name == "iterations":
-            raise SceneError(f"--columns: {column.name} is nothing that a model computes more or less well")
-        if any(column.name == other.name for other in columns):
+    for name in names.split(","):
+        column = _named(name.strip())
+        if column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
         if lacks(scene, column):
             raise missing(document, lacks(scene, column), "trade")
@@ -192,90 +150,22 @@ def wanted(document, scene, names=None):
     return columns, []
 
 
-def _no_default(scene, column):
+def _why_left_out(scene, column):
     key = lacks(scene, column)
-    return f"needs the key {key}" if key else _untrue(scene, column)
+    return f"needs the key {key}" if key else why_no_reference(scene, column)
 
 
-def _untrue(scene, column):
-    """Why a column has no value for the continuous cable, or an empty text."""
-    modal = column.needs in ("loop", "wind") and scene.cable.damping.model == "modal"
-    return MODAL.partition(", or fixed")[0] if modal else ""
-
-
-def reference_of(scene, columns):
-    """The continuous cable, as well as it can be had.
-
-    Parameters
-    ----------
-    scene : Scene
-    columns : sequence of Column
-
-    Returns
-    -------
-    Reference
-    """
-    case = Case(with_accuracy(scene, AGREED))
-    reference = Reference({}, {}, {}, {c.name: _untrue(scene, c) for c in columns if _untrue(scene, c)})
-    still = [column for column in columns if column.needs not in DISCRETE]
-    values, failures = read(case, still)
-    reference.failures.update(failures)
-    for name, number in values.items():
-        _settle(reference, name, number, ROUNDING, "closed form")
-    moving = [c for c in columns if c.needs in DISCRETE and c.name not in reference.failures]
-    before, best = {}, {}
-    for rung in RUNGS:
-        if not moving:
-            break
-        values, failures, floor = _on_rung(case, rung, moving)
-        for column in tuple(moving):
-            name = column.name
-            if name in values and name in before:
-                difference = max(deviation(values[name], before[name]), ROUNDING)
-                known = best.get(name, np.inf)
-                if difference <= known:
-                    best[name] = difference
-                    note = f"{rung[0]} x order {rung[1]} about the closed form"
-                    own = floor if column.needs == "wind" else 0.0
-                    _settle(reference, name, values[name], max(difference, own), note)
-                if difference <= AGREED or (difference > known and known < ROUNDED):
-                    moving.remove(column)
-        before = values
-    for column in (c for c in columns if c.needs in DISCRETE and c.name not in reference.failures):
-        name = column.name
-        if best.get(name, np.inf) > NO_TRUTH:
-            reached = f"the finest models differ by {best[name]:.1e}" if name in best else failures.get(name, "none")
-            reference.failures[name] = f"no reference: {reached}"
-            reference.values.pop(name, None)
-    return reference
-
-
-def _settle(reference, name, number, error, note):
-    reference.values[name], reference.errors[name], reference.notes[name] = number, error, note
-
-
-def _on_rung(case, rung, columns):
-    """Values and failures of one refinement, and the error of its integrals over frequency."""
-    finer = case.refined(*rung)
-    floor = windrms.TOLERANCE / 2  # an RMS is the root of what is integrated
-    if any(column.needs == "wind" for column in columns):
-        for tolerance in INTEGRALS:
-            try:
-                integrate_by(finer, columns, lambda c, loop, t=tolerance: windrms.response_of(c, loop, t))
-                floor = tolerance / 2
-            except ConvergenceError:
-                continue
-            except CablestudyError:  # not a matter of tolerance: `read` meets it again, and says it
-                pass
-            break
-    return *read(finer, columns), floor
-
-
-def deviation(value, truth):
-    """Relative to the truth; of a truth that is zero or nothing, 0 or 1."""
-    if value is None or truth is None or truth == 0:
-        return float(value != truth)
-    return abs(value - truth) / abs(truth)
+def _named(name):
+    """The column of a name in --columns."""
+    if not name:
+        raise SceneError("--columns: names separated by commas, e.g. end_stiffness,cable_frequency")
+    try:
+        column = find(name)
+    except ValueError as error:
+        raise SceneError(f"--columns: {error}") from None
+    if column.needs in ("run", "scene") or column.name == "iterations":
+        raise SceneError(f"--columns: {column.name} does not depend on the model")
+    return column
 
 
 def compare(scene, columns, repeats=5, models=None, progress=None):
@@ -286,11 +176,11 @@ def compare(scene, columns, repeats=5, models=None, progress=None):
     scene : Scene
     columns : sequence of Column
     repeats : int
-        Of each timing, after one that warms up; fewer of those that take long. [-]
-    models : list of Choice, optional
-        Default: `choices`.
+        Timings of each model, after one run to warm up; fewer of slow models. [-]
+    models : list of Model, optional
+        Default: `models_of(columns)`.
     progress : callable, optional
-        Called with 1 after each of `repeats + 1` turns of each model.
+        Called with 1 after each of `repeats + 1` runs of each model.
 
     Returns
     -------
@@ -308,69 +198,66 @@ def compare(scene, columns, repeats=5, models=None, progress=None):
     known = [column for column in columns if column.name in reference.values]
     if not known:
         raise ConvergenceError("; ".join(f"{name}: {why}" for name, why in reference.failures.items()))
-    runs = [_Run(choice, scene, known) for choice in (choices(known) if models is None else models)]
+    timings = [_Timing(model, scene, known) for model in (models_of(known) if models is None else models)]
     for turn in range(repeats + 1):  # in rounds, so that a disturbance does not fall on one model alone
-        for run in runs:
-            run.warm_up() if turn == 0 else run.once_more()
+        for timing in timings:
+            timing.warm_up() if turn == 0 else timing.repeat()
             if progress:
                 progress(1)
-    return Trade(known, reference, [run.entry(reference) for run in runs])
+    return Trade(known, reference, [timing.measurement(reference) for timing in timings])
 
 
-class _Run:
-    """One model at work."""
+class _Timing:
+    """Repeated runs of one model."""
 
-    def __init__(self, choice, scene, columns):
-        self._choice, self._scene, self._columns = choice, scene, columns
-        self._times = {}
+    def __init__(self, model, scene, columns):
+        self._model, self._scene, self._columns = model, scene, columns
 
     def warm_up(self):
-        """The answer; the time of a slow model already counts."""
-        self._answer, first = _timed(self._choice, self._scene, self._columns)
-        alone = [c for c in self._columns if c.name in self._answer.values and self._choice.concerns(c)]
-        self._asked = {"": self._columns}
+        """First run; its time counts where the model is slow."""
+        self._answer, seconds = self._run(self._columns)
+        alone = [c for c in self._columns if c.name in self._answer.values and self._model.concerns(c)]
+        self._asked = {"": self._columns}  # all columns together, then each alone
         if len(self._columns) > 1:
             self._asked |= {column.name: [column] for column in alone}
         self._times = {name: [] for name in self._asked}
-        if first > BUDGET:
-            self._times[""].append(first)
+        if seconds > BUDGET:
+            self._times[""].append(seconds)
 
-    def once_more(self):
-        """One more timing of all columns together and of each alone, each after one that counts only if it is long."""
+    def repeat(self):
+        """One more timing of all columns together and of each alone."""
         for name, columns in self._asked.items():
             times = self._times[name]
             if not times or sum(times) < BUDGET:
-                _, seconds = _timed(self._choice, self._scene, columns)
+                _, seconds = self._run(columns)
                 if seconds < BRIEF:
-                    _, seconds = _timed(self._choice, self._scene, columns)
+                    _, seconds = self._run(columns)
                 times.append(seconds)
 
-    def entry(self, reference):
-        """What came of it."""
-        answer = self._answer
-        times = {name: float(np.median(spent)) for name, spent in self._times.items()}
-        whole = times.pop("")
+    def _run(self, columns):
+        """The answer, and its processor time [s], which other programs on the machine do not change."""
+        begin = time.process_time()
+        answer = self._model.solve(self._scene, columns)
+        return answer, time.process_time() - begin
+
+    def measurement(self, reference):
+        """Medians of the times, and errors."""
+        answer, model = self._answer, self._model
+        times = {name: float(np.median(seconds)) for name, seconds in self._times.items()}
+        together = times.pop("")
         if len(self._columns) == 1:
-            times = dict.fromkeys(answer.values, whole)
+            times = dict.fromkeys(answer.values, together)
         errors = {
-            name: max(deviation(number, reference.values[name]), reference.errors[name])
+            name: max(relative_error(number, reference.values[name]), reference.errors[name])
             for name, number in answer.values.items()
         }
-        whole = whole if answer.values else None
-        return Entry(self._choice.family, self._choice.name, answer.dof, whole, times, errors, _status(answer))
+        whole = together if answer.values else None
+        return Measurement(model.family, model.name, answer.dof, whole, times, errors, _status(answer.failures))
 
 
-def _timed(choice, scene, columns):
-    """Answer of a model, and what it cost. [s]"""
-    begin = time.process_time()  # and not the clock on the wall: what else the machine does is no matter here
-    answer = choice.solve(scene, columns)
-    return answer, time.process_time() - begin
-
-
-def _status(answer: Answer):
-    if not answer.failures:
-        return "ok"
+def _status(failures):
+    """`ok`, or the columns without a value, those with the same reason together."""
     reasons = {}
-    for name, reason in answer.failures.items():
+    for name, reason in failures.items():
         reasons.setdefault(reason, []).append(name)
-    return "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())
+    return "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items()) or "ok"

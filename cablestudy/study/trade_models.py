@@ -1,4 +1,4 @@
-"""The models that `trade` compares: closed forms, bars, high orders, error control, kept modes, frequency grids."""
+"""The models that `trade` compares: closed forms, bars, high orders, error control, reduced modes, frequency grids."""
 
 import re
 from collections.abc import Callable
@@ -13,9 +13,9 @@ from cablestudy.control.plant import Plant
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
+from cablestudy.study.column_requirements import DISCRETE
 from cablestudy.study.columns import find, value
 from cablestudy.study.row import evaluate
-from cablestudy.study.wanted import DISCRETE
 from cablestudy.system.superelement import Ends
 
 PAPER = 40  # bars
@@ -24,18 +24,18 @@ MASSES = ("lumped", "consistent", "blended")
 ORDERS = (8, 12, 16, 24, 32)  # of one element a segment
 SEVERAL = ((2, 8), (4, 8), (2, 16), (4, 16))  # elements a segment, order
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
-BASE = (1, 32)  # elements a segment and order under the rows that keep modes or lay a grid
+BASE = (1, 32)  # elements a segment and order of the cable whose modes are reduced or whose response is integrated
 MODES = (1, 3, 10, 30, 90)
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8)
 POINTS = (100, 1000, 10_000, 100_000)
-GRID = (1e-5, 1e2)  # reach of a grid, over the static frequency of the gondola
-BLOCK = 4096  # frequencies at once, for memory
-OPEN = "open_loop"  # in the names of the columns that leave the winch at rest
+GRID = (1e-5, 1e2)  # ends of a frequency grid, over the static frequency of the gondola
+BLOCK = 4096  # frequencies at once, to limit memory
+OPEN = "open_loop"  # in the names of the columns with the winch at rest
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a model gives.
+    """What a model computes.
 
     Attributes
     ----------
@@ -43,39 +43,36 @@ class Answer:
         Column name -> number, of the columns that it has.
     failures : dict
         Column name -> reason, of the others.
-    case : Case or None
-        Whose degrees of freedom count.
-    freedom : int or None
-        Degrees of freedom where there is no case; None where nothing was modelled. [-]
+    count_dof : callable
+        Returns the number of free displacements, or None where no model was made; default: 0. Not called while timed.
     """
 
     values: dict
     failures: dict = field(default_factory=dict)
-    case: Case | None = None
-    freedom: int | None = 0
+    count_dof: Callable = lambda: 0
 
     @property
     def dof(self):
-        """Free displacements. [-]"""
+        """Number of free displacements, or None. [-]"""
         try:
-            return self.freedom if self.case is None else self.case.dof or self.case.dynamics.dof
+            return self.count_dof()
         except CablestudyError:
             return None
 
 
 @dataclass(frozen=True)
-class Choice:
+class Model:
     """A model that a user can choose.
 
     Attributes
     ----------
     family : str
-        What it has in common with its neighbours in the table.
+        Models of one family differ in one number.
     name : str
     solve : callable
-        Scene, columns -> Answer; everything from the scene on, nothing remembered.
+        Scene, columns -> Answer; everything from the scene on, nothing cached.
     needs : tuple of str
-        The kinds of columns (`Column.needs`) that it makes a difference for.
+        The kinds of columns (`Column.needs`) whose values depend on it.
     """
 
     family: str
@@ -84,12 +81,12 @@ class Choice:
     needs: tuple = ("statics", "stiffness", *DISCRETE)
 
     def concerns(self, column):
-        """Whether the model differs from its base for a column."""
+        """Whether the value of a column depends on the model."""
         return column.needs in self.needs
 
 
-def choices(columns):
-    """Every model that makes a difference for some columns.
+def models_of(columns):
+    """Every model on which some of the columns depend.
 
     Parameters
     ----------
@@ -97,49 +94,32 @@ def choices(columns):
 
     Returns
     -------
-    list of Choice
+    list of Model
     """
     found = [
-        Choice("closed form", "catenary", _catenary, ("statics", "stiffness")),
-        Choice("closed form", "Irvine", _irvine, ("modes",)),
-        *(Choice("error control", f"accuracy {_power(a)}", partial(_controlled, a)) for a in ACCURACIES),
+        Model("closed form", "catenary", _catenary, ("statics", "stiffness")),
+        Model("closed form", "Irvine", _irvine, ("modes",)),
+        *(Model("error control", f"accuracy {_power(a)}", partial(_controlled, a)) for a in ACCURACIES),
     ]
     for mass in MASSES:
         found += [_of_case(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass)) for n in BARS]
     found += [_of_case("high order", f"1 x order {p}", partial(_spectral, 1, p)) for p in ORDERS]
     found += [_of_case("several of high order", f"{n} x order {p}", partial(_spectral, n, p)) for n, p in SEVERAL]
-    for family, build in (("modes + residual", _kept), ("modes alone", _truncated)):
+    for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         found += [_of_case(family, f"{n} {family}", partial(build, n), DISCRETE[1:]) for n in MODES]
     rules = [("adaptive", f"adaptive {_power(t)}", partial(windrms.response_of, tolerance=t)) for t in TOLERANCES]
     for family, space in (("uniform grid", np.linspace), ("log grid", np.geomspace)):
         rules += [(family, f"{family.split()[0]} {n} points", partial(_on_grid, space, n)) for n in POINTS]
     found += [_of_case(family, name, partial(_integrated, rule), DISCRETE[-1:]) for family, name, rule in rules]
-    return [choice for choice in found if any(choice.concerns(column) for column in columns)]
+    return [model for model in found if any(model.concerns(column) for column in columns)]
 
 
 def _of_case(family, name, build, *needs):
-    return Choice(family, name, partial(_from_case, build), *needs)
+    return Model(family, name, partial(solve_case, build), *needs)
 
 
 def _power(number):
     return f"{number:.0e}".replace("e-0", "e-")
-
-
-def segments_of(scene):
-    """Pieces of the cable between point loads. [-]"""
-    return 1 + len({load.at for load in scene.cable.loads})
-
-
-# ------------------------------------------------------------------------------------------------ models of elements
-
-
-def _from_case(build, scene, columns):
-    """Answer of a case, column by column."""
-    try:
-        case = build(scene, columns)
-    except CablestudyError as failure:
-        return Answer({}, dict.fromkeys((column.name for column in columns), _words(failure)), freedom=None)
-    return Answer(*read(case, columns), case)
 
 
 def read(case, columns):
@@ -157,27 +137,58 @@ def read(case, columns):
     failures : dict
         Column name -> why there is none.
     """
+    return _each(columns, lambda column: value(column, case))
+
+
+def _each(columns, compute):
+    """Values and failures of a function of a column."""
     values, failures = {}, {}
     for column in columns:
         try:
-            values[column.name] = value(column, case)
+            values[column.name] = compute(column)
         except CablestudyError as failure:
-            failures[column.name] = _words(failure)
+            failures[column.name] = " ".join(str(failure).split())
     return values, failures
 
 
-def _words(failure):
-    return " ".join(str(failure).split())
+def _none(columns, reason):
+    """Answer of a model that cannot be made."""
+    return Answer({}, {column.name: " ".join(reason.split()) for column in columns}, lambda: None)
+
+
+# ------------------------------------------------------------------------------------------------ models of elements
+
+
+def solve_case(build, scene, columns):
+    """Answer of a case.
+
+    Parameters
+    ----------
+    build : callable
+        Scene, columns -> Case.
+    scene : Scene
+    columns : sequence of Column
+
+    Returns
+    -------
+    Answer
+    """
+    try:
+        case = build(scene, columns)
+    except CablestudyError as failure:
+        return _none(columns, str(failure))
+    return Answer(*read(case, columns), lambda: case.dof or case.dynamics.dof)
 
 
 def fixed(elements, order, mass, scene, _=()):
-    """A case of so many elements, as `model: {elements: ..., order: ..., mass: ...}` asks for."""
+    """The case of so many elements, as `model: {elements: ..., order: ..., mass: ...}` asks for."""
     model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
     return Case(scene.model_copy(update={"model": scene.model.model_copy(update=model)}))
 
 
 def _spectral(elements, order, scene, _):
-    return fixed(elements * segments_of(scene), order, "lumped", scene)
+    segments = 1 + len({load.at for load in scene.cable.loads})
+    return fixed(elements * segments, order, "lumped", scene)
 
 
 def _base(scene):
@@ -193,33 +204,27 @@ def with_accuracy(scene, accuracy):
 def _controlled(accuracy, scene, columns):
     row = evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
     if row.failed:
-        return Answer({}, dict.fromkeys((column.name for column in columns), row.cells["status"]), freedom=None)
-    return Answer({column.name: row.cells[column.header] for column in columns}, freedom=row.cells["dof"])
+        return _none(columns, row.cells["status"])
+    return Answer({column.name: row.cells[column.header] for column in columns}, {}, lambda: row.cells["dof"])
 
 
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 
 def _catenary(scene, columns):
-    known = [column for column in columns if column.needs not in DISCRETE]
-    values, failures = read(Case(with_accuracy(scene, ACCURACIES[-1])), known)
-    missing = {column.name: "nothing moves" for column in columns if column not in known}
-    return Answer(values, failures | missing)
+    static = [column for column in columns if column.needs not in DISCRETE]
+    values, failures = read(Case(with_accuracy(scene, ACCURACIES[-1])), static)
+    moving = {column.name: "statics alone" for column in columns if column not in static}
+    return Answer(values, failures | moving)
 
 
 def _irvine(scene, columns):
     case = Case(with_accuracy(scene, ACCURACIES[-1]))
-    values, failures = {}, {}
-    for column in columns:
-        try:
-            values[column.name] = _irvine_value(case, column.name)
-        except CablestudyError as failure:
-            failures[column.name] = _words(failure)
-    return Answer(values, failures)
+    return Answer(*_each(columns, lambda column: _irvine_frequency(case, column.name)))
 
 
-def _irvine_value(case, name):
-    """A frequency of the taut cable in closed form. [Hz]"""
+def _irvine_frequency(case, name):
+    """Frequency of the taut cable in closed form (Irvine, 1981, chapter 3). [Hz]"""
     match = re.fullmatch(r"(inplane|outofplane|symmetric|axial)_frequency_(\d+)", name)
     family, count = (match[1], int(match[2])) if match else ("inplane", 1)
     if not match and name != "cable_frequency":
@@ -234,29 +239,29 @@ def _irvine_value(case, name):
     mass, _ = taut.per_deformed_length(span)
     if family == "outofplane":
         return float(taut.string_frequencies(count, span.chord, tension, mass)[-1])
-    odd = taut.symmetric_frequencies(count, span, tension)
-    even = taut.string_frequencies(2 * count, span.chord, tension, mass)[1::2]
-    return float(np.sort(np.concatenate([odd, even]))[count - 1])
+    symmetric = taut.symmetric_frequencies(count, span, tension)
+    antisymmetric = taut.string_frequencies(2 * count, span.chord, tension, mass)[1::2]
+    return float(np.sort(np.concatenate([symmetric, antisymmetric]))[count - 1])
 
 
-# -------------------------------------------------------------------------------------------------------- kept modes
+# ----------------------------------------------------------------------------------------------------- reduced modes
 
 
-def _kept(count, scene, _):
-    """The lowest modes, and the static part of all others: what `ssm --modes` gives."""
+def _with_residual(count, scene, _):
+    """The lowest modes and the static part of all others, as by `ssm --modes`."""
     case = _base(scene)
     return _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
 
 
-def _truncated(count, scene, _):
-    """The lowest modes of the paper's bars alone: what `ssm --modes --no-residual` gives."""
+def _without_residual(count, scene, _):
+    """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`."""
     case = fixed(PAPER, 1, "lumped", scene)
     whole = case.end_model
     return _with_ends(case, reduction.truncated(whole, np.arange(min(count, len(whole.omega)))))
 
 
 def _with_ends(case, model):
-    """The case as its ends feel it through another end model."""
+    """The case with another end model in the place of its own."""
     case.end_model = case.end_model_along_x = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
     if case.scene.gondola is not None and case.scene.gondola.mass is not None:
@@ -272,7 +277,7 @@ def _integrated(rule, scene, columns):
 
 
 def integrate_by(case, columns, rule):
-    """Let a rule integrate the response to the wind.
+    """Integrate the response to the wind by a rule, and store it in the case.
 
     Parameters
     ----------
@@ -284,7 +289,7 @@ def integrate_by(case, columns, rule):
     Returns
     -------
     Case
-        The same.
+        The given one.
     """
     names = [column.name for column in columns if column.needs == "wind"]
     if any(OPEN not in name for name in names):
@@ -295,12 +300,12 @@ def integrate_by(case, columns, rule):
 
 
 def _on_grid(space, points, case, loop):
-    """Trapezoids on so many frequencies about the gondola's, in equal steps or equal ratios."""
+    """Trapezoidal rule on a grid about the gondola's frequency, in equal steps or equal ratios."""
     return by_trapezoids(case, loop, space(*(np.array(GRID) * case.gondola_frequency_static), points))
 
 
 def by_trapezoids(case, loop, frequency):
-    """RMS of the gondola from a grid of frequencies.
+    """RMS of the gondola by the trapezoidal rule.
 
     Parameters
     ----------

@@ -18,38 +18,41 @@ def table_of(trade, shown=False):
     ----------
     trade : Trade
     shown : bool
-        For Markdown: errors as texts, those that drown in the reference's own as `< 1e-12`.
+        For Markdown: errors and times rounded, errors below the reference's own as `< 1e-12`.
 
     Returns
     -------
     Table
     """
-    own = trade.reference.errors
     fields = [Field("family", "family"), Field("model", "model"), Field("dof", "dof"), Field("time_ms", "time", "ms")]
     for column in trade.columns:
         fields.append(Field(f"{column.name}_error", f"{column.name.replace('_', ' ')} error"))
         fields.append(Field(f"{column.name}_time_ms", f"{column.name} time", "ms", hidden=True))
     fields += [Field("largest_error", "largest error"), Field("pareto", "pareto"), STATUS]
-    first = {"family": "reference", "model": CONTINUOUS, "status": "ok"}
-    first |= {f"{column.name}_error": own[column.name] for column in trade.columns}
-    first["largest_error"] = max(own[column.name] for column in trade.columns)
-    rows = [first]
-    for entry in trade.entries:
-        row = {"family": entry.family, "model": entry.name, "dof": entry.dof, "status": entry.status}
-        row["time_ms"] = None if entry.time is None else 1e3 * entry.time
-        row |= {f"{name}_error": error for name, error in entry.errors.items()}
-        row |= {f"{name}_time_ms": 1e3 * seconds for name, seconds in entry.times.items()}
-        row |= {"largest_error": entry.largest, "pareto": "yes" if entry.name in trade.front else "no"}
-        rows.append(row)
-    if shown:
-        limits = {f"{column.name}_error": own[column.name] for column in trade.columns}
-        limits["largest_error"] = max(own[column.name] for column in trade.columns)
-        rows = [_texts(row, limits) for row in rows]
-    return Table(tuple(fields), rows)
+    limits = {f"{column.name}_error": trade.reference.errors[column.name] for column in trade.columns}
+    limits["largest_error"] = max(limits.values())
+    rows = [{"family": "reference", "model": CONTINUOUS, **limits, "status": "ok"}]
+    rows += [_row(entry, trade.front) for entry in trade.entries]
+    return Table(tuple(fields), [_rounded(row, limits) for row in rows] if shown else rows)
 
 
-def _texts(row, limits):
-    """A row for readers."""
+def _row(entry, front):
+    """Cells of one model."""
+    return {
+        "family": entry.family,
+        "model": entry.name,
+        "dof": entry.dof,
+        "time_ms": None if entry.time is None else 1e3 * entry.time,
+        **{f"{name}_error": error for name, error in entry.errors.items()},
+        **{f"{name}_time_ms": 1e3 * seconds for name, seconds in entry.times.items()},
+        "largest_error": entry.largest,
+        "pareto": "yes" if entry.name in front else "no",
+        "status": entry.status,
+    }
+
+
+def _rounded(row, limits):
+    """A row for Markdown; limits: error column -> the reference's own error."""
     texts = dict(row)
     for name, limit in limits.items():
         error = row.get(name)
@@ -62,7 +65,7 @@ def _texts(row, limits):
 
 
 def fastest_table(trade):
-    """For each column and error the fastest model, asked for this column alone.
+    """The fastest model below each error, for each column alone.
 
     Parameters
     ----------
@@ -73,18 +76,20 @@ def fastest_table(trade):
     Table
     """
     fields = [Field("column", "column"), *(Field(f"{t:.0e}", f"error below {t:.0e}") for t in TARGETS)]
-    rows = []
-    for column in trade.columns:
-        row = {"column": column.name}
-        for target in TARGETS:
-            entry = trade.fastest(column, target)
-            row[f"{target:.0e}"] = f"{entry.name} ({1e3 * entry.times[column.name]:.2g} ms)" if entry else "none"
-        rows.append(row)
+    rows = [
+        {"column": column.name, **{f"{target:.0e}": _fastest(trade, column, target) for target in TARGETS}}
+        for column in trade.columns
+    ]
     return Table(tuple(fields), rows)
 
 
+def _fastest(trade, column, target):
+    entry = trade.fastest(column, target)
+    return f"{entry.name} ({1e3 * entry.times[column.name]:.2g} ms)" if entry else "none"
+
+
 def notes_of(trade):
-    """What the reference is, and which model is the fastest below an error.
+    """How the reference was computed, and which model is the fastest below an error.
 
     Returns
     -------
@@ -97,18 +102,15 @@ def notes_of(trade):
         for c in trade.columns
     ]
     lines.append(
-        "time: processor time from the scene to the numbers, statics included, one thread, imports and constants warm"
+        "time: processor time from the scene to the numbers, statics included, one thread, imports and constants cached"
     )
     for column in trade.columns:
-        for target in TARGETS:
-            entry = trade.fastest(column, target)
-            found = f"{entry.name}, {1e3 * entry.times[column.name]:.2g} ms" if entry else "none"
-            lines.append(f"fastest below {target:.0e}: {column.name}: {found}")
+        lines += [f"fastest below {target:.0e}: {column.name}: {_fastest(trade, column, target)}" for target in TARGETS]
     return lines
 
 
 def file_name(scene):
-    """Name of a scene's tables: `trade-carlina` of configs/carlina.yaml."""
+    """File name of a scene's tables, for example `trade-carlina.yaml` for configs/carlina.yaml."""
     return f"trade-{'stdin' if scene == '-' else os.path.basename(scene)}"
 
 
@@ -120,7 +122,7 @@ def write(trade, place, title):
     trade : Trade
     place : Place
     title : str
-        What was computed: the scene and its changes.
+        The scene and its changes.
     """
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy"))
     text = (

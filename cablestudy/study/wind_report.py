@@ -1,14 +1,16 @@
 """Table of the command `windrms`."""
 
 from dataclasses import replace
+from math import ceil, floor
 
 from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
-from cablestudy.study.cable_wind import modes_between
+from cablestudy.study.cable_wind import transverse_travel_time
+from cablestudy.study.case import Case
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.fields import STATUS, field_of
 from cablestudy.study.loops import gondola_notes
-from cablestudy.study.row import evaluate
+from cablestudy.study.row import evaluate, modes
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, together
 from cablestudy.wind.drag import shedding_frequencies
@@ -20,13 +22,14 @@ CLOSED, OPEN = (
 )
 LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
 GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
+COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
     "cable's vertical plane, whichever moves the gondola more; nothing in common with the force on the gondola"
 )
 
 
-def wind_table(document, scene, on="gondola"):
+def wind_table(document, scene, on="gondola", estimate=False):
     """The gondola in the wind, with the winch loop where the scene has a controller.
 
     Parameters
@@ -35,6 +38,8 @@ def wind_table(document, scene, on="gondola"):
     scene : Scene
     on : {"gondola", "cable", "both"}
         What the wind acts on.
+    estimate : bool
+        Whether the errors of fixed elements are to be estimated.
 
     Returns
     -------
@@ -57,7 +62,7 @@ def wind_table(document, scene, on="gondola"):
     for column in columns:
         if lacks(scene, column):
             raise missing(document, lacks(scene, column), "windrms")
-    row = evaluate(scene, columns)
+    row = evaluate(scene, columns, estimate)
     fields, cells, remarks = [field_of(column) for column in columns], dict(row.cells), ()
     if not row.failed:
         response = _response(row.case, on)
@@ -96,3 +101,32 @@ def _vortices(case):
             f"{where}, where it has about {count} modes across its axis, every {spacing:.3g} Hz in each plane "
             f"(an estimate from the travel time of transverse waves)"
         )
+
+
+def modes_between(case, low, high):
+    """Modes of the cable, axial ones not counted, in a range of frequencies.
+
+    Parameters
+    ----------
+    case : Case
+    low, high : float
+        [Hz]
+
+    Returns
+    -------
+    count : int
+        Both planes together.
+    spacing : float or None
+        Distance of neighbours in one plane, where the count is an estimate from the travel time of waves. [Hz]
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+    """
+    time = transverse_travel_time(case)
+    if 2 * high * time > COUNTED:
+        return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
+    accurate = case.scene.model.model_copy(update={"elements": None, "accuracy": 1e-3})
+    found = modes(Case(case.scene.model_copy(update={"model": accurate})), upto=high)[1]
+    kinds = [kind for kind, frequency in zip(found.kind, found.frequency, strict=True) if frequency >= low]
+    return sum(kind != "axial" for kind in kinds), None

@@ -11,15 +11,15 @@ from cablestudy.scene.units import to_si
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import NEVER_COMPARED, compared, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
-from cablestudy.sweep.journal import NUMBER
+from cablestudy.sweep.run import NUMBER
 
 RTOL = 1e-6
-TURNED = Decimal("0.1")  # of a number, at most, that its last digit may turn
+LAST_DIGIT_SHARE = Decimal("0.1")  # of a number in a status: the largest difference in its last digit
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A cell that differs from the stored table: row (from 1), column, both values."""
+    """A cell that differs from the stored table: row (from 1), column, both values as text."""
 
     row: int
     column: str
@@ -35,25 +35,25 @@ class Difference:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Relative difference of numbers that is let pass.
+    """Relative difference up to which numbers agree.
 
     Attributes
     ----------
     usual : float
     columns : dict
-        Header -> its own.
+        Header -> tolerance of that column, where it is another.
     """
 
     usual: float = RTOL
     columns: dict = None
 
     def of(self, name):
-        """That of a column."""
+        """Tolerance of a column."""
         return (self.columns or {}).get(name, self.usual)
 
 
 def read_tolerances(texts, study):
-    """The tolerances of a study file and of `--rtol` options, each of which replaces the same one of the file.
+    """The tolerances of a study file and of `--rtol` options, which take precedence.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def read_tolerances(texts, study):
 
 
 def _tolerance(text):
-    """A number as a study file may have it."""
+    """The tolerance in an option."""
     try:
         value = to_si(text, "")
     except ValueError:
@@ -99,7 +99,7 @@ def _tolerance(text):
 
 
 def compare(table, path, tolerance):
-    """Cells in which a table differs from a stored CSV.
+    """Compare a table with a stored CSV, cell by cell.
 
     Parameters
     ----------
@@ -110,34 +110,31 @@ def compare(table, path, tolerance):
     Yields
     ------
     Difference or str
-        Nothing when they agree; texts for columns or rows that only one of them has.
+        Text for columns and rows that only one of them has.
     """
     names, stored = stream_csv(path)
     wanted = [field.name for field in table.fields]
     yield from (f"column {name}: stored, not computed" for name in names if name not in wanted)
     yield from (f"column {name}: computed, not stored" for name in wanted if name not in names)
-    common = [name for name in wanted if name in names and name != find(NEVER_COMPARED).header]
     owner = _owners(table.fields)
+    common = [name for name in wanted if name in names and name != find(NEVER_COMPARED).header]
+    cells = [(name, owner[name], tolerance.of(owner[name])) for name in common]
     count = 0
-    for place, (old, row) in enumerate(zip_longest(stored, table.rows), 1):
-        count += old is not None
-        if old is None or row is None:
+    for place, (old_row, row) in enumerate(zip_longest(stored, table.rows), 1):
+        count += old_row is not None
+        if old_row is None or row is None:
             continue
-        for name in common:
-            new, column = exact(row.get(name)), owner[name]
+        for name, column, rtol in cells:
+            old, new = old_row[name], row.get(name)
             scale = 0.0 if name == column else row.get(column) or 0.0
-            if name == "status":
-                same = _say_the_same(old[name], new)
-            else:
-                same = _agree(old[name], new, tolerance.of(column), scale)
-            if not same:
-                yield Difference(place, name, old[name], new)
+            if not (_same_status(old, exact(new)) if name == "status" else _agree(old, new, rtol, scale)):
+                yield Difference(place, name, old, exact(new))
     if count != len(table.rows):
         yield f"{count} rows stored, {len(table.rows)} computed"
 
 
 def _owners(fields):
-    """Name of each field -> its column: a difference from a printed value is as certain as what it is taken of."""
+    """Field name -> the column whose tolerance holds: of a difference from a printed value, the column before it."""
     found, last = {}, None
     for field in fields:
         last = last if field.hidden or field.beside else field.name
@@ -146,20 +143,25 @@ def _owners(fields):
 
 
 def _agree(old, new, rtol, scale):
+    """Whether a stored text and a computed cell agree, relative to the largest of them and `scale`."""
+    if not isinstance(new, float) and old == exact(new):
+        return True
+    a, b = number(old), new if isinstance(new, float) else number(exact(new))
+    if a is None or b is None:
+        return False
+    return a == b or abs(a - b) <= rtol * max(abs(a), abs(b), abs(scale))
+
+
+def _same_status(old, new):
+    """Whether two statuses agree but for the last digit of numbers, in which processors differ."""
     if old == new:
         return True
-    a, b = number(old), number(new)
-    return a is not None and b is not None and abs(a - b) <= rtol * max(abs(a), abs(b), abs(scale))
-
-
-def _say_the_same(old, new):
-    """Whether two statuses do: on another machine the last digit of a number in one may turn."""
     if NUMBER.sub("", old) != NUMBER.sub("", new):
         return False
-    return all(map(_same_but_for_its_last_digit, NUMBER.findall(old), NUMBER.findall(new)))
+    return all(map(_same_but_last_digit, NUMBER.findall(old), NUMBER.findall(new)))
 
 
-def _same_but_for_its_last_digit(old, new):
+def _same_but_last_digit(old, new):
     a, b = Decimal(old), Decimal(new)
     digit = max(Decimal(1).scaleb(number.as_tuple().exponent) for number in (a, b))
-    return abs(a - b) <= min(digit, TURNED * max(abs(a), abs(b)))
+    return abs(a - b) <= min(digit, LAST_DIGIT_SHARE * max(abs(a), abs(b)))

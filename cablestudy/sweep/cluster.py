@@ -1,4 +1,4 @@
-"""Chunks computed on a dask cluster: the optional extra `cablestudy[cluster]`."""
+"""Computes the chunks of a sweep on a dask cluster: the optional extra `cablestudy[cluster]`."""
 
 import json
 import logging
@@ -7,25 +7,23 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.sweep.chunk import compute
+from cablestudy.sweep.driver import WorkerDeathError, retry
 
-AHEAD = 2  # chunks in flight for each thread of the workers
-ANSWER = 15  # seconds until a scheduler must have answered
-TRIES = 3  # of a chunk that the scheduler gives up, each after several lost workers
+TIMEOUT = 15  # seconds until a scheduler must have answered
 ADDRESS = re.compile(r"(?:tcp://)?(?:[^\s:/\[\]]+|\[[0-9a-f:.%]+\]):\d{1,5}")
-ELSEWHERE = "the scheduler and its workers need the same cablestudy, Python and dask as this machine"
+SAME_VERSIONS = "the scheduler and its workers need the same cablestudy, Python and dask as this machine"
 
 
-def scheduled(supply, address, say=None):
-    """Compute chunks where a scheduler says; those of a worker that is lost are computed by another.
+def compute_on_cluster(chunks, address, say=None):
+    """Compute chunks on the workers of a dask scheduler; those of a worker that is lost are computed by another.
 
     Parameters
     ----------
-    supply : Supply
+    chunks : Chunks
     address : str
         `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
     say : callable, optional
-        Is told what the user may want to know.
+        Is called with notes for the user.
 
     Yields
     ------
@@ -40,53 +38,62 @@ def scheduled(supply, address, say=None):
         The scheduler is gone, or a chunk ends every worker that takes it.
     """
     with _client(address) as client:
-        from distributed import as_completed
-
         if say and not client.nthreads():
             say(f"{address}: no workers yet, waiting for them")
-        flying, results = {}, as_completed(loop=client.loop)
+
+        def workers():
+            return max(1, sum(client.nthreads().values()))
+
         try:
-            while True:
-                threads = max(1, sum(client.nthreads().values()))
-                while len(flying) < AHEAD * threads and (chunk := supply.next(threads)):
-                    _send(client, chunk, 1, flying, results)
-                if not flying:
-                    return
-                future = next(results)
-                chunk, tries = flying.pop(future)
-                done = _result(future, tries)
-                if done is None:
-                    _send(client, chunk, tries + 1, flying, results)
-                    continue
-                supply.learn(done)
-                yield done
+            yield from retry(chunks, lambda: _executor(client), workers)
         except (CancelledError, OSError, TimeoutError) as error:
             raise NoSolutionError(f"{address}: the scheduler is gone ({type(error).__name__})") from None
 
 
-def _send(client, chunk, tries, flying, results):
-    """Submit a chunk; not by its content, so that a chunk which is tried again is a new one."""
-    future = client.submit(compute, chunk, pure=False)
-    flying[future] = chunk, tries
-    results.add(future)
-
-
-def _result(future, tries):
-    """What a worker gave back; None when the chunk is to be tried again."""
+@contextmanager
+def _executor(client):
+    """The cluster as an executor; at the end nothing that was submitted is left there."""
     from distributed import KilledWorker
 
+    executor = client.get_executor(pure=False)  # not by content: a chunk that is tried again is a new task
     try:
-        return future.result()
+        yield executor
     except KilledWorker:
-        if tries < TRIES:
-            return None
-        raise NoSolutionError("a chunk ended every worker that took it: too little memory there?") from None
+        raise WorkerDeathError from None
     except (ImportError, AttributeError) as error:
-        raise SceneError(f"--scheduler: a worker cannot read the work ({error}): {ELSEWHERE}") from None
+        raise SceneError(f"--scheduler: a worker cannot read the work ({error}): {SAME_VERSIONS}") from None
     except RuntimeError as error:
         if "deserializ" not in str(error):
             raise
-        raise SceneError(f"--scheduler: the scheduler cannot read the work: {ELSEWHERE}") from None
+        raise SceneError(f"--scheduler: the scheduler cannot read the work: {SAME_VERSIONS}") from None
+    finally:
+        executor.shutdown(wait=False)
+
+
+@contextmanager
+def _client(address):
+    """A connection to the scheduler; its log is silenced, since errors are reported in one line."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise SceneError("--scheduler: dask is not installed (pip install 'cablestudy[cluster]')") from None
+    where = _address_in(address) if address.endswith(".json") else address
+    if not ADDRESS.fullmatch(where):  # dask itself says so in a traceback
+        raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
+    disabled = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        try:
+            client = Client(where, timeout=TIMEOUT, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None
+        try:
+            yield client
+        finally:
+            client.close(timeout=TIMEOUT)
+    finally:
+        logging.disable(disabled)
 
 
 def _address_in(path):
@@ -98,30 +105,3 @@ def _address_in(path):
         raise SceneError(f"--scheduler {path}: cannot be read ({error.strerror})") from None
     except (ValueError, KeyError, TypeError):
         raise SceneError(f"--scheduler {path}: is no scheduler file of dask") from None
-
-
-@contextmanager
-def _client(address):
-    """A connection to the scheduler, which leaves nothing behind there."""
-    try:
-        from distributed import Client
-    except ImportError:
-        raise SceneError("--scheduler: dask is not installed (pip install 'cablestudy[cluster]')") from None
-    where = _address_in(address) if address.endswith(".json") else address
-    if not ADDRESS.fullmatch(where):  # dask itself says so in a traceback
-        raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
-    log = logging.getLogger("distributed")
-    before = log.level
-    log.setLevel(logging.CRITICAL + 1)  # what matters is said in one line here
-    try:
-        try:
-            client = Client(where, timeout=ANSWER, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None
-        try:
-            yield client
-        finally:
-            client.close(timeout=ANSWER)
-    finally:
-        log.setLevel(before)

@@ -1,42 +1,40 @@
-"""The language of --where: comparisons of columns, joined by and, or, not. Nothing in it is ever evaluated as code.
+"""The condition of --where: comparisons joined by and, or, not; text -> function of a row.
 
-    condition   = both {"or" both}
-    both        = negation {"and" negation}
-    negation    = "not" negation | "(" condition ")" | comparison
-    comparison  = operand operator operand {operator operand}
-    operand     = column | varied key | number [unit] | "text" | 'text'
+    operand = column | varied key | number [unit] | "text" | 'text'
 
-A number without a unit is in the unit of the column that it is compared with, beside a varied key in SI. An empty cell
-makes a comparison neither true nor false: unknown, which `not` leaves unknown, and which no row is shown for.
+Python's parser reads the condition with `x` in the place of each operand. Its syntax tree is translated node by node;
+all nodes except and, or, not and comparisons of operands are refused. Nothing is evaluated as code.
+
+A number without a unit is in the unit of the column that it is compared with, beside a varied key in SI. Empty cells
+follow Kleene's three-valued logic: a comparison with one is unknown (None).
 """
 
+import ast
 import operator
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
-from difflib import get_close_matches
-from functools import lru_cache
+from bisect import bisect_right
 from itertools import pairwise
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.fields import Quantity
-from cablestudy.scene.scene import TABLES
-from cablestudy.scene.units import DIMENSIONS, common_factor, factor, show, split
-from cablestudy.study.columns import find
+from cablestudy.scene.units import common_factor, factor, show, split
+from cablestudy.sweep.variable import Variable, si_unit, variable
 
 MAX_DEPTH = 50
 MAX_LENGTH = 10_000
 OPERATORS = {
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
 }  # fmt: skip
+EQUALITY = (operator.eq, operator.ne)
 INSTEAD = {"=": "==", "<>": "!=", "&&": "and", "||": "or", "&": "and", "|": "or", "!": "not"}
-WORDS = ("and", "or", "not")
+OPERAND_KINDS = ("number", "name", "text")
 
 _UNIT = r"(?!(?:and|or|not)\b)[A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*(?:[*/·][A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*|\^-?[0-9]{1,2})*"
 _TOKEN = re.compile(
     rf"""\s*(?:
     (?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\s*(?:{_UNIT})?)
+    |(?P<word>(?:and|or|not)(?![\w.-]))
     |(?P<name>[^\W\d]\w*(?:[.-]\w+)*)
     |(?P<text>"[^"]*"|'[^']*')
     |(?P<sign><>|<=|>=|==|!=|&&|\|\||[<>=!&|()])
@@ -46,329 +44,227 @@ _TOKEN = re.compile(
 
 
 class Token(NamedTuple):
-    """A piece of the text, its kind, and where it begins (from 1)."""
+    """A piece of the condition, its kind, and the column where it begins (from 1)."""
 
     kind: str
     text: str
     column: int
 
 
-@dataclass(frozen=True)
-class Name:
-    """A column or a varied key.
-
-    Attributes
-    ----------
-    shown : str
-        Its place in a row.
-    unit : str or None
-        What its numbers are in, SI for a varied key; None when they are pure numbers or of unknown dimension.
-    text : bool
-        Whether it holds text, and never a number.
-    varied : bool
-        Whether it is a varied key, whose cells are as written.
-    """
-
-    shown: str
-    unit: str | None
-    text: bool = False
-    varied: bool = False
-
-    def value(self, row, unit=None):
-        """The cell of a row: float, text, or None.
-
-        Parameters
-        ----------
-        row : dict
-        unit : str or None
-            What a number shall be in; None for the column's own unit, and for SI of a varied key.
-        """
-        cell = row.get(self.shown)
-        if self.text or cell is None:
-            return cell
-        if self.varied:
-            return _measure(cell, unit)
-        return float(cell) if unit in (None, self.unit) else float(cell) * float(common_factor(self.unit, unit))
-
-
-class Names:
-    """What a study's rows have, or can have.
-
-    Parameters
-    ----------
-    study : Study
-    """
-
-    def __init__(self, study):
-        self._varied, self._known, self._new = study.varied, set(), []
-        for name in study.columns:
-            try:
-                self._known.add(find(name).header)
-            except ValueError:
-                continue  # the study's own mistake, reported where it is written
-
-    def find(self, name):
-        """The column or varied key of a name.
-
-        Raises
-        ------
-        ValueError
-            There is none; the message suggests one.
-        """
-        if name in self._varied:
-            return Name(name, _unit_of(name), varied=True)
-        if "." in name:
-            near = get_close_matches(name, self._varied, 1)
-            listed = f"did you mean {near[0]}?" if near else f"varied: {', '.join(self._varied) or 'nothing'}"
-            raise ValueError(f"the study does not vary {name!r} ({listed})")
-        column = find(name)
-        if column.header not in self._known:
-            self._known.add(column.header)
-            if column.name != "status":
-                self._new.append(column.name)
-        return Name(column.header, column.unit, text=column.name == "status")
-
-    def take(self):
-        """The columns found since the last time that the study does not have."""
-        new, self._new = self._new, []
-        return new
-
-
-def _unit_of(key):
-    """The unit that the scene has a key's value in; None for what is no quantity."""
-    *path, last = ("*" if part.isdigit() else part for part in key.split("."))
-    model = TABLES.get(tuple(path))
-    field = model and model.model_fields.get(last)
-    kinds = [field.annotation, *field.metadata] if field else []
-    while kinds:
-        kind = kinds.pop()
-        if isinstance(kind, Quantity):
-            return kind.unit
-        kinds += [*getattr(kind, "__metadata__", ()), *get_args(kind)]
-    return None
-
-
-@lru_cache(maxsize=65536)
-def _measure(cell, unit):
-    """A varied value as a float in a unit (None: SI), or as it is when it is no quantity."""
-    try:
-        number, own = split(cell) if isinstance(cell, str) else (None, "")
-        ratio = common_factor(own or _si(unit), unit) if unit is not None else factor(own, _si(own))
-        return float(ratio) * float(cell) if number is None else float(number * ratio)
-    except (ValueError, OverflowError):
-        return cell
-
-
-@lru_cache(maxsize=256)
-def _si(unit):
-    """The program's unit of what a unit measures; the unit itself when it measures something else, or nothing."""
-    for known in DIMENSIONS if unit else ():
-        try:
-            factor(unit, known)
-        except ValueError:
-            continue
-        return known
-    return unit
-
-
-@dataclass(frozen=True)
-class Operand:
-    """One side of a comparison; exactly one of the first three."""
-
-    name: Name | None
-    number: tuple | None  # (Fraction, unit)
-    text: str | None
-    token: Token
-
-
-def parse(text, names):
+def parse(text, study):
     """Read a condition.
 
     Parameters
     ----------
     text : str
-    names : Names
+    study : Study
+        Columns of the condition that it does not have are added to it.
 
     Returns
     -------
     callable
-        Row -> True, False or None.
+        Row -> True, False or None (unknown).
 
     Raises
     ------
     SceneError
         `--where:COLUMN: ...`
     """
-    return _Parser(text, names).whole()
+    if len(text) > MAX_LENGTH:
+        raise SceneError(f"--where: {len(text)} characters (at most {MAX_LENGTH})")
+    return _Translator(_tokens(text), study).translate()
 
 
-class _Parser:
-    def __init__(self, text, names):
-        self.names, self.depth, self.place = names, 0, 0
-        if len(text) > MAX_LENGTH:
-            raise SceneError(f"--where: {len(text)} characters (at most {MAX_LENGTH})")
-        self.tokens = self._tokens(text)
+def _refuse(column, message):
+    raise SceneError(f"--where:{column}: {message}")
 
-    def _tokens(self, text):
-        tokens, place, end = [], 0, len(text.rstrip())
-        while place < end:
-            match = _TOKEN.match(text, place)
-            if match is None:
-                while text[place].isspace():
-                    place += 1
-                self._refuse(place + 1, f"unexpected {text[place : place + 1]!r}")
-            kind = match.lastgroup
-            tokens.append(Token(kind, match[kind].strip(), match.start(kind) + 1))
-            place = match.end()
-        return [*tokens, Token("end", "", end + 1)]
 
-    @staticmethod
-    def _refuse(column, message):
-        raise SceneError(f"--where:{column}: {message}")
+def _tokens(text):
+    tokens, place, end = [], 0, len(text.rstrip())
+    while place < end:
+        match = _TOKEN.match(text, place)
+        if match is None:
+            place = end - len(text[place:end].lstrip())
+            _refuse(place + 1, f"unexpected {text[place]!r}")
+        kind = match.lastgroup
+        token = Token(kind, match[kind].strip(), match.start(kind) + 1)
+        if token.text in INSTEAD:
+            _refuse(token.column, f"unexpected {token.text!r} (use {INSTEAD[token.text]})")
+        tokens.append(token)
+        place = match.end()
+    return [*tokens, Token("end", "", end + 1)]
 
-    @property
-    def token(self):
-        return self.tokens[self.place]
 
-    def _take(self, *texts):
-        """The next token when it is one of these words or signs."""
-        token = self.token
-        if token.kind in ("name", "sign") and token.text in texts:
-            self.place += 1
-            return token
-        return None
+class _Translator:
+    """Syntax tree of a condition -> function of a row.
 
-    def whole(self):
-        """The condition, and nothing behind it."""
-        condition = self.condition()
-        token = self.token
-        if token.kind != "end":
-            hint = INSTEAD.get(token.text)
-            wanted = f"use {hint}" if hint else "expected and, or, or the end"
-            self._refuse(token.column, f"unexpected {token.text!r} ({wanted})")
-        return condition
+    Parameters
+    ----------
+    tokens : list of Token
+    study : Study
+    """
 
-    def condition(self):
-        """`both {"or" both}`"""
-        return self._joined(self.both, "or", any_of)
+    def __init__(self, tokens, study):
+        self.tokens, self.study = tokens, study
+        self.source, self.offsets = "", []  # what Python parses, and where each token begins in it
+        for token in tokens:
+            self.offsets.append(len(self.source))
+            self.source += ("x" if token.kind in OPERAND_KINDS else token.text) + " "
 
-    def both(self):
-        """`negation {"and" negation}`"""
-        return self._joined(self.negation, "and", all_of)
+    def translate(self):
+        """The whole condition."""
+        try:
+            return self.condition(ast.parse(self.source, mode="eval").body)
+        except SyntaxError as error:
+            if "nested" not in error.msg:
+                self.refuse_syntax(error)
+        except (RecursionError, MemoryError):
+            pass
+        raise SceneError(f"--where: nested more than {MAX_DEPTH} deep")  # than Python's parser allows, even
 
-    def _joined(self, part, word, join):
-        parts = [part()]
-        while self._take(word):
-            parts.append(part())
-        return join(parts) if len(parts) > 1 else parts[0]
+    def refuse_syntax(self, error):
+        """Report where Python's parser stopped, and what was expected there."""
+        token = self.tokens[-1] if not error.offset else self.token_at(error.offset - 1)
+        if "never closed" in error.msg:
+            _refuse(token.column, "'(' is never closed")
+        before = self.tokens[: self.tokens.index(token)][-1:]
+        ended = before and (before[0].kind in OPERAND_KINDS or before[0].text == ")")
+        expected = "and, or, or the end" if ended else "a column, a number or a text"
+        _refuse(token.column, f"expected {expected}, got {repr(token.text) if token.text else 'nothing'}")
 
-    def negation(self):
-        """`"not" negation | "(" condition ")" | comparison`"""
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            self._refuse(self.token.column, f"nested more than {MAX_DEPTH} deep")
-        if self._take("not"):
-            found = none_of(self.negation())
-        elif opened := self._take("("):
-            found = self.condition()
-            if not self._take(")"):
-                self._refuse(self.token.column, f"expected ')' for the '(' of column {opened.column}")
-        else:
-            found = self.comparison()
-        self.depth -= 1
-        return found
+    def token_at(self, offset):
+        """The token at an offset of the parsed source."""
+        return self.tokens[bisect_right(self.offsets, offset) - 1]
 
-    def comparison(self):
-        """`operand operator operand {operator operand}`"""
-        tokens, signs = [self.operand()], []
-        while sign := self._take(*OPERATORS):
-            signs.append(sign)
-            tokens.append(self.operand())
-        if not signs:
-            token = self.token
-            hint = f"use {INSTEAD[token.text]}" if token.text in INSTEAD else "expected < <= > >= == or !="
-            self._refuse(token.column, f"{hint} after {tokens[0].text!r}")
-        operands = self._resolved(tokens, all(sign.text in ("==", "!=") for sign in signs))
-        self._check_kinds(operands, signs)
-        names = [operand.name for operand in operands if operand.name and not operand.name.text]
-        unit = next((name.unit for name in sorted(names, key=lambda name: name.varied) if name.unit is not None), None)
-        return chain([self._getter(operand, unit) for operand in operands], [OPERATORS[sign.text] for sign in signs])
+    def condition(self, node, depth=0):
+        """`and`, `or`, `not` or a comparison."""
+        if depth >= MAX_DEPTH:
+            _refuse(self.token_at(node.col_offset).column, f"nested more than {MAX_DEPTH} deep")
+        match node:
+            case ast.BoolOp():
+                conditions = [self.condition(value, depth + 1) for value in node.values]
+                return joined(conditions, decisive=isinstance(node.op, ast.Or))
+            case ast.UnaryOp(op=ast.Not()):
+                return negated(self.condition(node.operand, depth + 1))
+            case ast.Compare():
+                return self.comparison(node)
+        self.refuse_node(node)
 
-    def operand(self):
-        """The token of an operand."""
-        token = self.token
-        if token.kind in ("end", "sign") or token.text in WORDS:
-            got = f"got {token.text!r}" if token.text else "got nothing"
-            hint = f" (use {INSTEAD[token.text]})" if token.text in INSTEAD else ""
-            self._refuse(token.column, f"expected a column, a number or a text, {got}{hint}")
-        self.place += 1
-        return token
+    def refuse_node(self, node):
+        """Report a node that is neither a condition nor an operand where one of them is expected."""
+        token = self.token_at(node.col_offset)
+        if isinstance(node, ast.Name | ast.Call):  # Python reads `sag (...)` and `(...) (...)` as calls
+            called = getattr(node, "func", node)
+            last = self.token_at(called.end_col_offset - 1)
+            after = self.tokens[self.tokens.index(last) + 1]
+            missing = "< <= > >= == or !=" if isinstance(called, ast.Name) else "and, or, or the end"
+            _refuse(after.column, f"expected {missing} after {last.text!r}")
+        got = "empty brackets" if isinstance(node, ast.Tuple) else "a condition"
+        _refuse(token.column, f"expected a column, a number or a text, got {got}")
 
-    def _resolved(self, tokens, may_be_text):
-        """Tokens -> Operand. A word that is no column is text where it is set equal to what may hold text."""
+    def comparison(self, node):
+        """Operands with an operator between each two neighbours."""
+        parts = [node.left, *node.comparators]
+        for part in parts:
+            if not isinstance(part, ast.Name):
+                self.refuse_node(part)
+        tokens = [self.token_at(part.col_offset) for part in parts]
+        tests = [OPERATORS[type(test)] for test in node.ops]
+        ordered = [token for token, test in zip(tokens[1:], tests, strict=True) if test not in EQUALITY]
+        operands = self.operands(tokens, may_be_text=not ordered)
+        check_kinds(operands, tokens)
+        if ordered and any(is_text(operand) for operand in operands):
+            sign = self.tokens[self.tokens.index(ordered[0]) - 1]
+            _refuse(sign.column, "texts compare by == and != only")
+        unit = common_unit(operands)
+        getters = [self.getter(operand, token, unit) for operand, token in zip(operands, tokens, strict=True)]
+        return chain(getters, tests)
+
+    def operands(self, tokens, may_be_text):
+        """Tokens -> operands: Variable, number (Decimal, unit), or text.
+
+        A word that is neither a column nor a key is text where it is compared with what may hold text.
+        """
         operands, unknown = [], []
         for token in tokens:
-            name, number, text = None, None, None
-            if token.kind == "number":
-                number = self._number(token)
-            elif token.kind == "text":
-                text = token.text[1:-1]
-            else:
-                try:
-                    name = self.names.find(token.text)
-                except ValueError as error:
-                    unknown.append((token, error))
-                    text = token.text
-            operands.append(Operand(name, number, text, token))
-        texts = [o for o in operands if o.name and (o.name.text or (o.name.varied and o.name.unit is None))]
-        if unknown and not (texts and may_be_text):
-            self._refuse(unknown[0][0].column, str(unknown[0][1]))
-        if not any(operand.name for operand in operands):
-            self._refuse(tokens[0].column, "compares no column")
+            try:
+                operands.append(self.operand(token))
+            except ValueError as error:
+                unknown.append((token, error))
+                operands.append(token.text)
+        variables = [operand for operand in operands if isinstance(operand, Variable)]
+        hold_text = any(known.is_text or (known.is_varied and known.unit is None) for known in variables)
+        if unknown and not (hold_text and may_be_text):
+            token, error = unknown[0]
+            _refuse(token.column, str(error))
+        if not variables:
+            _refuse(tokens[0].column, "compares no column")
         return operands
 
-    def _number(self, token):
+    def operand(self, token):
+        """Variable, number (Decimal, unit), or text."""
+        if token.kind == "text":
+            return token.text[1:-1]
+        if token.kind == "name":
+            return variable(token.text, self.study, "--where")
         try:
             return split(token.text)
         except ValueError:
-            self._refuse(token.column, f"not a number: {show(token.text)}")
+            _refuse(token.column, f"not a number: {show(token.text)}")
 
-    def _check_kinds(self, operands, signs):
-        """Numbers compare with numbers, texts with texts; a varied key may hold either."""
-        numbers = [o for o in operands if o.number is not None or (o.name and not o.name.text and not o.name.varied)]
-        texts = [o for o in operands if o.text is not None or (o.name and o.name.text)]
-        if numbers and texts:
-            later = max(numbers[0].token, texts[0].token, key=lambda token: token.column)
-            message = f"{numbers[0].token.text} is a number, and {texts[0].token.text} is text"
-            self._refuse(later.column, message)
-        for sign in signs if texts else ():
-            if sign.text not in ("==", "!="):
-                self._refuse(sign.column, "texts compare by == and != only")
-
-    def _getter(self, operand, unit):
-        """Row -> value in a unit (None: SI)."""
+    def getter(self, operand, token, unit):
+        """Function of a row: the value in a unit (None: SI)."""
         try:
-            if operand.name:
-                name = operand.name
-                if None not in (name.unit, unit) and not name.text:
-                    common_factor(name.unit, unit)
-                return lambda row: name.value(row, unit)
-            if operand.number is not None:
-                number, own = operand.number
-                if own:
-                    number *= common_factor(own, unit) if unit is not None else factor(own, _si(own))
-                value = float(number)
-            else:
-                value = operand.text
+            if isinstance(operand, Variable):
+                return operand.getter(unit)
+            value = operand if isinstance(operand, str) else _number(*operand, unit)
         except ValueError as error:
-            self._refuse(operand.token.column, str(error).replace('""', "no unit"))
+            _refuse(token.column, str(error).replace('""', "no unit"))
         except OverflowError:
-            self._refuse(operand.token.column, f"out of range: {show(operand.token.text)}")
+            _refuse(token.column, f"out of range: {show(token.text)}")
         return lambda row: value
 
 
-def chain(getters: list[Callable], tests):
-    """Comparisons in a row: every neighbours' one must hold."""
+def is_text(operand):
+    """Whether an operand is text, and never a number."""
+    return isinstance(operand, str) or (isinstance(operand, Variable) and operand.is_text)
+
+
+def check_kinds(operands, tokens):
+    """Refuse a comparison of text with a number; a varied key may hold either."""
+    kinds = {}
+    for operand, token in zip(operands, tokens, strict=True):
+        if not (isinstance(operand, Variable) and operand.is_varied):
+            kinds.setdefault("text" if is_text(operand) else "number", token)
+    if len(kinds) == 2:
+        later = max(kinds.values(), key=lambda token: token.column)
+        _refuse(later.column, f"{kinds['number'].text} is a number, and {kinds['text'].text} is text")
+
+
+def common_unit(operands):
+    """The unit in which operands are compared: that of the first column, else of the first varied key, else None."""
+    numeric = [operand for operand in operands if isinstance(operand, Variable) and not operand.is_text]
+    units = [known.unit for known in sorted(numeric, key=lambda known: known.is_varied) if known.unit is not None]
+    return units[0] if units else None
+
+
+def _number(number, own, unit):
+    """A number with a unit as a float in another unit (None: SI)."""
+    if own:
+        number *= common_factor(own, unit) if unit is not None else factor(own, si_unit(own))
+    return float(number)
+
+
+def chain(getters, tests):
+    """Function of a row: whether each value compares with the next, for example `1 < sag <= 2`.
+
+    Parameters
+    ----------
+    getters : list of callable
+        Row -> float, text or None.
+    tests : list of callable
+        Two values -> bool; one fewer.
+    """
 
     def holds(row):
         values = [getter(row) for getter in getters]
@@ -386,28 +282,18 @@ def chain(getters: list[Callable], tests):
     return holds
 
 
-def all_of(conditions):
-    """`and` of what may be unknown."""
+def joined(conditions, decisive):
+    """`or` (True is decisive) or `and` (False is) in three-valued logic."""
 
     def holds(row):
         found = [condition(row) for condition in conditions]
-        return False if False in found else None if None in found else True
+        return decisive if decisive in found else None if None in found else not decisive
 
     return holds
 
 
-def any_of(conditions):
-    """`or` of what may be unknown."""
-
-    def holds(row):
-        found = [condition(row) for condition in conditions]
-        return True if True in found else None if None in found else False
-
-    return holds
-
-
-def none_of(condition):
-    """`not` of what may be unknown."""
+def negated(condition):
+    """`not` in three-valued logic."""
 
     def holds(row):
         found = condition(row)

@@ -1,19 +1,22 @@
-"""What the rows of a run depend on: program, scene, what varies, columns."""
+"""What the rows of a study depend on: the version of the results, the scene, what varies, the columns."""
 
 import json
 from functools import cache
 from hashlib import sha256
 
-from cablestudy import __version__
+# Rows on disk are used again only if this number is the one they were computed with. Raise it by one with every change
+# of the code that changes a number of any table by more than its rounding, or the text of a `status`: whatever needs a
+# line under "Numbers changed" in CHANGELOG.md. A release that changes no result leaves it as it is.
+RESULTS_VERSION = 2
 
 
 @cache
-def program():
-    """Versions that the digits of a row come from: of the program, numpy and scipy."""
+def versions():
+    """Versions that the digits of a row depend on: of this program's results, of numpy and of scipy."""
     import numpy
     import scipy
 
-    return {"cablestudy": __version__, "numpy": numpy.__version__, "scipy": scipy.__version__}
+    return {"results": RESULTS_VERSION, "numpy": numpy.__version__, "scipy": scipy.__version__}
 
 
 def identity(study, columns):
@@ -27,11 +30,11 @@ def identity(study, columns):
     Returns
     -------
     dict
-        `program`, `scene`, `vary`, `columns`.
+        `versions`, `scene`, `vary`, `columns`.
     """
     headers = [column.header for column in columns]
-    plain = {"program": program(), **study.resolved(), "columns": headers}
-    return json.loads(json.dumps(plain))  # what a file gives back: lists, not tuples
+    plain = {"versions": versions(), **study.resolved(), "columns": headers}
+    return json.loads(json.dumps(plain))  # as it is read back from a file: lists instead of tuples
 
 
 def digest(identity):
@@ -39,43 +42,44 @@ def digest(identity):
     return sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]
 
 
-def differences(there, here):
-    """What keeps rows of one identity out of a run of another: versions and keys of the scene.
+def differences(stored, current):
+    """The versions and keys of the scene because of which stored rows cannot be used in a run.
 
-    What varies and which columns are wanted may differ: each row is known by its own scene.
+    What varies and which columns are asked for may differ: each row is identified by its own scene.
 
     Parameters
     ----------
-    there, here : dict
+    stored, current : dict
+        From `identity`.
 
     Returns
     -------
     list of str
-        One for each key that differs.
+        One line for each key that differs.
     """
-    found = []
-    for part in ("program", "scene"):
-        old, new = _flat(there.get(part, {})), _flat(here[part])
+    lines = []
+    for part in ("versions", "scene"):
+        old, new = _flat(stored[part]), _flat(current[part])
         for key in sorted(old.keys() | new.keys()):
             if old.get(key) != new.get(key):
                 name = key if part == "scene" else f"version of {key}"
-                found.append(f"{name}: {_said(old, key)} there, {_said(new, key)} now")
-    return found
+                lines.append(f"{name}: {_text(old, key)} there, {_text(new, key)} now")
+    return lines
 
 
 def _flat(value, path=""):
     """Dotted key -> plain value."""
     if isinstance(value, dict):
-        parts = value.items()
+        items = value.items()
     elif isinstance(value, list):
-        parts = enumerate(value)
+        items = enumerate(value)
     else:
         return {path: value}
     flat = {}
-    for key, item in parts:
+    for key, item in items:
         flat.update(_flat(item, f"{path}.{key}" if path else str(key)))
     return flat
 
 
-def _said(flat, key):
+def _text(flat, key):
     return str(flat[key]) if key in flat else "not given"

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM end a run cleanly: between two statements of its choice."""
+"""Ctrl-C and SIGTERM end a run cleanly, as KeyboardInterrupt."""
 
 import signal
 import threading
@@ -8,13 +8,13 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interrupts:
-    """While open, the first of either signal raises KeyboardInterrupt, and later ones are ignored.
+    """Context manager: the first SIGINT or SIGTERM raises KeyboardInterrupt, later ones are ignored.
 
-    In a thread that is not the main one, signals are left as they are.
+    In a thread other than the main one, signals are left as they are.
     """
 
     def __init__(self):
-        self._sheltered, self._wanted = False, False
+        self._deferring, self._received = False, False
 
     def __enter__(self):
         self._before = {}
@@ -27,27 +27,27 @@ class Interrupts:
             signal.signal(number, handler)
 
     def _receive(self, *_):
-        if self._wanted:
+        if self._received:
             return
-        self._wanted = True
-        if not self._sheltered:
+        self._received = True
+        if not self._deferring:
             raise KeyboardInterrupt
 
     @contextmanager
-    def sheltered(self):
-        """A signal waits until the block is done."""
-        self._sheltered = True
+    def deferred(self):
+        """A signal that arrives inside raises KeyboardInterrupt at the end of the block."""
+        self._deferring = True
         try:
             yield
         finally:
-            self._sheltered = False
-        if self._wanted:
+            self._deferring = False
+        if self._received:
             raise KeyboardInterrupt
 
 
 @contextmanager
-def unbroken():
-    """A signal waits until the block is done; processes and threads that are started inside never take it."""
+def signals_blocked():
+    """Block both signals, also in the processes and threads that are started inside, which inherit the mask."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

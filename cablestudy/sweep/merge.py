@@ -1,11 +1,15 @@
 """Shards of a study joined into its table."""
 
-from contextlib import ExitStack, closing
+import sqlite3
+from contextlib import closing
 
 from cablestudy.errors import SceneError
+from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
-from cablestudy.sweep.opening import merged, read_journal
-from cablestudy.sweep.run import Run, Wish, command
+from cablestudy.sweep.record import unpack
+from cablestudy.sweep.run import Options, Run, command
+from cablestudy.sweep.store import COLUMNS, RowStore
+from cablestudy.sweep.store_files import is_empty, open_store, stored_description
 
 SHOWN = 10  # missing rows that are named
 
@@ -16,61 +20,77 @@ class MergedRun(Run):
     Parameters
     ----------
     study : Study
-    place : Place
+    files : TableFiles
     words : sequence of str
         The command that computes the study, for hints; `--shard` is added.
     quiet : bool
     """
 
-    def __init__(self, study, place, words, quiet=False):
-        super().__init__(study, place, Wish(keep=True, quiet=quiet))
+    def __init__(self, study, files, words, quiet=False):
+        super().__init__(study, files, Options(keep=True, quiet=quiet))
         self._words = words
 
     def _open(self):
-        """The rows of all shards as one journal.
+        """The rows of all shards in one store.
 
         Raises
         ------
         SceneError
             No shards, shards of another study or version, or rows that are missing: which, and how to get them.
         """
-        shards = self.place.shards()
+        shards = self.files.shards()
         if not shards:
             nothing = "no shards there ('cablestudy sweep --shard K/N' makes them)"
-            raise SceneError(f"{self.place.shard('K', 'N')}: {nothing}")
+            raise SceneError(f"{self.files.shard('K', 'N')}: {nothing}")
         counts = sorted({count for _, count in shards})
         if len(counts) > 1:
             kinds = " and of ".join(map(str, counts))
-            raise SceneError(f"--out {self.place.folder}: shards of {kinds} lie there: move one kind away")
-        with ExitStack() as stack:
-            journals, mistakes = {}, []
-            for (number, _), path in shards.items():
-                journals[number] = stack.enter_context(closing(read_journal(path, self.study.count)))
-                mistakes += _foreign(journals[number], self.identity)
-            mistakes = mistakes or self._missing(counts[0], journals)
-            if mistakes:
-                raise SceneError(*mistakes)
-            return merged(self.place.rows, self.identity, self.study.count, journals.values())
+            raise SceneError(f"--out {self.files.folder}: shards of {kinds} lie there: move one kind away")
+        merged, mistakes = RowStore.temporary(self.identity, self.study.count), []
+        for path in shards.values():
+            mistakes += _take(path, merged)
+        merged.load()
+        mistakes = mistakes or self._missing(counts[0], {number for number, _ in shards}, merged)
+        if mistakes:
+            raise SceneError(*mistakes)
+        store = open_store(self.path, self.identity, self.study.count, None, restart=True)
+        store.insert(merged.stored(self.cases))
+        store.load()
+        return store
 
-    def _missing(self, shards, journals):
+    def _missing(self, shards, there, merged):
         """What is missing of each shard, and how to get it."""
         found = []
         for number in range(1, shards + 1):
-            journal, cases = journals.get(number), range(number - 1, self.study.count, shards)
-            lacking = [case + 1 for case in cases if journal is None or case not in journal]
-            if lacking or journal is None:
-                what = "no such shard" if journal is None else "not complete"
+            lacking = [case + 1 for case in range(number - 1, self.study.count, shards) if case not in merged]
+            if lacking or number not in there:
+                what = "not complete" if number in there else "no such shard"
                 listed = ", ".join(map(str, lacking[:SHOWN])) + (", ..." if len(lacking) > SHOWN else "")
-                how = command(self._words, "--out", self.place.folder, "--shard", f"{number}/{shards}", "--resume")
+                how = command(self._words, "--out", self.files.folder, "--shard", f"{number}/{shards}", "--resume")
                 rows = f"{len(lacking)} row{'s' * (len(lacking) != 1)} missing" + (f" ({listed})" if lacking else "")
-                found.append(f"{self.place.shard(number, shards)}: {what}, {rows}: {how}")
+                found.append(f"{self.files.shard(number, shards)}: {what}, {rows}: {how}")
         return found
 
 
-def _foreign(journal, identity):
-    """Why the rows of a shard do not belong to a study."""
-    if digest(journal.identity) == digest(identity):
-        return []
-    found = differences(journal.identity, identity)
-    found += [f"{part}: not as now" for part in ("vary", "columns") if journal.identity.get(part) != identity[part]]
-    return [f"{journal.path}: {line}" for line in found]
+def _take(path, merged):
+    """Add the rows of a shard that are as they were written to a store.
+
+    Returns
+    -------
+    list of str
+        Why they do not belong to the study of the store.
+    """
+    with closing(Database(path)) as shard:
+        try:
+            if is_empty(shard):
+                return [f"{path}: is empty"]
+            identity, _ = stored_description(shard)
+            if digest(identity) == digest(merged.identity):
+                rows = shard.execute(f"SELECT {COLUMNS} FROM rows WHERE status IS NOT NULL")
+                merged.insert([row for row in rows if unpack(row, len(merged.headers))])
+                return []
+        except sqlite3.Error as error:
+            return [f"{path}: is damaged ({error}): compute the shard again with --resume"]
+    found = differences(identity, merged.identity)
+    found += [f"{part}: not as now" for part in ("vary", "columns") if identity[part] != merged.identity[part]]
+    return [f"{path}: {line}" for line in found]

@@ -3,6 +3,7 @@
 import platform
 from datetime import UTC, datetime
 
+from cablestudy import __version__
 from cablestudy.sweep.fingerprint import digest
 
 
@@ -29,14 +30,13 @@ def record(identity, command, started, seconds, rows):
     """
     import yaml
 
-    program = identity["program"]
     content = {
         "command": command,
         "fingerprint": digest(identity),
         "started": datetime.fromtimestamp(started, UTC).isoformat(timespec="seconds"),
         "duration_s": round(seconds, 3),
         "rows": rows,
-        "versions": {**program, "python": platform.python_version()},
+        "versions": {"cablestudy": __version__, **identity["versions"], "python": platform.python_version()},
         "platform": platform.platform(),
         "study": {name: identity[name] for name in ("scene", "vary", "columns")},
     }

@@ -1,30 +1,38 @@
-"""One run of a study, from the journal to the table: what is kept, what is said, how to go on."""
+"""One run of a study, from the stored rows to the table: what is computed, what is reported, how to go on."""
 
+import os
+import re
 import shlex
 import sys
 import time
+from collections import Counter
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
-from cablestudy.sweep.fill import fill
+from cablestudy.sweep.chunks import Chunks
+from cablestudy.sweep.driver import compute_here
 from cablestudy.sweep.fingerprint import identity
-from cablestudy.sweep.growth import take_over
-from cablestudy.sweep.journal import Journal
-from cablestudy.sweep.opening import open_journal
-from cablestudy.sweep.parallel import local
+from cablestudy.sweep.interrupt import Interrupts
 from cablestudy.sweep.progress import Progress
 from cablestudy.sweep.provenance import record
+from cablestudy.sweep.row_reuse import reuse_rows
 from cablestudy.sweep.rows import table_of
+from cablestudy.sweep.store import COMPLETE, MISSING, PARTIAL, RowStore
+from cablestudy.sweep.store_files import open_store
 
+SHOWN = 10  # failures that are listed
 REPLAYED = 3  # failures whose command is given
 KINDS = 5  # of failures that are counted each
+NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
-class Wish:
+class Options:
     """What is to be done with a study.
 
     Attributes
@@ -71,8 +79,8 @@ class Run:
     Parameters
     ----------
     study : Study
-    place : Place
-    wish : Wish
+    files : TableFiles
+    options : Options
 
     Raises
     ------
@@ -80,105 +88,142 @@ class Run:
         Something is wrong with the study, or with the rows that are there; nothing has been computed.
     """
 
-    def __init__(self, study, place, wish):
-        self.study, self.place, self.wish = study, place, wish
+    def __init__(self, study, files, options):
+        self.study, self.files, self.options = study, files, options
         self.columns, self._reference = prepare(study)
-        self.cases = wish.cases(study.count)
+        self.cases = options.cases(study.count)
         self.identity = identity(study, self.columns)
-        self.path = place.shard(*wish.shard) if wish.shard else place.rows
-        self.journal = None
+        self.path = files.shard(*options.shard) if options.shard else files.rows
+        self.store = None
         self._begin, self._started = time.monotonic(), time.time()
 
     def __enter__(self):
-        self.journal = self._open()
-        self._known = sum(case in self.journal for case in self.cases)
+        self.store = self._open()
+        self._known = self.done
         return self
 
     def __exit__(self, *_):
-        self.journal.close()
+        self.store.close()
 
     def _open(self):
-        if not self.wish.keep:
-            return Journal.temporary(self.identity, self.study.count)
-        self.place.make()
-        take = take_over(self.study, self.cases)
-        journal = open_journal(self.path, self.identity, self.study.count, take, self.wish.resume, self.wish.restart)
-        if not self.wish.shard:
-            self.place.clear()
-        return journal
+        options = self.options
+        if not options.keep:
+            return RowStore.temporary(self.identity, self.study.count)
+        self.files.make()
+        store = open_store(self.path, self.identity, self.study.count, self._reuse, options.resume, options.restart)
+        if not options.shard:
+            self.files.clear()
+        before = self.path.removesuffix(".sqlite") + ".jsonl"
+        if options.resume and os.path.exists(before):
+            store.warnings.append(f"{before}: rows of an earlier version of cablestudy are not used; it may be deleted")
+        return store
+
+    def _reuse(self, store, identity):
+        reuse_rows(store, self.study, self.cases, identity)
 
     def compute(self):
-        """Compute what is missing; see `fill`."""
-        progress = None if self.wish.quiet else Progress(len(self.cases), self._known)
+        """Compute the cases that are missing and store their rows as they are done.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Ctrl-C or SIGTERM; what is done is stored.
+        NoSolutionError
+            Workers die, or the scheduler is gone; what is done is stored.
+        """
+        store, options, done = self.store, self.options, self._known
+        progress = None if options.quiet else Progress(len(self.cases), self._known)
+        headers = [column.header for column in self.columns]
+        work = [
+            (store.select(self.cases, MISSING), headers),
+            (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
+        ]
+        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain)
         try:
-            fill(
-                self.study, self.columns, self.cases, self.journal, self._workers(), progress,
-                self.wish.fail_fast, self.wish.explain,
-            )  # fmt: skip
+            with Interrupts() as interrupts, closing(self._results(chunks)) as results:
+                for chunk in results:
+                    with interrupts.deferred():
+                        store.add(chunk.headers, chunk.records)
+                    done += len(chunk.records)
+                    if progress:
+                        progress(done)
+                    if options.fail_fast and chunk.failed:
+                        return
+        except NoSolutionError as error:
+            raise NoSolutionError(f"{error}{self._resumable()}") from None
         finally:
             if progress:
                 progress.close()
 
-    def _workers(self):
-        if self.wish.scheduler is None:
-            return partial(local, jobs=self.wish.jobs)
-        from cablestudy.sweep.cluster import scheduled
+    def _results(self, chunks):
+        """Iterator of the chunks that are done."""
+        if self.options.scheduler is None:
+            return compute_here(chunks, self.options.jobs)
+        from cablestudy.sweep.cluster import compute_on_cluster
 
-        say = None if self.wish.quiet else partial(print, file=sys.stderr, flush=True)
-        return partial(scheduled, address=self.wish.scheduler, say=say)
+        say = None if self.options.quiet else partial(print, file=sys.stderr, flush=True)
+        return compute_on_cluster(chunks, self.options.scheduler, say)
+
+    def _resumable(self):
+        return f"; --resume goes on: {self.done} rows are done" if self.options.keep else ""
 
     @property
     def done(self):
         """How many rows are complete."""
-        return sum(case in self.journal for case in self.cases)
+        return self.store.how_many(self.cases, COMPLETE)
+
+    @property
+    def failed(self):
+        """How many rows have no answer."""
+        return sum(1 for _ in self.store.failures())
 
     @property
     def complete(self):
         """Whether every row is."""
         return self.done == len(self.cases)
 
+    def check_complete(self):
+        """Raise NoSolutionError if `fail_fast` ended the run."""
+        if not self.complete:
+            raise NoSolutionError(f"stopped at the first case without an answer (--fail-fast){self._resumable()}")
+
     def table(self):
         """The table of a complete run."""
-        return table_of(self.study, self.columns, self._reference, self.journal, self.cases)
+        return table_of(self.study, self.columns, self._reference, self.store, self.cases)
 
     def notes(self):
         """Yield what was modelled, row by row."""
         for case in self.cases:
-            yield from (f"row {case + 1}: {note}" for note in self.journal.notes(case))
+            yield from (f"row {case + 1}: {note}" for note in self.store.row(case).notes)
 
     def write(self, table, command):
-        """Write the table and where it comes from; the journal stays, for a study that will grow."""
-        self.place.write(self.study, table, self._record(command))
-        self.journal.finish()
+        """Write the table and where it comes from; the rows stay, for a study that is edited."""
+        self.files.write(self.study, table, self._record(command))
+        self.store.set_finished(True)
 
     def finish_shard(self, command):
-        """Say where a shard comes from.
+        """Write where a shard comes from.
 
         Returns
         -------
         str
             Its file.
         """
-        write_whole(self.path.removesuffix(".jsonl") + ".run.yaml", self._record(command))
-        self.journal.finish()
+        write_whole(self.path.removesuffix(".sqlite") + ".run.yaml", self._record(command))
+        self.store.set_finished(True)
         return self.path
 
     def _record(self, command):
-        rows = {"total": len(self.cases), "reused": self._known, "failed": self.journal.failed}
+        rows = {"total": len(self.cases), "reused": self._known, "failed": self.failed}
         return record(self.identity, command, self._started, time.monotonic() - self._begin, rows)
 
     def reused(self):
-        """List of the lines that say how many rows were there already, and what of the file is none."""
-        strange, lines = self.journal.strange, []
-        if strange:
-            listed = ", ".join(map(str, strange[:KINDS])) + (", ..." if len(strange) > KINDS else "")
-            listed = f"line{'s' * (len(strange) > 1)} {listed}"
-            lines.append(f"{self.path}: left out what is no row as it was written: {listed}")
-        parts = sum(1 for _ in self.journal.incomplete(self.cases))
-        if not (self._known or parts):
-            return lines
+        """List of lines: what was found damaged, and how many rows are there already."""
+        partial_rows = self.store.how_many(self.cases, PARTIAL)
+        if not (self._known or partial_rows):
+            return self.store.warnings
         known = f"{self._known} of {len(self.cases)} rows are there already"
-        return [*lines, known + (f", and some columns of {parts} more" if parts else "")]
+        return [*self.store.warnings, known + (f", and some columns of {partial_rows} more" if partial_rows else "")]
 
     def failures(self, words):
         """Lines about the rows without an answer: the first of them, how many of each kind, how to see one alone.
@@ -192,21 +237,22 @@ class Run:
         -------
         list of str
         """
-        journal = self.journal
-        lines = [f"row {case + 1}: {status}" for case, status in journal.failures]
-        if self.wish.row is not None or not lines:
+        first = list(islice(self.store.failures(), SHOWN))
+        kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
+        lines = [f"row {case + 1}: {status}" for case, status in first]
+        if self.options.row is not None or not lines:
             return lines
-        kinds = [f"{often} x {kind}" for kind, often in journal.kinds.most_common(KINDS)]
-        others = journal.failed - sum(often for _, often in journal.kinds.most_common(KINDS))
-        kinds += [f"{others} x others"] if others else []
-        lines.append(f"{journal.failed} of {self.done} rows have no answer: " + "; ".join(kinds))
-        for case, _ in journal.failures[: REPLAYED if words else 0]:
+        counted = [f"{often} x {kind}" for kind, often in kinds.most_common(KINDS)]
+        others = kinds.total() - sum(often for _, often in kinds.most_common(KINDS))
+        counted += [f"{others} x others"] if others else []
+        lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counted))
+        for case, _ in first[: REPLAYED if words else 0]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""
-        if not self.wish.keep:
+        if not self.options.keep:
             return ["interrupted: nothing is kept of a run that writes nothing"]
         words = [word for word in words if word not in ("--resume", "--restart")]
         return [

@@ -1,4 +1,4 @@
-"""Rows of a study that are wanted: --where, --sort and --best."""
+"""Selection of rows: --where, --sort and --best."""
 
 import operator
 from collections.abc import Sequence
@@ -6,22 +6,23 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.sweep.condition import Names, parse
+from cablestudy.sweep.condition import parse
+from cablestudy.sweep.variable import variable
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Which rows are shown, and in which order.
+    """Which rows of a table are shown, and in which order.
 
     Attributes
     ----------
     condition : callable or None
-        Row -> True, False or None (a cell is empty).
-    key : Name or None
-        What orders the rows.
+        Row -> True, False or None (unknown).
+    key : Variable or None
+        By which the rows are ordered.
     descending : bool
     best : bool
-        Only the first of that order.
+        Whether only the first row of that order is shown.
     """
 
     condition: object = None
@@ -30,7 +31,7 @@ class Selection:
     best: bool = False
 
     def places(self, rows):
-        """Where the rows are that are shown.
+        """Indices of the rows that are shown.
 
         Parameters
         ----------
@@ -45,13 +46,14 @@ class Selection:
         Raises
         ------
         NoSolutionError
-            There is no best one.
+            `best`, and no row has a number.
         """
         condition, key = self.condition, self.key
         matching = ((place, row) for place, row in enumerate(rows) if condition is None or condition(row) is True)
         if key is None:
             return [place for place, _ in matching]
-        matching = ((key.value(row), place) for place, row in matching)
+        value = key.getter()
+        matching = ((value(row), place) for place, row in matching)
         if self.best:
             return [self._best(matching)]
         matching = list(matching)
@@ -60,7 +62,7 @@ class Selection:
         return [place for _, place in known] + [place for value, place in matching if value is None]
 
     def _best(self, values):
-        """The first place with the smallest or largest number."""
+        """Index of the first row with the smallest or largest number."""
         better = operator.gt if self.descending else operator.lt
         found, best = None, None
         for value, place in values:
@@ -68,18 +70,18 @@ class Selection:
                 found, best = place, value
         if found is None:
             where = "" if self.condition is None else " that --where lets pass"
-            raise NoSolutionError(f"--best: no row{where} has a value of {self.key.shown}")
+            raise NoSolutionError(f"--best: no row{where} has a value of {self.key.name}")
         return found
 
     def table(self, table):
-        """A table with only the rows that are shown."""
+        """The table of the rows that are shown."""
         places = self.places(table.rows)
         errors = partial(table.errors, places) if table.errors else None
-        return replace(table, rows=Chosen(table.rows, places), errors=errors)
+        return replace(table, rows=ChosenRows(table.rows, places), errors=errors)
 
 
-class Chosen(Sequence):
-    """Some rows of others, which are not copied.
+class ChosenRows(Sequence):
+    """Some rows of a table, not copied.
 
     Parameters
     ----------
@@ -96,23 +98,23 @@ class Chosen(Sequence):
 
     def __getitem__(self, place):
         if isinstance(place, slice):
-            return Chosen(self._rows, self._places[place])
+            return ChosenRows(self._rows, self._places[place])
         return self._rows[self._places[place]]
 
 
 def read_selection(study, where=None, sort=None, best=None):
-    """The selection that the options ask for. Columns that the study does not have become its last ones.
+    """The selection that the options ask for. Columns that the study does not have are added to it.
 
     Parameters
     ----------
     study : Study
     where, sort, best : str or None
-        `sag < 0.5 and not status != ok`; `column` or `-column`; `min column` or `max column`.
+        For example `sag < 0.5 and status == ok`; `COLUMN` or `-COLUMN`; `min COLUMN` or `max COLUMN`.
 
     Returns
     -------
     Selection or None
-        None when nothing is asked for.
+        None without options.
 
     Raises
     ------
@@ -121,42 +123,38 @@ def read_selection(study, where=None, sort=None, best=None):
     """
     if sort is not None and best is not None:
         raise SceneError("--sort and --best exclude each other: --best shows a single row")
-    names, mistakes, parts = Names(study), [], {}
-    for option, text, read in (("--where", where, _condition), ("--sort", sort, _order), ("--best", best, _extreme)):
-        if text is None:
-            continue
+    mistakes, parts = [], {}
+    for text, read in ((where, _read_where), (sort, _read_sort), (best, _read_best)):
         try:
-            parts |= read(text, names)
+            parts |= read(text, study) if text is not None else {}
         except SceneError as error:
             mistakes += error.mistakes
-        for column in names.take():
-            study.ask(column, option)
     if mistakes:
         raise SceneError(*mistakes)
     return Selection(**parts) if parts else None
 
 
-def _condition(text, names):
-    return {"condition": parse(text, names)}
+def _read_where(text, study):
+    return {"condition": parse(text, study)}
 
 
-def _order(text, names):
+def _read_sort(text, study):
     name = text.strip()
-    return {"key": _named("--sort", name.removeprefix("-"), names), "descending": name.startswith("-")}
+    return {"key": _key("--sort", name.removeprefix("-"), study), "descending": name.startswith("-")}
 
 
-def _extreme(text, names):
+def _read_best(text, study):
     word, _, name = text.strip().partition(" ")
     if word not in ("min", "max") or not name.strip():
         raise SceneError(f"--best: expected 'min COLUMN' or 'max COLUMN', got {text!r:.80}")
-    key = _named("--best", name.strip(), names)
-    if key.text:
-        raise SceneError(f"--best: {key.shown} is text, which has no {word}")
+    key = _key("--best", name.strip(), study)
+    if key.is_text:
+        raise SceneError(f"--best: {key.name} is text, which has no {word}")
     return {"key": key, "descending": word == "max", "best": True}
 
 
-def _named(option, name, names):
+def _key(option, name, study):
     try:
-        return names.find(name)
+        return variable(name, study, option)
     except ValueError as error:
         raise SceneError(f"{option}: {error}") from None

@@ -1,12 +1,13 @@
-"""sweep --sensitivity: how much of the variance of a column each sampled key explains, alone and with all others.
+"""sweep --sensitivity: Sobol's indices, the share of a column's variance that each sampled key explains.
 
-With f(A), f(B) the values at two independent samples and f(AB_i) those at A with key i taken from B (the design of
-Saltelli),
+With f(A), f(B) the values at two independent samples and f(AB_i) those at A with key i taken from B,
 
     first order S_i = mean(f(B) (f(AB_i) - f(A))) / V,    total T_i = mean((f(A) - f(AB_i))^2) / (2 V),
 
-V the variance of f(A) and f(B) together. The intervals are percentiles of a bootstrap over the points; as all of it is
-made of means, the points are first put into at most 1024 blocks of about equally many, which are drawn instead.
+V the variance of f(A) and f(B) together: Saltelli et al. (2010), Computer Physics Communications 181, 259, table 2,
+estimators (b) and (f). They are those of scipy.stats.sobol_indices, which takes powers of two only and has no seed for
+its intervals. The intervals here are percentiles of a bootstrap over the points (Efron and Tibshirani, 1993, ch. 13);
+beyond 1024 points, over 1024 blocks of about equally many.
 """
 
 from dataclasses import dataclass
@@ -22,8 +23,7 @@ from cablestudy.sweep.rows import written
 RESAMPLES = 1000
 BLOCKS = 1024
 CONFIDENCE = 0.95
-CONSTANT = 1e-12  # relative: below it a column does not vary
-DUST = 1e-12  # an index below it is none
+NEGLIGIBLE = 1e-12  # of the values: a column that does not vary; of the variance: an index that is rounding
 
 
 @dataclass(frozen=True)
@@ -53,35 +53,36 @@ def indices(f_a, f_b, f_ab, seed=0):
     """
     values = np.vstack([f_a, f_b, f_ab]).astype(float)
     scale = np.abs(values).max()
-    if np.ptp(values) <= CONSTANT * scale:
+    if np.ptp(values) <= NEGLIGIBLE * scale:
         return None
     values = values / scale
-    values -= values[:2].mean()  # the mean plays no part, and squares of it would cost digits
+    values -= values[:2].mean()  # avoids cancellation: no index depends on the mean
     a, b, ab = values[0], values[1], values[2:]
-    terms = np.vstack([a, b, a**2 + b**2, b * (ab - a), (a - ab) ** 2])
-    points = a.size
-    blocks = min(points, BLOCKS)
-    sums = np.add.reduceat(terms, np.arange(blocks) * points // blocks, axis=1)
-    sizes = np.diff(np.append(np.arange(blocks) * points // blocks, points))
-    # numbers of times that each block is drawn; the first line is the sample itself
-    drawn = np.random.default_rng(seed).multinomial(blocks, np.full(blocks, 1 / blocks), RESAMPLES)
-    drawn = np.vstack([np.ones(blocks), drawn])
-    means = drawn @ sums.T / (drawn @ sizes)[:, None]
-    keys = len(ab)
+    means = _bootstrap_means(np.vstack([a, b, a**2 + b**2, b * (ab - a), (a - ab) ** 2 / 2]), seed)
     variance = means[:, 2] / 2 - (means[:, 0] + means[:, 1]) ** 2 / 4
     if variance[0] <= 0:
         return None
-    usable = variance > 0  # a draw of equal values says nothing
-    shares = means[usable, 3:] / variance[usable, None]
-    shares[:, keys:] /= 2
-    shares[np.abs(shares) < DUST] = 0.0
-    ends = np.percentile(shares[1:], [50 * (1 - CONFIDENCE), 50 * (1 + CONFIDENCE)], axis=0)
-    found = np.vstack([shares[:1], ends]).T
-    return Indices(found[:keys], found[keys:])
+    positive = variance > 0  # a resample of equal values has no indices
+    shares = means[positive, 3:] / variance[positive, None]
+    shares[np.abs(shares) < NEGLIGIBLE] = 0.0
+    interval = np.percentile(shares[1:], [50 * (1 - CONFIDENCE), 50 * (1 + CONFIDENCE)], axis=0)
+    found = np.vstack([shares[:1], interval]).T
+    return Indices(found[: len(ab)], found[len(ab) :])
+
+
+def _bootstrap_means(terms, seed):
+    """Means of terms over all points, then over each resample: shape (j, n) -> (1 + RESAMPLES, j)."""
+    points = terms.shape[1]
+    blocks = min(points, BLOCKS)
+    starts = np.arange(blocks) * points // blocks
+    sums, sizes = np.add.reduceat(terms, starts, axis=1), np.diff(np.append(starts, points))
+    times_drawn = np.random.default_rng(seed).multinomial(blocks, np.full(blocks, 1 / blocks), RESAMPLES)
+    times_drawn = np.vstack([np.ones(blocks), times_drawn])
+    return times_drawn @ sums.T / (times_drawn @ sizes)[:, None]
 
 
 class Sensitivity:
-    """The indices of a study's columns.
+    """Sobol's indices of a study's columns.
 
     Parameters
     ----------
@@ -120,47 +121,51 @@ class Sensitivity:
         Returns
         -------
         table : Table
-            For each step of the other entries, each column, each sampled key: a row; cells are empty where there is no
-            index.
+            One row for each step of the other entries, each column, each sampled key; cells without an index are empty.
         notes : list of str
-            Why not.
+            Why columns have no indices.
         """
-        study, sample = self.study, self.study.sample
-        values = np.full((len(self.columns), study.count), np.nan)
-        headers = [column.header for column in self.columns]
-        for place, row in enumerate(rows):
-            values[:, place] = [np.nan if row.get(header) is None else row[header] for header in headers]
-        lengths = [len(entry) for entry in study.entries]
-        values = np.moveaxis(values.reshape(-1, *lengths), 1 + study.sample_entry, -1)
-        values = values.reshape(len(headers), -1, sample.count, sample.pages)
-        groups, found, notes = self._groups(lengths), [], []
+        found, notes = [], []
+        groups, values = self._groups(), self._values(rows)
         for group, shown in enumerate(groups):
             among = ", ".join(f"{key}={value}" for key, value in shown.items())
-            for header, cells in zip(headers, values[:, group], strict=True):
-                about = f"{header}{f' ({among})' if among else ''}: no indices,"
-                estimate, empty = None, int(np.isnan(cells).sum())
-                if empty:
-                    notes.append(f"{about} {empty} of {cells.size} cases have no value")
-                else:
-                    estimate = indices(cells[:, 0], cells[:, -1], cells[:, 1:-1].T, sample.seed)
-                    if estimate is None:
-                        notes.append(f"{about} the column does not vary")
-                for key, name in enumerate(sample.over):
-                    found.append({**shown, "column": header, "parameter": name, **_cells(estimate, key)})
-        fields = [Field(key, key) for key in groups[0]]
-        fields += [Field("column", "column"), Field("parameter", "parameter")]
-        fields += [Field(name, name.replace("_", " ")) for name in _cells(None, 0)]
+            for column, cells in zip(self.columns, values[:, group], strict=True):
+                estimate, reason = self._estimate(cells)
+                if reason:
+                    notes.append(f"{column.header}{f' ({among})' if among else ''}: no indices, {reason}")
+                for key, name in enumerate(self.study.sample.over):
+                    found.append({**shown, "column": column.header, "parameter": name, **_cells(estimate, key)})
+        names = [*groups[0], "column", "parameter", *_cells(None, 0)]
+        fields = [Field(name, name if name in groups[0] else name.replace("_", " ")) for name in names]
         return Table(tuple(fields), found), notes
 
-    def _groups(self, lengths):
-        """What the entries beside the sample have in each of their combinations, as written."""
-        study, place = self.study, self.study.sample_entry
-        sampled = set(study.sample.over)
-        cases = np.arange(study.count).reshape(lengths).take([0], axis=place).reshape(-1)
+    def _values(self, rows):
+        """Cells of the columns, shape (columns, groups, points, pages); nan where they are empty."""
+        study, sample = self.study, self.study.sample
+        headers = [column.header for column in self.columns]
+        values = np.full((len(headers), study.count), np.nan)
+        for case, row in enumerate(rows):
+            values[:, case] = [np.nan if row.get(header) is None else row[header] for header in headers]
+        values = values.reshape(-1, *(len(entry) for entry in study.entries))
+        values = np.moveaxis(values, 1 + study.sample_entry, -1)
+        return values.reshape(len(headers), -1, sample.count, sample.pages)
+
+    def _groups(self):
+        """Varied values beside the sample, one dict for each of their combinations."""
+        study, lengths = self.study, [len(entry) for entry in self.study.entries]
+        cases = np.arange(study.count).reshape(lengths).take([0], axis=study.sample_entry).reshape(-1)
         return [
-            {key: value for key, value in written(study.overrides(int(case))).items() if key not in sampled}
+            {key: value for key, value in written(study.overrides(int(case))).items() if key not in study.sample.over}
             for case in cases
         ]
+
+    def _estimate(self, cells):
+        """Indices of one column in one group, or None and the reason."""
+        empty = int(np.isnan(cells).sum())
+        if empty:
+            return None, f"{empty} of {cells.size} cases have no value"
+        estimate = indices(cells[:, 0], cells[:, -1], cells[:, 1:-1].T, self.study.sample.seed)
+        return estimate, "" if estimate else "the column does not vary"
 
 
 def _cells(estimate, key):

@@ -1,7 +1,7 @@
 """The chain of n equal bars: the paper's model, solved by means that no finite-element program uses.
 
 Statics: the tension vector of the first bar fixes all others (each node adds its weight), each bar's extension follows,
-and the first vector is found so that the chain ends where it must. The closure is the gradient of the strictly convex
+and the first vector is found so that the chain ends where it must. The residual is the gradient of the strictly convex
 complementary energy sum l0 (T^2/(2 EA) + T), so the equilibrium is unique (see catenary_mp). Dynamics: dense textbook
 bars.
 """

@@ -1,7 +1,7 @@
 """The elastic catenary at 50 digits, with or without point loads.
 
 First principles: equilibrium dF/ds = (0, 0, w) gives F = F0 + (0, 0, w s), less every point load already passed;
-Hooke's law gives r' = (1 + |F|/EA) F/|F|. Everything wanted is an integral of F, 1/|F|, ... over s, and each has a
+Hooke's law gives r' = (1 + |F|/EA) F/|F|. Every quantity is an integral of F, 1/|F|, ... over s, and each has a
 closed form.
 
 The unknown is the tension vector F0 at end 1. The end position r(L; F0) is the gradient of the complementary energy
@@ -120,7 +120,7 @@ def minimise(totals, force, target, length):
     target : sequence of 3 mpf
         Wanted end position. [m]
     length : mpf
-        Scale for the closure error. [m]
+        Scale for the residual. [m]
 
     Returns
     -------
@@ -148,7 +148,7 @@ def minimise(totals, force, target, length):
         force = [f + factor * d for f, d in zip(force, step, strict=True)]
         if mp.norm(step) < mp.mpf(10) ** -(DIGITS + 3) * mp.norm(mp.matrix(force)):
             return tuple(force)
-    raise ArithmeticError(f"no convergence: closure error {mp.nstr(mp.norm(gradient) / length, 5)} of the length")
+    raise ArithmeticError(f"no convergence: residual {mp.nstr(mp.norm(gradient) / length, 5)} of the length")
 
 
 def with_a_slack_piece(span, L, EA, loads):

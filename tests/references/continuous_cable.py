@@ -224,7 +224,7 @@ def modes(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, tolerance=1e
     loads : sequence of (s, (fx, 0, fz)), optional
         Dead point loads [N] in the plane at unstretched positions s [m].
     tolerance : float
-        Agreement wanted when n is not given. [-]
+        Required agreement when n is not given. [-]
 
     Returns
     -------

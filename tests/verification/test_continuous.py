@@ -8,9 +8,9 @@ from cables import EA, MASS, PAPER_CHORD, Exact, G, chord_span, graded_error, pa
 from references import continuous_cable
 
 from cablestudy.cable import catenary, equilibrium
-from cablestudy.cable.assembly import SPATIAL
-from cablestudy.cable.dynamics import PLANAR, Dynamics
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.state import sag
 
 CABLES = {
     "taut": paper_span(),
@@ -24,7 +24,7 @@ each_cable = pytest.mark.parametrize("span", CABLES.values(), ids=CABLES)
 def solved(span, elements=1, order=16, mass="lumped"):
     start = catenary.solve(span)
     state, _ = equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))
-    return start, state, Dynamics(state, span.unstretched_length, span.mass, PLANAR if span.planar else (SPATIAL,))
+    return start, state, Dynamics(state)
 
 
 def continuous(span, count, plane):
@@ -46,7 +46,7 @@ def test_statics(span):
     mean = float(basis(16).weights @ state.tension[0]) * state.force
     assert mean == pytest.approx(exact.mean_tension(), rel=1e-9)
     start = float(catenary.solve(span).middle)
-    assert equilibrium.sag(span, state, start) == pytest.approx(exact.sag(), rel=1e-9)
+    assert sag(state, start) == pytest.approx(exact.sag(), rel=1e-9)
 
 
 @each_cable

@@ -1,8 +1,4 @@
-"""Pictures: the static form, the deflection by point loads, mode shapes, a study. The only importer of matplotlib.
-
-`style` has the look and the axes, then one file for each idea: `form`, `deflection`, `modes`, `study`,
-`wind`, `bode`, `trade`.
-"""
+"""Pictures, each in a file of its own; `style` has the common look. Only this package imports matplotlib."""
 
 from cablestudy.study.plots.bode import bode
 from cablestudy.study.plots.form import static_form

@@ -1,4 +1,4 @@
-"""Bode plot of frequency responses; with a gondola the paper's Fig. 8."""
+"""Bode plot of frequency responses, with a gondola as the paper's Fig. 8."""
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
@@ -8,12 +8,12 @@ from cablestudy.study.plots.style import SERIES, WIDTH, panels, styled
 
 @styled
 def bode(curves, frequency, *numbers):
-    """Magnitude and phase of each curve over the frequency.
+    """Draws magnitude and phase of each curve against frequency.
 
     Parameters
     ----------
     curves : list of Curve
-        All of one unit.
+        All with the same unit.
     frequency : ndarray, shape (m,)
         [Hz]
     numbers : ndarray, shape (m,)
@@ -25,10 +25,10 @@ def bode(curves, frequency, *numbers):
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
-    for place, (colour, dashes, curve) in enumerate(zip(SERIES, ("-", "--"), curves, strict=False)):
-        look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # one curve may lie upon the other
-        magnitude.loglog(frequency, numbers[2 * place], **look)
-        phase.semilogx(frequency, numbers[2 * place + 1], **look)
+    for k, (colour, dashes, curve) in enumerate(zip(SERIES, ("-", "--"), curves, strict=False)):
+        look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # dashed, since curves may coincide
+        magnitude.loglog(frequency, numbers[2 * k], **look)
+        phase.semilogx(frequency, numbers[2 * k + 1], **look)
     unit = curves[0].unit or "-"
     magnitude.set_ylabel(f"magnitude [{unit}]")
     phase.set_ylabel("phase [deg]")

@@ -1,4 +1,4 @@
-"""How point loads move a cable, non-linear and linear, below its static form."""
+"""Deflection of a cable by point loads, non-linear and linear."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ HEIGHT = 1.9  # of a panel [in]
 
 
 def deflections(form):
-    """Each component of the movement that matters, non-linear and linear, and how far they are apart.
+    """Panels with the relevant components of the deflection, non-linear and linear, and with their difference.
 
     Parameters
     ----------
@@ -30,14 +30,14 @@ def deflections(form):
     Returns
     -------
     list of (float, callable)
-        Panels: height [in], and what paints it, given a figure and a place in its grid.
+        Height of a panel [in], and the function that draws it in a cell of the grid of a figure.
     """
     mesh, *nodal = nodal_deflections(form.case)
     positions, both = between_nodes(mesh, np.stack(nodal, axis=-1))
     level, up = form.plane(both[:, 0], both[:, 1])
     movement = {"vertical": up, "sideways": both[:, 2], "horizontal": level}
     names = ["vertical"] if form.case.span.planar else ["vertical", "sideways"]
-    # a load along the chord, or across an upright one, moves it more to the side than down
+    # a load along the chord, or across a vertical one, moves the cable more horizontally than vertically
     if np.abs(level).max() > np.abs(up).max():
         names.append("horizontal")
     panel = partial(_paint, form, form.abscissa(positions))
@@ -52,7 +52,7 @@ def deflections(form):
 
 
 def between_nodes(mesh, nodal):
-    """What nodes have, as the elements interpolate it.
+    """Interpolates nodal values within the elements.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def between_nodes(mesh, nodal):
     values = np.einsum("ji,ni...->nj...", lagrange(element.nodes, fine), nodal[index])
     positions = mesh.edges[:-1, None] + mesh.sizes[:, None] * fine
     keep = np.ones(positions.shape, dtype=bool)
-    keep[:-1, -1] = False  # the next element has it
+    keep[:-1, -1] = False  # it is also the first point of the next element
     return positions[keep], values[keep]
 
 
 def _paint(form, x, title, label, lines, figure, place):
-    """A panel of lines, each with its look, and dotted lines where the loads are."""
+    """Draws a panel of lines, each with its look, and a dotted line at each load."""
     axes = figure.add_subplot(place)
     scale, unit = _length_unit([values for values, _ in lines])
     for values, look in lines:
@@ -89,12 +89,12 @@ def _paint(form, x, title, label, lines, figure, place):
     axes.set_xlim(padded(low, high, 0.03, 0.03))
     axes.margins(y=0.12)
     plain(axes, 8, 5)
-    if len(lines) > 1:  # above the axes, where it hides nothing
+    if len(lines) > 1:  # above the axes, so that it covers no line
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=len(lines), borderaxespad=0.1)
 
 
 def _length_unit(arrays):
-    """Factor and unit in which lengths given in metres are readable."""
+    """Factor and unit that make lengths in metres readable."""
     largest = np.abs(arrays).max()
     if largest > 10:
         return 1.0, "m"

@@ -12,12 +12,12 @@ from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, WIDTH, 
 from cablestudy.study.report import shape_positions
 from cablestudy.study.table import short
 
-NAMED_LOADS = 6  # more would hide each other
+NAMED_LOADS = 6  # the labels of more would overlap
 
 
 @styled
 def static_form(case):
-    """The static form with its chord and sag; below it what the point loads do, as in the paper's Fig. 4.
+    """Draws the static form with chord and sag, and below it the deflection by point loads, as in the paper's Fig. 4.
 
     Parameters
     ----------
@@ -46,22 +46,22 @@ def static_form(case):
 
 
 class Form:
-    """A static form in the vertical plane of its chord, end 1 at the origin.
+    """The static form in the vertical plane of the chord, with end 1 at the origin.
 
     Attributes
     ----------
     across : ndarray, shape (j,)
-        In the chord frame. [m]
+        Distance from the chord. [m]
     distance, height : ndarray, shape (j,)
         Horizontal distance and height from end 1. [m]
     tension : ndarray, shape (j,)
         [N]
     reach, rise : float
-        The same two of end 2. [m]
+        Horizontal distance and height of end 2 from end 1. [m]
     upright : bool
-        Too steep for a horizontal distance to show anything.
+        Whether the cable is too steep to be drawn against horizontal distance.
     load_shares : ndarray, shape (k,)
-        Where the point loads are, as shares of the unstretched length. [-]
+        Positions of the point loads, as shares of the unstretched length. [-]
     load_forces : ndarray, shape (k, 3)
         In the chord frame. [N]
     """
@@ -74,23 +74,23 @@ class Form:
         along, self.across, _, self.tension = self.in_frame(self.positions)
         self.distance, self.height = self.plane(along, self.across)
         self.reach, self.rise = self.plane(self.chord, 0.0)
-        self.sag = case.statics.sag
+        self.sag = float(case.statics.sag)
         self.upright = np.ptp(self.distance) < 1e-3 * np.ptp(self.height)
         self.load_shares, self.load_forces = span.load_positions / self.length, span.load_forces
         self.loaded = len(self.load_shares) > 0
 
     def in_frame(self, positions):
-        """Places in the chord frame [m] and tension [N] at shares of the unstretched length."""
+        """Coordinates in the chord frame [m] and tension [N] at shares of the unstretched length."""
         displacement, tension = self.case.statics.shape(positions)
         local = displacement * self.length
         return local[:, 0] + positions * self.chord, local[:, 1], local[:, 2], tension
 
     def plane(self, along, across):
-        """Horizontal distance and height of places, or components of movements, given in the chord frame."""
+        """Horizontal and vertical components of points or displacements given in the chord frame."""
         return self.cosine * along - self.sine * across, self.sine * along + self.cosine * across
 
     def abscissa(self, positions):
-        """Where a quantity at shares of the unstretched length is drawn. [m]"""
+        """Abscissa at shares of the unstretched length. [m]"""
         if self.upright:
             return positions * self.length
         along, across, _, _ = self.in_frame(positions)
@@ -98,20 +98,20 @@ class Form:
 
     @property
     def abscissa_label(self):
-        """What `abscissa` gives."""
+        """Label of the abscissa."""
         return "length along the unstretched cable [m]" if self.upright else "horizontal distance from end 1 [m]"
 
     @property
     def title(self):
-        """Name and numbers of the cable."""
+        """Title of the picture, with the main numbers of the cable."""
         numbers = [f"chord {short(self.chord)} m", f"preload {short(self.case.statics.mean_tension)} N"]
-        if not (self.upright and self.loaded):  # nobody can say what sag such a cable has
+        if not (self.upright and self.loaded):  # the sag of such a cable is not defined
             numbers.append(f"sag {short(self.sag)} m")
         return f"Static form: {', '.join(numbers)}"
 
 
 def _leaning(form):
-    """Panels of a cable that is not vertical: the form and, where the chord's slope hides the sag, the sag itself."""
+    """Panels of a cable that is not vertical: its form, and the sag apart where the slope hides it."""
     window = Window(form.distance, np.append(form.height, [0.0, form.rise]), 0.30)
     hidden = abs(form.sag) * window.factor < 0.12 * window.ratio * form.reach
     whole = (0.7 + window.ratio * (WIDTH - 0.8), partial(_paint_whole, form, window, hidden))
@@ -128,7 +128,7 @@ def _paint_whole(form, window, hidden, figure, place):
         rotation_mode="anchor", transform_rotates_text=True,
     )  # fmt: skip
     if not hidden:
-        # where the cable is narrower than the words, they stand beside it
+        # where the cable is narrower than the text, the text stands beside it
         aside = form.distance.max() if form.reach < 0.4 * window.width else None
         _dimension(axes, form.reach / 2, form.rise / 2, form.sag, aside)
     _mark_loads(axes, form)
@@ -148,7 +148,7 @@ def _paint_sag(form, figure, place):
 
 
 def _paint_upright(form, figure, place):
-    """Height along the length, and the tension beside."""
+    """Height against length, and beside it height against tension."""
     left, right = place.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
     _draw(left, (form.length, form.rise), form.positions * form.length, form.height)
     _mark_loads(left, form)
@@ -161,7 +161,7 @@ def _paint_upright(form, figure, place):
 
 
 def _draw(axes, end, x, y):
-    """The chord from the origin to its other end, and the cable."""
+    """Draws the chord from the origin to its other end, and the cable."""
     chord = [[0, value] for value in end]
     axes.plot(*chord, "--", color=GREY, lw=1, label="chord")
     axes.plot(x, y, color=BLUE, label="cable")
@@ -169,7 +169,7 @@ def _draw(axes, end, x, y):
 
 
 def _dimension(axes, x, top, sag, aside=None):
-    """The sag as in an engineering drawing, its number at the arrow or, with a leader, right of a place."""
+    """Dimensions the sag as in an engineering drawing, with its value at the arrow or, with a leader, at x = aside."""
     arrow = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}
     axes.annotate("", (x, top - sag), (x, top), arrowprops=arrow)
     middle, text, look = top - sag / 2, f"sag {short(sag)} m", {"va": "center", "color": RED}
@@ -177,12 +177,12 @@ def _dimension(axes, x, top, sag, aside=None):
         axes.annotate(text, (x, middle), (5, 0), textcoords="offset points", **look)
         return
     leader = {"arrowstyle": "-", "shrinkA": 2, "shrinkB": 0, "color": RED, "lw": 0.7}
-    gap = axes.transData + ScaledTranslation(0.2, 0.0, axes.figure.dpi_scale_trans)  # as wide as a letter or two
+    gap = axes.transData + ScaledTranslation(0.2, 0.0, axes.figure.dpi_scale_trans)  # [in]
     axes.annotate(text, (x, middle), (aside, middle), textcoords=gap, arrowprops=leader, **look)
 
 
 def _mark_loads(axes, form):
-    """An arrow for each load in the plane of the picture, a ring for one out of it."""
+    """Draws an arrow for each load in the plane of the picture, a ring for one out of it."""
     for share, force in zip(form.load_shares, form.load_forces, strict=True):
         size = float(np.linalg.norm(force))
         place = (form.abscissa(np.array([share]))[0], np.interp(share, form.positions, form.height))

@@ -19,12 +19,12 @@ LAYOUT = {1: (WIDTH, 0.6), 2: (WIDTH / 2, 0.45), 3: (9.5 / 3, 0.5)}  # columns: 
 
 @styled
 def mode_shapes(case, modes):
-    """Mode shapes on the static form, as in the paper's Fig. 5, seen along and across the chord.
+    """Draws mode shapes on the static form, as in the paper's Fig. 5.
 
     Parameters
     ----------
     case : Case
-        With the discretisation that the modes belong to.
+        With the discretisation of the modes.
     modes : Modes
 
     Returns
@@ -64,7 +64,7 @@ def mode_shapes(case, modes):
 
 
 def _lines(form, modes, count, peak):
-    """For each mode x and y of the static form, x and y of the mode. [m]"""
+    """For each mode: x and y of the static form, then x and y of the mode. [m]"""
     positions, shapes = between_nodes(form.case.state.mesh, modes.shapes[..., :count])
     along, across, sideways, _ = form.in_frame(positions)
     tangent = np.gradient(np.stack([along, across, sideways], axis=1), positions, axis=0)
@@ -84,13 +84,13 @@ def _lines(form, modes, count, peak):
 
 
 def _peaked(movement, peak):
-    """The same movement with another largest value."""
+    """The displacement scaled to a given largest value."""
     size = np.abs(movement) if movement.ndim == 1 else np.linalg.norm(movement, axis=1)
     return movement * (peak / size.max())
 
 
 def _peak(form):
-    """The paper's 0.1 m, unless that would be lost beside the sag or too much for so short a cable. [m]"""
+    """Peak of the drawn shapes: the paper's 0.1 m unless too small for the sag or too large for the chord. [m]"""
     depth = float(np.abs(form.across).max())
     if depth * 0.2 > PEAK:
         return nice(0.3 * depth)

@@ -1,4 +1,4 @@
-"""What a study computed, and the printed values beside it."""
+"""Columns of a study against what it varies, with the printed values."""
 
 import re
 import textwrap
@@ -13,17 +13,17 @@ from cablestudy.study.fields import SHOWN_BY, beside
 from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
 from cablestudy.study.table import short
 
-OTHER_COLUMNS = 4  # drawn of a study that does not say what to draw
+OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
 
 
 @styled
 def study_plot(study, table):
-    """What a study computed, and the printed values beside it: one panel for each column along y.
+    """Draws the computed and the printed values of a study, one panel for each column along y.
 
     Parameters
     ----------
     study : Study
-        Its `plot:` says what to draw; without one the first thing varied against the first other columns.
+        Its `plot:` says what to draw; without one the first other columns are drawn against the first varied key.
     table : Table
 
     Returns
@@ -36,7 +36,10 @@ def study_plot(study, table):
     figure = Figure(figsize=(6.2 if side == 1 else 10, 2.1 * -(-len(names) // side) + 1.1), layout="constrained")
     grid = panels(figure, len(names), side)
     for axes, name in zip(grid, names, strict=True):
-        _panel(axes, x, find(name), groups, logx, logy)
+        _panel(axes, x, find(name), groups, joined=x.categories is None and study.sample is None)
+        _scale(axes, "y", logy)
+        if x.categories is None:
+            _scale(axes, "x", logx)
     for axes in grid[-side:]:
         axes.set_xlabel(x.label)
     _legend(figure)
@@ -49,7 +52,7 @@ def study_plot(study, table):
 
 
 def _wanted(study, table):
-    """Abscissa, columns along y, and which axes are logarithmic; None leaves that to the values."""
+    """Abscissa, columns along y, and whether x and y are logarithmic; None: decided by the values."""
     if study.plot:
         return _Abscissa(study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy
     columns = [find(name) for name in study.columns if find(name).name != "status"]
@@ -62,13 +65,13 @@ def _wanted(study, table):
 
 
 def _shown(key, headers):
-    """The column that shows a varied key, or the key itself."""
+    """Header of the column that has the value of a varied key, or the key itself."""
     known = (find(name).header for name in SHOWN_BY.get(key, ()))
     return next((header for header in known if header in headers), key)
 
 
 class _Abscissa:
-    """What lies along x.
+    """The quantity along x.
 
     Parameters
     ----------
@@ -83,7 +86,7 @@ class _Abscissa:
     label : str
         With unit.
     categories : list of str or None
-        What is not a number, or not all of one unit.
+        Values that are not all numbers of one unit; None for numbers.
     """
 
     def __init__(self, name, table):
@@ -102,7 +105,7 @@ class _Abscissa:
             self.label = f"{self.label} [{units.pop()}]"
 
     def values(self, rows, printed=False):
-        """Numbers of rows; of categories, their places."""
+        """Abscissas of rows; of categories their positions."""
         if self.categories is not None:
             return [self.categories.index(str(row[self.name])) for row in rows]
         names = [self.printed if printed and row.get(self.printed) is not None else self.name for row in rows]
@@ -110,7 +113,7 @@ class _Abscissa:
 
 
 def _quantity(value):
-    """Number and unit of a cell; (None, "") of a text that is neither."""
+    """Number and unit of a cell; (None, "") for other text."""
     if isinstance(value, (int, float)):
         return float(value), ""
     found = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*", value)
@@ -130,7 +133,7 @@ def _words(name):
 
 
 def _groups(study, rows, x):
-    """Rows with an answer that belong on one line, by what else varies: list of (label, rows)."""
+    """Rows with an answer grouped by what varies besides x, one group for each line: list of (label, rows)."""
     headers = [find(name).header for name in study.columns]
     entries = [[key for key, _, _ in entry.columns] for entry in study.entries]
     along = [entry for entry in entries if any(x.name in (key, _shown(key, headers)) for key in entry)] or entries[-1:]
@@ -138,7 +141,7 @@ def _groups(study, rows, x):
     for row in rows:
         label = ", ".join(f"{_words(entry[0])} {row.get(entry[0])}" for entry in entries if entry not in along)
         place = (label, row.get(x.name))
-        turn = seen[place] if x.categories is not None else 0  # a category that comes again starts another series
+        turn = seen[place] if x.categories is not None else 0  # a repeated category starts another series
         seen[place] += 1
         groups.setdefault((label, turn), []).append(row)
     again = any(turn for _, turn in groups)
@@ -150,7 +153,7 @@ def _groups(study, rows, x):
 
 
 def _series_label(label, rows, companions):
-    """What the rows of a series have in common, beside their group."""
+    """Label of a series: its group, and the values that its rows have in common."""
     parts = [label] if label else []
     for key in companions:
         values = {str(row.get(key)) for row in rows}
@@ -158,18 +161,19 @@ def _series_label(label, rows, companions):
     return ", ".join(parts)
 
 
-def _panel(axes, x, column, groups, logx, logy):
-    """One column: its computed values, joined unless x has categories, and rings for the printed ones."""
+def _panel(axes, x, column, groups, joined):
+    """Draws the computed values of a column, joined by lines or not, and rings for the printed ones."""
     printed_name = beside(column.header, "printed")
     for k, (label, rows) in enumerate(groups):
-        line, aside = "-", 0.0
-        if x.categories is not None:  # side by side: equal values would hide each other
-            line, aside = "none", 0.24 * (k - (len(groups) - 1) / 2) / max(1, len(groups) / 3)
+        aside = 0.0
+        if x.categories is not None:  # side by side, so that equal values do not cover each other
+            aside = 0.24 * (k - (len(groups) - 1) / 2) / max(1, len(groups) / 3)
         placed = [row for row in rows if row.get(x.name) is not None]
         computed = [row for row in placed if isinstance(row.get(column.header), float)]
         axes.plot(
-            np.add(x.values(computed), aside), [row[column.header] for row in computed], linestyle=line,
-            marker="os^Dv"[k % 5], ms=4.5, color=SERIES[k % len(SERIES)], label=label or "computed",
+            np.add(x.values(computed), aside), [row[column.header] for row in computed],
+            linestyle="-" if joined else "none", marker="os^Dv"[k % 5], ms=4.5, color=SERIES[k % len(SERIES)],
+            label=label or "computed",
         )  # fmt: skip
         printed = [row for row in placed if row.get(printed_name) is not None]
         if printed:
@@ -178,16 +182,13 @@ def _panel(axes, x, column, groups, logx, logy):
                 "o", ms=9, mfc="none", mec=RED, mew=1.3, label="printed",
             )  # fmt: skip
     axes.set_ylabel(textwrap.fill(_label(column), 22))
-    _scale(axes, "y", logy)
-    if x.categories is None:
-        _scale(axes, "x", logx)
-    else:
+    if x.categories is not None:
         axes.set_xticks(range(len(x.categories)), x.categories, rotation=30, ha="right", rotation_mode="anchor")
         axes.set_xlim(-0.5, len(x.categories) - 0.5)
 
 
 def _scale(axes, which, logarithmic):
-    """Scale, and ticks that can be read: on a short logarithmic x axis the values themselves."""
+    """Sets scale and ticks of an axis; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
     values = _drawn(axes.lines, which)
     axes.margins(**{which: 0.08 if which == "x" else 0.15})
@@ -211,12 +212,12 @@ def _scale(axes, which, logarithmic):
 
 
 def _drawn(lines, which):
-    """Every value along one axis, in order and once."""
+    """Distinct values of lines along one axis, ascending."""
     return np.unique([value for line in lines for value in line.get_data()["xy".index(which)]])
 
 
 def _legend(figure):
-    """One legend for all panels: what the lines are, and the hollow rings."""
+    """One legend for all panels."""
     seen = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):

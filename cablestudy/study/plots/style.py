@@ -1,4 +1,4 @@
-"""The look of every picture: colours, sizes, scales, ticks, and how it becomes a file."""
+"""Common look of all pictures: colours, sizes, scales, ticks; and their files."""
 
 import io
 import os
@@ -29,7 +29,7 @@ STYLE = {
     "ytick.color": GREY,
     "legend.frameon": False,
     "lines.linewidth": 1.6,
-    "svg.hashsalt": "cablestudy",  # otherwise random, and no two files would be alike
+    "svg.hashsalt": "cablestudy",  # default: random, so that equal pictures are different files
 }
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH = 7.5  # of a picture [in]
@@ -38,7 +38,7 @@ DEEP = 0.1  # sag over chord from which a cable is drawn true to scale
 
 
 def styled(draw):
-    """Run with the house style on matplotlib's own defaults, whatever the user has configured."""
+    """Decorator: draw with STYLE on matplotlib's defaults, without the user's configuration."""
 
     @wraps(draw)
     def run(*arguments):
@@ -50,18 +50,18 @@ def styled(draw):
 
 @styled
 def save(figure, path):
-    """Write a picture, whole or not at all, the same bytes every time.
+    """Writes a picture, completely or not at all; equal pictures give equal files.
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
     path : str
-        Ends in .png, .svg or .pdf.
+        Ends with .png, .svg or .pdf.
 
     Raises
     ------
     SceneError
-        It cannot be written.
+        The file cannot be written.
     """
     kind = os.path.splitext(path)[1].lower()
     data = io.BytesIO()
@@ -70,14 +70,14 @@ def save(figure, path):
 
 
 class Window:
-    """Limits of a picture of a cable, and how many times its vertical scale is enlarged: 1, 2 or 5 times 10^k.
+    """Limits of the axes for a cable, and the enlargement of the vertical scale: 1, 2 or 5 times 10^k.
 
     Parameters
     ----------
     x, y : ndarray
-        What must be in sight. [m]
+        Points that must be visible. [m]
     ratio : float
-        Height over width of an enlarged picture; one true to scale may be taller. [-]
+        Height over width of an enlarged picture; a picture true to scale may be taller. [-]
     """
 
     def __init__(self, x, y, ratio):
@@ -99,30 +99,30 @@ class Window:
 
     @property
     def note(self):
-        """What the picture says of its scale."""
+        """Text that states the scale."""
         return "true to scale" if self.factor == 1 else f"vertical scale enlarged {self.factor:,.0f} times"
 
     def apply(self, axes, along_x=8, along_y=6):
-        """Give axes these limits and this scale, with at most so many ticks."""
+        """Sets these limits and this scale on axes, with at most so many ticks."""
         axes.set(xlim=self.x, ylim=self.y)
         axes.set_aspect(self.factor, adjustable="box")
         plain(axes, along_x, along_y)
 
 
 def padded(low, high, below, above):
-    """An interval, longer at both ends by shares of its length."""
+    """An interval extended at both ends by shares of its length."""
     size = high - low
     return low - below * size, high + above * size
 
 
 def nice(value):
-    """The largest of 1, 2, 5 times a power of ten that is not above a number."""
+    """The largest of 1, 2, 5 times a power of ten that does not exceed a number."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(m * power for m in (1, 2, 5) if m * power <= value * (1 + 1e-9)))
 
 
 class _Plain(Formatter):
-    """Numbers without offsets, and without exponents where they are readable."""
+    """Tick labels without offsets, and without exponents where possible."""
 
     def __call__(self, value, _=None):
         low, high = self.axis.get_view_interval()
@@ -137,24 +137,24 @@ class _Plain(Formatter):
 
 
 def plain(axes, along_x, along_y):
-    """At most so many ticks, round ones, with plain numbers."""
+    """Sets at most so many ticks at round numbers, with plain labels, on both axes."""
     plain_axis(axes.xaxis, along_x)
     plain_axis(axes.yaxis, along_y)
 
 
 def plain_axis(axis, count):
-    """The same for one axis."""
+    """Sets at most so many ticks at round numbers, with plain labels, on one axis."""
     axis.set_major_locator(round_ticks(count))
     axis.set_major_formatter(_Plain())
 
 
 def round_ticks(count):
-    """A locator of at most so many round numbers."""
+    """Locator of at most so many ticks at round numbers."""
     return MaxNLocator(count, steps=(1, 2, 2.5, 5, 10))
 
 
 def panels(figure, count, columns, **options):
-    """So many axes, row by row, with one scale along x; its numbers stand below the lowest of each column.
+    """Axes row by row with a common scale along x, labelled at the lowest axes of each column.
 
     Returns
     -------

@@ -27,9 +27,9 @@ LOOK = {
     "uniform grid": (SKY, "+", ":"),
     "log grid": (GREEN, "+", ":"),
 }
-APART = 0.06  # of labels, share of a panel's height
+APART = 0.06  # distance of labels, share of a panel's height
 WORDS = {"error control": "accuracy", "high order": "1 element, order"}
-BAND = 0.09  # below the reference's own error, share of a panel's height
+BAND = 0.09  # height of the band below the reference's own error, share of a panel's height
 CAPTION = (
     "Each mark is one model, asked for this column alone. Grey line: the Pareto front, than which nothing is both "
     "faster and more accurate. Grey area: below the reference's own error."
@@ -38,7 +38,7 @@ CAPTION = (
 
 @styled
 def trade_plot(trade, title):
-    """Error against time, both logarithmic: one panel for each column, its Pareto front in grey behind the models.
+    """Draws error against time, both logarithmic, one panel for each column, with the Pareto front in grey.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def trade_plot(trade, title):
 
 
 def _panel(axes, trade, column):
-    """The models of one column."""
+    """Draws the models of one column."""
     name, own = column.name, trade.reference.errors[column.name]
     axes.set_title(f"{name.replace('_', ' ')}: {short(trade.reference.values[name])} {column.unit}", loc="left")
     curves = _curves(trade, name)
@@ -105,7 +105,7 @@ def _milliseconds(value, _):
 
 
 def _curves(trade, name):
-    """Family -> times [ms], errors in one column and names of its models, in the order of the table."""
+    """Family -> times [ms], errors in a column and names of its models, in the order of the table."""
     curves = {}
     for entry in trade.entries:
         if name in entry.times:
@@ -119,9 +119,9 @@ def _curves(trade, name):
 
 
 def _name_curves(axes, curves):
-    """A label for each curve to the right, as high as its last point where there is room; closed forms at their marks.
+    """Labels each curve on the right, at the height of its last point where there is room; closed forms at their marks.
 
-    A curve of n models is named with what its first and last differ in.
+    The label of a curve of several models has the numbers of the first and the last.
     """
     places = []
     for family, (time, error, names) in curves.items():
@@ -145,9 +145,9 @@ def _name_curves(axes, curves):
 
 
 def _spread(heights):
-    """Falling heights, moved as little as it takes to be APART and within a panel."""
+    """Descending heights, moved as little as possible to be APART and within the panel."""
     found = []
     for k, height in enumerate(heights):
-        below = (len(heights) - 1 - k) * APART  # what those to come need
+        below = (len(heights) - 1 - k) * APART  # room for the labels that follow
         found.append(min(max(height, below + 0.02), found[-1] - APART if found else 0.98))
     return found

@@ -1,4 +1,4 @@
-"""The gondola in the wind: spectrum of the speed (the paper's Fig. 6), of the response, and where its variance lies."""
+"""The gondola in the wind: spectra of wind speed (the paper's Fig. 6) and displacement, and cumulative variance."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,14 +16,14 @@ WHAT = {"gondola": "a gondola of {mass:.4g} kg", "cable": "the cable of a gondol
 
 @styled
 def wind_response(case, on="gondola"):
-    """Three panels over frequency: wind speed with and without admittance, displacement, cumulative variance.
+    """Draws wind speed with and without admittance, displacement and cumulative variance against frequency.
 
     Parameters
     ----------
     case : Case
-        With gondola and wind, its loop stable.
+        With gondola and wind; its loop is stable.
     on : {"gondola", "cable", "both"}
-        What the wind acts on; forces on the two have nothing to do with each other, so that their spectra add.
+        What the wind acts on. Forces on the two are taken as uncorrelated: their spectra add.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def wind_response(case, on="gondola"):
     Raises
     ------
     NoSolutionError
-        Numbers that no picture can show.
+        The response is zero, or outside the range of a picture.
     """
     frequency = _grid(case)
     forces = {"gondola": [force_of], "cable": [cable_force_of], "both": [force_of, cable_force_of]}[on]
@@ -64,7 +64,7 @@ def wind_response(case, on="gondola"):
 
 
 def _grid(case):
-    """Frequencies dense everywhere, and denser at the poles."""
+    """Frequencies with equal ratios, and closer ones near the poles."""
     poles = np.concatenate([case.loop.open_poles, case.loop.closed_poles if case.loop.gain else case.loop.open_poles])
     centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
     near = (centre[:, None] + width[:, None] * np.linspace(-5, 5, 41)).ravel()
@@ -73,7 +73,7 @@ def _grid(case):
 
 
 def _response(case, on, which=""):
-    """RMS of what is drawn."""
+    """The response that is drawn."""
     if on == "both":
         return together(_response(case, "gondola", which), _response(case, "cable", which))
     return getattr(case, f"{which}response" if on == "gondola" else f"{which}cable_response")

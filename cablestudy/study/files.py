@@ -1,4 +1,4 @@
-"""Where what a study leaves lies: the files of its NAME in a folder."""
+"""The files of a table in a folder: NAME.csv and NAME.md; of a sweep NAME.run.yaml and NAME.rows.sqlite too."""
 
 import glob
 import os
@@ -9,7 +9,7 @@ from cablestudy.errors import SceneError
 from cablestudy.study.table import leftovers, write_whole
 
 
-class Place:
+class TableFiles:
     """The files of a study.
 
     Parameters
@@ -25,7 +25,7 @@ class Place:
     run : str
         Its provenance.
     rows : str
-        The journal of its rows.
+        The rows as they are computed.
     """
 
     def __init__(self, folder, study):
@@ -33,25 +33,25 @@ class Place:
         self.folder, self.study = folder, study
         self.stem = "stdin" if study == "<stdin>" else stem
         self.csv, self.md, self.run, self.rows = (
-            os.path.join(folder, self.stem + end) for end in (".csv", ".md", ".run.yaml", ".rows.jsonl")
+            os.path.join(folder, self.stem + end) for end in (".csv", ".md", ".run.yaml", ".rows.sqlite")
         )
 
     def shard(self, number, count):
-        """The journal of one shard, numbered from 1."""
-        return os.path.join(self.folder, f"{self.stem}.shard-{number}-of-{count}.jsonl")
+        """The rows of one shard, numbered from 1."""
+        return os.path.join(self.folder, f"{self.stem}.shard-{number}-of-{count}.sqlite")
 
     def shards(self):
         """The shards that are there: (number, count) -> path."""
         found = {}
-        pattern = re.compile(re.escape(self.stem) + r"\.shard-(\d+)-of-(\d+)\.jsonl")
-        for path in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.jsonl")):
+        pattern = re.compile(re.escape(self.stem) + r"\.shard-(\d+)-of-(\d+)\.sqlite")
+        for path in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.sqlite")):
             match = pattern.fullmatch(os.path.basename(path))
             if match:
                 found[int(match[1]), int(match[2])] = path
         return dict(sorted(found.items()))
 
     def check_writable(self):
-        """Make sure that the folder is there or can be made; make nothing yet.
+        """Check that the folder is there or can be made, and the files written; make nothing yet.
 
         Raises
         ------
@@ -88,8 +88,8 @@ class Place:
             raise SceneError(f"--out {self.folder}: cannot be made ({error.strerror})") from None
 
     def clear(self):
-        """Take away what a run that was killed while it wrote left; the journal must be locked."""
-        for path in (self.csv, self.md, self.run, self.rows):
+        """Remove what a run that was killed while it wrote a table left; the rows must be locked."""
+        for path in (self.csv, self.md, self.run):
             for left in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(leftovers(path)) + "*")):
                 with suppress(OSError):
                     os.unlink(left)

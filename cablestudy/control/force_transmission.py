@@ -1,12 +1,12 @@
-"""How forces along the cable reach the gondola: as a force at end 2 along x."""
+"""Transmission of forces along the cable to the gondola, as a force at end 2 along x."""
 
 import numpy as np
 
 from cablestudy.system.superelement import GONDOLA
 
 
-def modal_shares(model, s):
-    """Force on the gondola per modal force psi^T f, beside the static share of f that end 2 holds.
+def modal_force_transmission(model, s):
+    """Force on the gondola per modal force psi^T f, beside the static share of f that end 2 takes.
 
     Parameters
     ----------
@@ -21,8 +21,8 @@ def modal_shares(model, s):
 
     Notes
     -----
-    With modal damping p r/(W^2 (r + W^2)), r = s^2 + 2 zeta W s; with damped strain -(c R + s^2 m)^T
-    (s^2 + W^2 + c E)^-1, by the poles of the latter. See the head of `control.ends`.
+    With modal damping p r/(W^2 (r + W^2)), r = s^2 + 2 zeta W s. With damped strain
+    -(c R + s^2 m)^T (s^2 + W^2 + c E)^-1, as a sum over the poles of the inverse. Symbols: see `system.superelement`.
     """
     s = np.asarray(s)[:, None]
     inertial, carried = s**2 + model.viscous * s, model.coupling[:, GONDOLA]

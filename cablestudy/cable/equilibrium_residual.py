@@ -1,0 +1,119 @@
+"""Residual and flexibility of a cable made of catenary segments, for Newton's method (`newton.py`).
+
+The tension vector at mid-length is the unknown. The segments, joined end to end, have to lead from end 1 to end 2.
+"""
+
+import numpy as np
+
+from cablestudy.cable.segment import TINY, extension, flexibility, solve_symmetric
+
+
+class EquilibriumResidual:
+    """Distance of the last segment's end from end 2, as a function of the tension vector at mid-length.
+
+    Parameters
+    ----------
+    span : Span
+    segments : Segments
+    """
+
+    tolerance, stalled = 1e-10, 1e-9  # see `newton`; the error left is about the square of the last step
+
+    def __init__(self, span, segments):
+        self.segments = segments
+        self.angles = np.asarray(span.cosine)[..., None], np.asarray(span.sine)[..., None]
+        self.stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
+        self.shape = np.broadcast_shapes(
+            self.angles[0].shape[:-1], self.stiffness.shape[:-1], segments.weight.shape[:-1]
+        )
+        self.strain = np.broadcast_to(span.chord_strain, self.shape)
+        self.load = np.asarray(span.weight) + np.abs(span.load_forces).sum(axis=(-1, -2))
+        self.transverse_load = span.transverse_load
+        # a vertical cable without horizontal loads has no horizontal tension: that is no unknown
+        self.vertical = (np.abs(span.cosine) == 0) & (span.transverse_load == 0)
+
+    def tension(self, unknown):
+        """Tension vectors at mid-segment, 3 arrays of shape (..., k + 1). [N]"""
+        return tuple(u[..., None] + o for u, o in zip(unknown, self.segments.offset, strict=True))
+
+    def residual(self, unknown):
+        """Vector from the last segment's end to end 2, per unstretched length, shape (3, ...); tensions and kernel."""
+        tension = self.tension(unknown)
+        parts, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
+        gap = np.empty((3, *self.shape))
+        for component, part in enumerate(parts):
+            gap[component] = -(part * self.segments.fraction).sum(axis=-1)
+        gap[0] += self.strain
+        return gap, (tension, kernel)
+
+    def flexibility(self, point):
+        """Movement of the last segment's end per force, per unstretched length: qq, nn, yy, qn, qy, ny. [1/N]"""
+        tension, kernel = point
+        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
+        return tuple((entry * self.segments.fraction).sum(axis=-1) for entry in entries)
+
+    def step(self, gap, point):
+        """Newton step of the tension vector, shape (3, ...). [N]"""
+        step = np.array(solve_symmetric(self.flexibility(point), gap))
+        step[1:] = np.where(self.vertical, 0.0, step[1:])
+        return step
+
+    def relative(self, step, unknown, _):
+        """Size of a step relative to the tension vector, shape (...). [-]
+
+        The larger one of all components together and of those across the chord: the sag of a steep cable follows from
+        its small transverse tension.
+        """
+        floors = 1e-3 * self.load, 1e-3 * self.transverse_load
+        whole = np.sqrt(sum(d * d for d in step)) / np.maximum(np.sqrt(sum(u * u for u in unknown)) + floors[0], TINY)
+        across = np.hypot(*step[1:]) / np.maximum(np.hypot(*unknown[1:]) + floors[1], TINY)
+        return np.maximum(whole, across)
+
+    def rounding(self, step):
+        """Error of the slope along a step by rounding of the residual, shape (...)."""
+        return 1e-15 * np.abs(self.strain * step[0])
+
+    def start(self, first, span):
+        """A first tension vector, shape (3, ...), a vertical cable's with next to no horizontal tension. [N]
+
+        Not zero: where such a cable is slack and folded, its stiffness is a limit, H^2 over a number that goes as H^2.
+        """
+        q, n, y = (np.broadcast_to(part, self.shape).astype(float) for part in first)
+        almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(q) + self.load)
+        # the chord is vertical: across it is horizontal
+        return np.stack([q, np.where(self.vertical, almost_nothing, n), np.where(self.vertical, 0.0, y)])
+
+    def kink(self, sizes):
+        """The nearest tension vector at which a segment of a weightless cable has none: the energy has a kink there.
+
+        Parameters
+        ----------
+        sizes : ndarray, shape (..., k + 1)
+            Tensions of the segments. [N]
+
+        Returns
+        -------
+        minimum : ndarray of bool, shape (...)
+            Whether the energy is least at the kink: the segment is at least as long as the distance that it spans, and
+            slack.
+        place, beside : ndarray, shape (3, ...)
+            The kink, and a tension vector with less energy where it is no minimum. [N]
+        """
+        nearest = sizes.argmin(axis=-1)[..., None]
+        place = np.stack([-np.take_along_axis(o, nearest, axis=-1)[..., 0] for o in self.segments.offset])
+        tension = self.tension(place)
+        slack = np.all([part == 0 for part in tension], axis=0)
+        parts, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
+        fraction = np.where(slack, 0.0, self.segments.fraction)
+        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
+        qq, nn, yy, qn, qy, ny = ((entry * fraction).sum(axis=-1) for entry in entries)
+        own = (self.segments.fraction - fraction).sum(axis=-1)
+        q, n, y = (-(part * fraction).sum(axis=-1) for part in parts)
+        q = q + self.strain
+        excess = 2 * own * q + q * q + n * n + y * y  # |own e + (q, n, y)|^2 - own^2
+        distance = np.sqrt(np.maximum(own**2 + excess, 0.0))
+        way = np.stack([part / np.maximum(distance, TINY) for part in (own + q, n, y)])
+        compliance = own / self.stiffness[..., 0] + qq * way[0] ** 2 + nn * way[1] ** 2 + yy * way[2] ** 2
+        compliance = compliance + 2 * (qn * way[0] * way[1] + qy * way[0] * way[2] + ny * way[1] * way[2])
+        force = np.maximum(excess, 0.0) / (distance + own) / np.maximum(compliance, TINY)
+        return excess <= 0, place, place + force * way

@@ -1,0 +1,131 @@
+"""Newton's method for the statics of a batch of cables: a convex energy, a guarded step and a record.
+
+The tension vector that a cable's end conditions determine minimises the complementary energy U*, which is strictly
+convex. With the residual g = -dU*/dN (distance of the computed end 2 from its place) and the flexibility F = d2U*/dN2,
+
+    N <- N + share F^-1 g,
+
+with the share halved until the slope of U* along the step no longer grows. This converges from any start, and the
+solution is unique (Boyd & Vandenberghe 2004, Convex Optimization, section 9.5).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+MAX_STEPS = 60
+HALVINGS = 40
+ROUNDING = 1e-12  # corrections below it are taken whole: the slope along them is rounding
+CONVERGED, STALLED, SLACK, UNDETERMINED = range(4)
+REASONS = (
+    "converged",
+    "no convergence",
+    "a part of the cable is slack",
+    "no definite form: neither tension nor weight",
+)
+
+
+@dataclass(frozen=True)
+class Record:
+    """How the Newton iterations of one cable or of a batch went.
+
+    Attributes
+    ----------
+    residual : ndarray, shape (steps, ...)
+        Largest component of the residual before each step; not a number once a cable has stopped. [-]
+    correction : ndarray, shape (steps, ...)
+        Size of each full step relative to the tension. [-]
+    share : ndarray, shape (steps, ...)
+        Share of the full step that was taken. [-]
+    reason : ndarray of int, shape (...)
+        Why the iteration stopped: place in REASONS.
+    """
+
+    residual: np.ndarray
+    correction: np.ndarray
+    share: np.ndarray
+    reason: np.ndarray
+
+    @property
+    def steps(self):
+        """Number of steps, shape (...). [-]"""
+        return np.isfinite(self.share).sum(axis=0)
+
+    @property
+    def converged(self):
+        """Shape (...)."""
+        return self.reason == CONVERGED
+
+    @property
+    def last_correction(self):
+        """Size of the last full step, infinite where there was none, shape (...). [-]"""
+        last = np.maximum(self.steps - 1, 0)[None]
+        return np.where(self.steps > 0, np.take_along_axis(self.correction, last, axis=0)[0], np.inf)
+
+    def of(self, index):
+        """That of one cable of a batch, or of some of them."""
+        chosen = (slice(None), *np.index_exp[index])
+        return Record(self.residual[chosen], self.correction[chosen], self.share[chosen], self.reason[index])
+
+    def then(self, later):
+        """Both iterations, one after the other, with the reason of the later one."""
+        pairs = ((self.residual, later.residual), (self.correction, later.correction), (self.share, later.share))
+        return Record(*(np.concatenate(pair) for pair in pairs), later.reason)
+
+    def __str__(self):
+        """Of one cable: its steps, their corrections, and why it stopped."""
+        trace = ", ".join(f"{correction:.1e}" for correction in self.correction[np.isfinite(self.share)])
+        return f"{self.steps} steps ({trace}); {REASONS[self.reason]}"
+
+
+def newton(problem, unknown, active):
+    """Newton's method on a convex energy, with the step halved until the slope along it no longer grows.
+
+    Parameters
+    ----------
+    problem : EquilibriumResidual or ElementResidual
+        With methods `residual(unknown) -> g, point`, `step(g, point) -> F^-1 g`, `relative(step, unknown, point)` (size
+        of a step relative to the unknown), `rounding(step)` (error of the slope along a step), and the attributes
+        `tolerance` (relative size of a step at which the iteration ends) and `stalled` (below which it also ends where
+        the steps no longer halve).
+    unknown : ndarray, shape (d, ...)
+        The start: components first, then the batch. [N] or in the problem's unit of force.
+    active : ndarray of bool, shape (...)
+        Which cables to solve; the others are left as they are.
+
+    Returns
+    -------
+    unknown : ndarray, shape (d, ...)
+        Each cable's to the last digit as if it were alone.
+    point
+        What `residual` returned beside the residual at the solution.
+    record : Record
+    """
+    gap, point = problem.residual(unknown)
+    change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)
+    trace = []
+    for _ in range(MAX_STEPS):
+        step = problem.step(gap, point)
+        slope = (gap * step).sum(axis=0)
+        rounding = problem.rounding(step)
+        last, change = change, np.where(active, problem.relative(step, unknown, point), change)
+        share = active.astype(float)
+        for _ in range(HALVINGS):
+            trial = unknown + share * step
+            new_gap, new_point = problem.residual(trial)
+            along = (new_gap * step).sum(axis=0)
+            grows = active & (along < -0.5 * slope - rounding) & (change > ROUNDING)
+            if not grows.any():
+                break
+            share = np.where(grows, share / 2, share)
+        trace.append((gap, change, np.where(active, share, np.nan)))
+        unknown, gap, point = trial, new_gap, new_point
+        small = (change < problem.tolerance) | ((change < problem.stalled) & (change >= last / 2))
+        settled |= active & small & (share == 1)
+        active = active & ~small & ~grows & np.isfinite(change)
+        if not active.any():
+            break
+    gaps, changes, shares = (np.array(part) for part in zip(*trace, strict=True))
+    taken = shares == shares
+    residual, changes = np.where(taken, np.abs(gaps).max(axis=1), np.nan), np.where(taken, changes, np.nan)
+    return unknown, point, Record(residual, changes, shares, np.where(settled, CONVERGED, STALLED))

@@ -1,0 +1,84 @@
+"""Errors become lines and exit codes; notes go to standard error and tables to standard output."""
+
+import os
+import sys
+from functools import wraps
+from math import isfinite
+
+import click
+
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
+
+FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
+
+
+def handle_errors(command):
+    """Print the errors of a command as lines on standard error and exit with their code.
+
+    Parameters
+    ----------
+    command : callable
+        A click command; an option `scene` is named in messages that name no file themselves.
+
+    Returns
+    -------
+    callable
+    """
+
+    @wraps(command)
+    def run(*arguments, **options):
+        try:
+            if sys.stdout is None:
+                raise SceneError("standard output: closed")
+            if hasattr(sys.stdout, "reconfigure"):  # the encoding of a terminal may lack characters of a table
+                sys.stdout.reconfigure(errors="backslashreplace")
+            command(*arguments, **options)
+            sys.stdout.flush()
+        except SceneError as error:
+            for mistake in error.mistakes:
+                click.echo(str(mistake), err=True)
+            sys.exit(error.exit_code)
+        except CablestudyError as error:
+            where = f"{options['scene']}: " if "scene" in options else ""
+            click.echo(where + " ".join(str(error).split()), err=True)
+            sys.exit(error.exit_code)
+        except BrokenPipeError:  # the reader has closed the pipe, `| head` for example
+            _discard_output()
+            sys.exit(0)
+        except OSError as error:  # the disk is full, for example
+            click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
+            _discard_output()
+            sys.exit(WRONG_USE)
+
+    return run
+
+
+def _discard_output():
+    """Redirect standard output to the null device, so that flushing its buffer at exit does not fail again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def echo_notes(lines, quiet=False):
+    """Print notes on standard error, unless `quiet`."""
+    for line in () if quiet else lines:
+        click.echo(line, err=True)
+
+
+def show(table, style):
+    """Print a table on standard output.
+
+    Parameters
+    ----------
+    table : Table
+    style : {"md", "csv", "json", "jsonl"}
+
+    Raises
+    ------
+    NoSolutionError
+        A cell is not finite. Rows that are computed as they are printed are not looked at.
+    """
+    for row in table.rows if isinstance(table.rows, list) else ():
+        for name, value in row.items():
+            if isinstance(value, float) and not isfinite(value):
+                raise NoSolutionError(f"{name} is not a finite number")
+    sys.stdout.writelines(table.pieces(style))

@@ -1,0 +1,120 @@
+"""Results that cases share: one that depends on some keys of the scene only serves every case with equal keys."""
+
+from cablestudy.errors import CablestudyError
+
+MAX_CABLES = 256  # whose results are kept; a sweep solves 200 cases at once
+MAX_NUMBERS = 4_000_000  # in the models of all of them, about 32 MB
+PLAIN = (float, int, str)
+
+
+class Cache:
+    """Results by cable and key; those of the cables used longest ago are dropped."""
+
+    def __init__(self):
+        self._cables = {}
+
+    def get(self, cable, key, size, compute):
+        """A result, computed when it is not there.
+
+        Parameters
+        ----------
+        cable, key : hashable
+            What the cable, and what the result beside it, depends on.
+        size : int
+            Numbers in the model: large models are not kept long.
+        compute : callable
+            Without arguments.
+        """
+        results = self._used_last(cable, size)
+        if key not in results:
+            results[key] = compute()
+        return results[key]
+
+    def put(self, cable, key, size, result):
+        """Keep a result that was computed elsewhere."""
+        self._used_last(cable, size)[key] = result
+
+    def __contains__(self, where):
+        cable, key = where
+        return key in self._cables.get(cable, ())
+
+    def _used_last(self, cable, size):
+        """The results of a cable, which becomes the one used last."""
+        results = self._cables.pop(cable, {})
+        self._cables[cable] = results
+        while len(self._cables) > max(2, min(MAX_CABLES, MAX_NUMBERS // max(size, 1))):
+            del self._cables[next(iter(self._cables))]
+        return results
+
+
+def shared(*keys):
+    """A property of a `Case`, kept in `Case.known` and shared by cases whose cable and keys are equal.
+
+    Parameters
+    ----------
+    keys : str
+        Attributes of the case, hashable, on which the result depends beside cable and refinement level.
+    """
+
+    def wrap(function):
+        name = function.__name__
+
+        def get(case):
+            if name not in case.known:
+                where = case.key_of(name, keys)
+                case.known[name] = case.cache.get(*where, case.size, lambda: function(case))
+            return case.known[name]
+
+        def put(case, result):
+            case.known[name] = result
+
+        get.keys = keys
+        return property(get, put, doc=function.__doc__)
+
+    return wrap
+
+
+def share(cases, name, compute):
+    """Compute a shared result of many cases at once, for each distinct key once.
+
+    A case whose result fails raises the error when it is asked for it.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+    name : str
+        Of a property made by `shared`.
+    compute : callable
+        List of cases -> list of results or CablestudyError.
+
+    Returns
+    -------
+    list
+        The results that there are, each once.
+    """
+    lacking, results = {}, {}
+    for case in cases:
+        try:
+            where = case.key_of(name, getattr(type(case), name).fget.keys)
+        except CablestudyError:
+            continue
+        if name in case.known or where in case.cache:
+            results[where] = getattr(case, name)
+        else:
+            lacking.setdefault(where, []).append(case)
+    first = [alike[0] for alike in lacking.values()]
+    for (where, alike), result in zip(lacking.items(), compute(first) if first else (), strict=True):
+        if isinstance(result, CablestudyError):
+            continue
+        results[where] = result
+        for case in alike:
+            case.cache.put(*where, case.size, result)
+            case.known[name] = result
+    return list(results.values())
+
+
+def frozen(value):
+    """A part of the scene, or a tuple of them, as plain tuples that can be compared and hashed."""
+    if value is None or isinstance(value, PLAIN):
+        return value
+    return tuple(map(frozen, value if isinstance(value, tuple | list) else value.__dict__.values()))

@@ -1,0 +1,296 @@
+"""Results of many cases in closed form, as arrays with an axis of cases."""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.element import pieces
+from cablestudy.cable.taut import lambda_squared
+from cablestudy.control import gondola
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
+from cablestudy.study.spans import spans_of
+
+EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
+GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
+UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
+FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
+NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
+
+
+class Results:
+    """Closed-form results of a batch of cases, each computed when it is first asked for.
+
+    A single case is a batch of one. Numbers of a case in `failures` mean nothing.
+
+    Parameters
+    ----------
+    values : SceneValues
+        Of n scenes whose cables carry loads at equally many places.
+    """
+
+    def __init__(self, values):
+        self.values, self._along = values, {}
+
+    def given(self, path):
+        """A number that each scene states, shape (n,); see `SceneValues.given`."""
+        return self.values.given(path)
+
+    @cached_property
+    def _spans(self):
+        return spans_of(self.values)
+
+    @property
+    def span(self):
+        """The cables, fields of shape (n,)."""
+        return self._spans[0]
+
+    @cached_property
+    def catenary(self):
+        """The equilibria of the elastic catenary."""
+        return solve(self.span)
+
+    @cached_property
+    def failures(self):
+        """Case -> NoSolutionError or ConvergenceError of a case without an equilibrium."""
+        reasons, record, span = self._spans[1], self.catenary.record, self.span
+        failures = {}
+        for case in np.flatnonzero(~record.converged).tolist():
+            if span.weight[case] == 0 and not span.load_forces[case].any():
+                failures[case] = NoSolutionError("a slack cable without weight has no definite form")
+            else:
+                steps = int(record.steps[case])
+                failures[case] = ConvergenceError(f"catenary: no convergence in {steps} steps", record)
+        return failures | {case: NoSolutionError(reason) for case, reason in reasons.items()}
+
+    def check(self, case):
+        """Raise the NoSolutionError or ConvergenceError of a case that has no equilibrium."""
+        if case in self.failures:
+            raise self.failures[case]
+
+    @cached_property
+    def broken(self):
+        """Case -> NoSolutionError of a case whose stress is above its strength."""
+        strength = self.given("cable.strength")
+        if np.isnan(strength).all():
+            return {}
+        stress = stress_of(self)
+        places = np.flatnonzero(stress > strength).tolist()
+        return {case: NoSolutionError(breaking(float(stress[case]), float(strength[case]))) for case in places}
+
+    @cached_property
+    def statics(self):
+        """Tensions, sag and stretched length: `ClosedStatics`."""
+        return ClosedStatics(self.catenary)
+
+    def end_stiffness_along(self, axis):
+        """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed, shape (n,). [N/m]"""
+        if axis not in self._along:
+            self._along[axis] = along(self.span, self.catenary.end_stiffness, axis)
+        return self._along[axis]
+
+    @property
+    def gondola_frequency_static(self):
+        """sqrt(k/M)/(2 pi), shape (n,). [Hz]"""
+        return gondola.static_frequency(self.given("gondola.mass"), self.end_stiffness_along(0))
+
+    # ---------------------------------------------------------------------------------------- what motion depends on
+
+    @cached_property
+    def planar(self):
+        """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple, shape (n,)."""
+        return ~self.span.load_forces[..., 2].any(axis=-1)
+
+    @cached_property
+    def across_x(self):
+        """Whether the cable's plane is turned out of the x-z plane, shape (n,)."""
+        return self.span.azimuth[:, 1] != 0
+
+    @cached_property
+    def mirror_symmetric(self):
+        """Whether a cable is its own mirror image at mid-length, shape (n,)."""
+        return self.span.mirror_symmetric
+
+    @cached_property
+    def length_rounding(self):
+        """Relative error of the tensions by the rounding of the unstretched length, shape (n,). [-]
+
+        Loads may hold a slack cable in straight pieces, which give way by stretching only.
+        """
+        span = self.span
+        if not span.load_positions.shape[-1]:
+            return np.zeros(len(span.chord))
+        stiffness = self.catenary.end_stiffness[..., 0, 0] * span.unstretched_length
+        return EPSILON * np.abs(span.chord_strain) * stiffness / np.maximum(self.statics.mean_tension, TINY)
+
+    @cached_property
+    def statics_rounding(self):
+        """Relative error of the statics by rounding, shape (n,). [-]
+
+        The least tension has the rounding of the largest, from which it is what remains.
+        """
+        least = self.statics.min_tension
+        balanced = EPSILON * self.statics.max_tension / np.where(least > 0, least, np.inf)
+        return np.maximum(balanced, self.length_rounding)
+
+    @cached_property
+    def sag_rounding(self):
+        """Relative error of the sag of exactly vertical cables by the rounding of the chord, shape (n,). [-]"""
+        span = self.span
+        if span.cosine.all():
+            return np.zeros(len(span.chord))
+        sag = np.abs(self.statics.sag)
+        return np.where((span.cosine == 0) & (sag > 0), EPSILON * span.chord / np.where(sag > 0, sag, 1.0), 0.0)
+
+    @cached_property
+    def motion_rounding(self):
+        """Relative error of frequencies and responses by the rounding of the least tension, shape (n,). [-]
+
+        Its rounding acts over the short piece that has this tension.
+        """
+        largest = self.statics.max_tension
+        steep = largest / np.maximum(self.catenary.min_tension, FOLDED * largest)
+        return np.maximum(np.maximum(ROUNDING, self.length_rounding), EPSILON * steep**0.75)
+
+    @cached_property
+    def longest_segment(self):
+        """Share of the longest segment between loads of the unstretched length, shape (n,). [-]"""
+        return self.catenary.segments.fraction.max(axis=-1)
+
+    @cached_property
+    def travel_time(self):
+        """Estimated time of a transverse wave from end to end, by the mean tension, shape (n,). [s]"""
+        span, tension = self.span, self.statics.mean_tension
+        return span.unstretched_length * np.sqrt(span.mass * (1 / tension + 1 / span.axial_stiffness))
+
+    @cached_property
+    def axial_waves(self):
+        """Estimated number of transverse half-waves along the cable at its first axial frequency, shape (n,). [-]"""
+        return np.sqrt(self.span.axial_stiffness / self.statics.mean_tension)
+
+    @cached_property
+    def sag_waves(self):
+        """Most half-waves that a symmetric in-plane mode has more than that of a taut cable, shape (n,). [-]
+
+        By Irvine's parameter: stretching by the sag lifts each such mode by two half-waves at most, up to these.
+        """
+        return np.sqrt(lambda_squared(self.span, self.statics.mean_tension)) / np.pi
+
+    @cached_property
+    def folded(self):
+        """Whether a cable has next to no tension somewhere, shape (n,)."""
+        return self.catenary.min_tension <= FOLDED * self.catenary.max_tension
+
+    @cached_property
+    def _bent(self):
+        """Whether a segment bends so that it is divided into shorter pieces, shape (n,)."""
+        fraction = self.catenary.segments.fraction
+        middle = np.cumsum(fraction, axis=-1) - fraction / 2
+        return (fraction > np.abs(middle - self.catenary.singularities)).any(axis=-1)
+
+    def pieces(self, case):
+        """Edges of the pieces along which one cable bends little, shares of its length; see `element.pieces`.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            It has no equilibrium, or hangs folded and has no motion.
+        """
+        self.check(case)
+        if self.folded[case]:
+            raise NoSolutionError(NO_MOTION)
+        fraction = self.catenary.segments.fraction
+        if fraction.shape[-1] == 1 and not self._bent[case]:
+            return 0.0, 1.0
+        return pieces(fraction[case], self.catenary.singularities[case])
+
+    def travel_shares(self, case, edges):
+        """Travel time of a transverse wave along each piece of one cable, over the longest of these times. [-]
+
+        By the speed sqrt(T/m), with Gauss's rule on each piece.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        low, high = np.array(edges[:-1]), np.array(edges[1:])
+        places = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
+        force = self.catenary.take(case).at(places.ravel())[1]
+        tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY).reshape(places.shape)
+        time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
+        return (time / time.max()).tolist()
+
+
+def along(span, stiffness, axis):
+    """Stiffness along a global axis from one in the chord frame.
+
+    Without a matrix product, whose rounding would depend on the number of cables.
+
+    Parameters
+    ----------
+    span : Span
+        Fields of shape (...).
+    stiffness : ndarray, shape (..., 3, 3)
+        Chord frame. [N/m]
+    axis : int
+        0, 1, 2 for x, y, z.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        [N/m]
+    """
+    turn = span.frame[..., axis]
+    return sum(turn[..., i] * stiffness[..., i, j] * turn[..., j] for i in range(3) for j in range(3))
+
+
+class ClosedStatics:
+    """Statics of the elastic catenary, of one cable or with an axis of cases.
+
+    Attributes
+    ----------
+    mean_tension, max_tension, min_tension, horizontal_tension : ndarray, shape (...)
+        [N]
+    stretched_length : ndarray, shape (...)
+        [m]
+    iterations : ndarray of int, shape (...)
+    """
+
+    def __init__(self, catenary):
+        self._catenary = catenary
+        self.mean_tension, self.max_tension = catenary.mean_tension, catenary.max_tension
+        # the solver leaves a folded cable a tiny tension at its fold, and an upright one a tiny horizontal tension
+        least, horizontal = catenary.min_tension, catenary.horizontal_tension
+        folded = least <= FOLDED * self.max_tension
+        self.min_tension = np.where(folded, 0.0, least)
+        floor = np.where(folded, FOLDED, UPRIGHT) * self.max_tension
+        self.horizontal_tension = np.where(horizontal > floor, horizontal, 0.0)
+        self.stretched_length, self.iterations = catenary.stretched_length, catenary.record.steps
+
+    @property
+    def sag(self):
+        """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
+        return self._catenary.sag
+
+    def shape(self, positions):
+        """Form of one cable.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (j,)
+            Arc lengths over unstretched length. [-]
+
+        Returns
+        -------
+        displacement : ndarray, shape (j, 3)
+            From the chord, in unstretched lengths, chord frame. [-]
+        tension : ndarray, shape (j,)
+            [N]
+
+        Raises
+        ------
+        NoSolutionError
+            A part of the cable is slack.
+        """
+        if np.any(self._catenary.slack):
+            raise NoSolutionError(SHAPELESS)
+        displacement, tension = self._catenary.at(positions)
+        return displacement, np.sqrt((tension**2).sum(axis=-1))

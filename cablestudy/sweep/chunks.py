@@ -1,0 +1,221 @@
+"""The cases of a sweep in chunks of about one second: how they are cut, and how one is computed."""
+
+import gc
+import pickle
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+from hashlib import blake2b
+from itertools import chain, islice
+
+import numpy as np
+from pydantic_core import to_json
+
+from cablestudy.errors import SceneError
+from cablestudy.study.case_table import CaseTable, tables_of
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate_tables
+from cablestudy.sweep.fingerprint import versions
+from cablestudy.sweep.record import OK, pack
+
+SECONDS = 1.0  # of computing that a chunk should take
+MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
+MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be the cheap ones
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """What a worker receives.
+
+    Attributes
+    ----------
+    study : bytes
+        The study, pickled: a few kilobytes whatever the number of its cases.
+    versions : dict
+        That the rows must be computed with.
+    columns : tuple of str
+        Names of the columns to compute.
+    cases : tuple of int
+        Cases to compute, from 0.
+    explain : bool
+        Keep the notes too.
+    """
+
+    study: bytes
+    versions: dict
+    columns: tuple
+    cases: tuple
+    explain: bool = False
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a worker returns.
+
+    Attributes
+    ----------
+    headers : list of str
+        Of the cells that were computed.
+    records : list of tuple
+        One for each case, from `record.pack`.
+    failed : int
+        How many of them have no answer.
+    seconds : float
+    """
+
+    headers: list
+    records: list
+    failed: int
+    seconds: float
+
+
+class Chunks:
+    """Hands out the cases of a sweep in chunks, each case once, and adapts their size to the time that they take.
+
+    Parameters
+    ----------
+    study : Study
+    work : sequence of (iterable of int, sequence of str)
+        Cases from 0, and the columns to compute of them.
+    count : int
+        How many cases that are.
+    explain : bool
+        Keep the notes of the rows.
+
+    Attributes
+    ----------
+    left : int
+        Cases not yet handed out.
+    size : int
+        Cases of the next chunk.
+    seconds_per_case : float or None
+        As measured last.
+    """
+
+    def __init__(self, study, work, count, explain=False):
+        self._pickled, self._explain = pickle.dumps(study), explain
+        self._work = [(iter(cases), tuple(columns)) for cases, columns in work]
+        self.left, self.size, self.seconds_per_case = count, 1, None
+
+    def next(self, workers=1):
+        """The next chunk, or None when all cases are handed out.
+
+        Parameters
+        ----------
+        workers : int
+            Towards the end chunks become smaller, so that so many workers finish at about the same time.
+        """
+        while self._work:
+            cases, columns = self._work[0]
+            share = -(-self.left // (2 * workers)) if workers > 1 else self.left
+            taken = tuple(islice(cases, max(1, min(self.size, share))))
+            if taken:
+                self.left -= len(taken)
+                return Chunk(self._pickled, versions(), columns, taken, self._explain)
+            self._work.pop(0)
+        return None
+
+    def measure(self, done):
+        """Adapt the size of the next chunks to the time that this one took."""
+        self.seconds_per_case = max(done.seconds / len(done.records), 1e-9)
+        self.size = int(max(1, min(SECONDS / self.seconds_per_case, MAX_GROWTH * self.size, MAX_CASES)))
+
+    def put_back(self, chunk):
+        """Take back a chunk that was not computed."""
+        self.left += len(chunk.cases)
+        if self._work and self._work[0][1] == chunk.columns:
+            cases, columns = self._work[0]
+            self._work[0] = (chain(chunk.cases, cases), columns)
+        else:
+            self._work.insert(0, (iter(chunk.cases), chunk.columns))
+
+
+def compute(chunk):
+    """Compute a chunk: in this process, in another, or on another machine.
+
+    Parameters
+    ----------
+    chunk : Chunk
+
+    Returns
+    -------
+    Done
+
+    Raises
+    ------
+    SceneError
+        This worker has other versions than the run.
+    """
+    begin = time.perf_counter()
+    _freeze()
+    if versions() != chunk.versions:
+        differing = [name for name in versions() if versions()[name] != chunk.versions.get(name)]
+        raise SceneError("a worker has " + ", ".join(
+            f"{name} {versions()[name]}, not {chunk.versions.get(name)}" for name in differing
+        ))  # fmt: skip
+    study = _study(chunk.study)
+    columns = [find(name) for name in chunk.columns]
+    headers = [column.header for column in columns if column.name != "status"]
+    tables, refused = tables_of(study, chunk.cases)
+    keys = {}
+    for table in tables:
+        keys.update(zip(table.cases.tolist(), keys_of(table), strict=True))
+    rows = evaluate_tables(tables, columns, chunk.explain)
+    records, failed = [], len(refused)
+    for case in chunk.cases:
+        if case in refused:  # of many cases only some are checked before the sweep begins
+            status = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in refused[case].mistakes)
+            records.append(pack(case, "", status, [None] * len(headers)))
+            continue
+        numbers, status, errors, notes = rows[case]
+        failed += status != OK
+        records.append(pack(case, keys[case], status, numbers, errors, notes))
+    return Done(headers, records, failed, time.perf_counter() - begin)
+
+
+@lru_cache(maxsize=1)
+def _freeze():
+    """Once in each process: exempt modules and study from garbage collection."""
+    gc.freeze()
+
+
+@lru_cache(maxsize=2)
+def _study(pickled):
+    return pickle.loads(pickled)
+
+
+def key_of(scene):
+    """Hash of a resolved scene: the same wherever and whenever it is computed."""
+    return _hash(scene.model_dump_json().encode())
+
+
+def keys_of(table):
+    """Hashes of the scenes of many cases; see `key_of`.
+
+    Parameters
+    ----------
+    table : CaseTable
+
+    Returns
+    -------
+    list of str
+        What `key_of` gives for the scene of each case: only the varied numbers are put into the JSON of one scene.
+    """
+    marks = {key: np.array([-1e-300 / (place + 1)]) for place, key in enumerate(table.values)}
+    text = CaseTable(table.cases[:1], table.scene, marks).scene_of(0).model_dump_json().encode()
+    places = sorted((text.find(to_json(mark[0].item())), key) for key, mark in marks.items())
+    parts, numbers, end = [], [], 0
+    for begin, key in places:
+        parts.append(text[end:begin])
+        numbers.append(to_json(table.values[key].tolist())[1:-1].split(b","))
+        end = begin + len(to_json(marks[key][0].item()))
+    if not places:
+        return [_hash(text)] * len(table.cases)
+    rest = text[end:]
+    return [
+        _hash(b"".join(chain.from_iterable(zip(parts, row, strict=True))) + rest) for row in zip(*numbers, strict=True)
+    ]
+
+
+def _hash(text):
+    return blake2b(text, digest_size=12).hexdigest()

@@ -1,0 +1,135 @@
+"""An SQLite database that one process at a time uses, safe against a kill at any moment; its errors as single lines.
+
+In WAL mode a commit is one append to a file NAME-wal beside the database: a process that is killed leaves all of it or
+nothing, and the next one to open the database takes it over. With the exclusive lock both files stay open: a run goes
+on even if its folder is renamed or deleted meanwhile. After a clean end NAME-wal is gone.
+"""
+
+import os
+import sqlite3
+from contextlib import contextmanager, suppress
+
+from cablestudy.errors import SceneError
+
+MAGIC = b"SQLite format 3\0"
+APPLICATION = 0x63616273  # application_id of SQLite: tells our databases from those of other programs
+SIDE_FILES = ("-wal", "-shm", "-journal")
+BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+
+
+class Database:
+    """A connection to a database.
+
+    Parameters
+    ----------
+    path : str
+        "" for a database that vanishes with the process: in memory, and in a temporary file once it is large.
+
+    Attributes
+    ----------
+    path : str
+
+    Raises
+    ------
+    SceneError
+        The file cannot be opened, is something else, or another process uses it. A damaged one is opened; statements
+        raise sqlite3.DatabaseError then.
+    """
+
+    def __init__(self, path):
+        self.path = path
+        self._connect()
+
+    def _connect(self):
+        if self.path:
+            _check_beginning(self.path)
+        try:
+            self._connection = sqlite3.connect(self.path, timeout=0, isolation_level=None)
+            self.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
+            if not self.value("PRAGMA page_count"):
+                self.execute(f"PRAGMA application_id = {APPLICATION}")
+            if self.value("PRAGMA application_id") != APPLICATION:
+                raise SceneError(f"{self.path}: is a database of another program; move it away")
+            self.execute("PRAGMA journal_mode = WAL")
+            self.execute("PRAGMA synchronous = NORMAL")
+            self.execute("SELECT count(*) FROM sqlite_master")
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode & 0xFF in BUSY:
+                raise SceneError(f"{self.path}: another sweep is at work on it") from None
+            raise SceneError(f"{self.path}: cannot be written ({error})") from None
+        except sqlite3.DatabaseError:
+            return
+        except SceneError:
+            self._connection.close()
+            raise
+
+    def recreate(self):
+        """Begin with an empty file."""
+        self._connection.close()
+        if self.path:
+            for end in ("", *SIDE_FILES):
+                with suppress(FileNotFoundError):
+                    os.unlink(self.path + end)
+        self._connect()
+
+    def execute(self, statement, values=()):
+        """Execute a statement: cursor of its rows."""
+        return self._connection.execute(statement, values)
+
+    def value(self, query):
+        """The only value of the only row that a query has."""
+        return self.execute(query).fetchone()[0]
+
+    def execute_many(self, statement, rows):
+        """Execute a statement for each of many rows of values."""
+        self._connection.executemany(statement, rows)
+
+    @contextmanager
+    def transaction(self):
+        """All statements inside take effect together, or none.
+
+        Raises
+        ------
+        SceneError
+            The disk is full, the file is damaged.
+        """
+        with self.reported():
+            self.execute("BEGIN")
+            try:
+                yield
+                self.execute("COMMIT")
+            except BaseException:
+                with suppress(sqlite3.Error):
+                    self.execute("ROLLBACK")
+                raise
+
+    @contextmanager
+    def reported(self):
+        """Turn errors of SQLite into SceneError."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            hint = "; --resume goes on" if self.path else ""
+            raise SceneError(f"{self.path or 'a temporary file'}: cannot be used ({error}){hint}") from None
+
+    def close(self):
+        """Release the file."""
+        with suppress(sqlite3.Error):  # a full disk has been reported already
+            self._connection.close()
+        if self.path and not os.path.exists(self.path):  # deleted meanwhile: SQLite leaves the side file
+            with suppress(OSError):
+                os.unlink(self.path + "-wal")
+
+
+def _check_beginning(path):
+    """Refuse a file that is no SQLite database, before SQLite writes anything."""
+    try:
+        with open(path, "rb") as file:
+            beginning = file.read(len(MAGIC))
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be read ({error.strerror})") from None
+    if not MAGIC.startswith(beginning):
+        raise SceneError(f"{path}: is no database of a sweep; move it away")

@@ -1,0 +1,188 @@
+"""Computes the chunks of a sweep, through an executor of `concurrent.futures`: here, in processes, on a cluster."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.sweep.chunks import compute
+from cablestudy.sweep.interrupt import signals_blocked
+
+TRIAL = 0.3  # seconds of computing in this process, after which the time of the whole work is estimated
+WORTHWHILE = 3.0  # seconds of work that are worth the start of other processes
+AHEAD = 2  # chunks in flight for each worker, so that none waits for the next
+PER_CORE = 4  # processes at most: more of them only take memory
+MAX_DEATHS = 3  # of workers, one after the other without a result between them
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class WorkerDeathError(Exception):
+    """A worker ended while it computed a chunk, which may be tried again."""
+
+
+def compute_here(chunks, jobs=None):
+    """Compute chunks on this machine.
+
+    Parameters
+    ----------
+    chunks : Chunks
+    jobs : int, optional
+        Processes, at most PER_CORE for each core. Default: all cores if the estimated work is worth their start.
+
+    Yields
+    ------
+    Done
+        In any order.
+
+    Raises
+    ------
+    NoSolutionError
+        Worker processes end by themselves.
+    """
+    spent = 0.0
+    for done in submit_all(chunks, SerialExecutor()):
+        yield done
+        spent += done.seconds
+        if jobs != 1 and (jobs or spent > TRIAL):
+            break
+    if not chunks.left:
+        return
+    if jobs is None:
+        jobs = cores() if chunks.left * chunks.seconds_per_case > WORTHWHILE else 1
+    jobs = min(jobs, PER_CORE * cores())
+    if jobs == 1:
+        yield from submit_all(chunks, SerialExecutor())
+    else:
+        yield from retry(chunks, lambda: process_pool(min(jobs, chunks.left)), lambda: jobs)
+
+
+def retry(chunks, open_executor, workers):
+    """Compute all chunks, those of workers that died again.
+
+    Parameters
+    ----------
+    chunks : Chunks
+    open_executor : callable
+        Context manager of an executor; called again after the death of a worker.
+    workers : callable
+        How many workers there are now.
+
+    Yields
+    ------
+    Done
+    """
+    deaths = 0
+    while chunks.left:
+        try:
+            with open_executor() as executor:
+                for done in submit_all(chunks, executor, workers):
+                    deaths = 0
+                    yield done
+        except (BrokenProcessPool, WorkerDeathError):
+            deaths += 1
+            if deaths == MAX_DEATHS:
+                reason = "workers end by themselves, time and again: too little memory for so many?"
+                raise NoSolutionError(reason) from None
+
+
+def submit_all(chunks, executor, workers=lambda: 1):
+    """The loop of every sweep: submit chunks, a few ahead of the workers, and yield what is done.
+
+    Parameters
+    ----------
+    chunks : Chunks
+        Those in flight are put back if the loop is left early.
+    executor : concurrent.futures.Executor
+    workers : callable
+        How many workers there are now.
+
+    Yields
+    ------
+    Done
+        In any order.
+    """
+    flying = {}
+    try:
+        while True:
+            while len(flying) < _ahead(workers()) and (chunk := chunks.next(workers())):
+                flying[executor.submit(compute, chunk)] = chunk
+            if not flying:
+                return
+            for future in wait(flying, return_when=FIRST_COMPLETED).done:
+                done = future.result()
+                del flying[future]
+                chunks.measure(done)
+                yield done
+    finally:
+        for chunk in flying.values():
+            chunks.put_back(chunk)
+
+
+def _ahead(workers):
+    return AHEAD * workers if workers > 1 else 1
+
+
+class SerialExecutor(Executor):
+    """Computes in this process, at once."""
+
+    def submit(self, function, /, *arguments):
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+class _ProcessPool(ProcessPoolExecutor):
+    def submit(self, *arguments):
+        with signals_blocked():  # Ctrl-C is for the parent alone, which ends the processes started here
+            return super().submit(*arguments)
+
+
+@contextmanager
+def process_pool(jobs):
+    """An executor with so many processes; at the end none is left, whatever it is doing."""
+    context = _context()
+    before = set(multiprocessing.active_children())
+    pool = _ProcessPool(jobs, mp_context=context, initializer=_begin_worker)
+    try:
+        yield pool
+    finally:
+        with signals_blocked():
+            for child in set(multiprocessing.active_children()) - before:
+                child.kill()
+            pool.shutdown(cancel_futures=True)
+
+
+def cores():
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _context():
+    """How processes are started: from a server that has imported what they need, where there can be one."""
+    for name in THREADS:  # processes in parallel: one thread of linear algebra each
+        os.environ.setdefault(name, "1")
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    from multiprocessing import forkserver, resource_tracker
+
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([__name__])
+    resource_tracker.ensure_running()  # before signals are blocked: it unblocks them
+    with signals_blocked():
+        forkserver.ensure_running()
+    return context
+
+
+def _begin_worker():
+    """In a worker: ignore SIGINT, and end when the parent process ends, however that happens."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
+
+
+def _exit_with_parent():
+    multiprocessing.parent_process().join()
+    os._exit(1)

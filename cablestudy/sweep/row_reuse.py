@@ -1,0 +1,89 @@
+"""Which rows of an earlier run an edited study can use: more cases, fewer, in another order, other columns."""
+
+from cablestudy.study.case_table import tables_of
+from cablestudy.study.columns import find
+from cablestudy.sweep.chunks import MAX_CASES, keys_of
+from cablestudy.sweep.record import OK, pack, unpack
+
+# columns in closed form: their digits do not depend on which other columns are computed
+CLOSED_FORM = ("scene", "statics", "stiffness")
+
+
+def usable(old, new):
+    """Columns whose stored values are those that the new run would compute.
+
+    The model of the motion is refined until all columns that need it are accurate: their values belong together. What a
+    row says about its own computation (dof, error estimate) belongs to all of its columns.
+
+    Parameters
+    ----------
+    old, new : sequence of str
+        Headers.
+
+    Returns
+    -------
+    frozenset of str
+        Without `status`; empty when a row is to be computed as a whole.
+    """
+    stored, asked = ({name: find(name).needs for name in names if name != "status"} for names in (old, new))
+    if stored == asked:
+        return frozenset(asked)
+    if "run" in asked.values():
+        return frozenset()
+    moving = [{name for name, needs in columns.items() if needs not in CLOSED_FORM} for columns in (stored, asked)]
+    common = stored.keys() & asked.keys()
+    return frozenset(name for name in common if asked[name] in CLOSED_FORM or moving[0] == moving[1])
+
+
+def reuse_rows(store, study, cases, identity):
+    """Give a store the rows of an edited study, as far as those of an earlier run are the same.
+
+    Parameters
+    ----------
+    store : RowStore
+        With the rows of the earlier run.
+    study : Study
+    cases : sequence of int
+        Of the new run, from 0.
+    identity : dict
+        Of the new run.
+    """
+    headers = [header for header in identity["columns"] if header != "status"]
+    names = usable(store.headers, headers)
+    partial = [header for header in headers if header in names] if not names.issuperset(headers) else []
+    records = _records(store, study, cases, headers, names) if names else ()
+    store.replace(identity, partial, records)
+
+
+def _records(store, study, cases, headers, names):
+    """Yield what the earlier run has for the cases: whole rows, or partial ones."""
+    old = store.headers
+    same, complete = set(old) == set(headers), names.issuperset(headers)
+    for case, stored in _matches(store, study, cases):
+        row = unpack(stored, len(old))
+        if row.status != OK and not same:  # another column may be the reason why there is no answer
+            continue
+        known = {header: cell for header, cell in zip(old, row.cells, strict=True) if header in names}
+        cells = [known.get(header) for header in headers]
+        yield pack(case, row.key, row.status if complete else None, cells, row.errors, row.notes)
+
+
+def _matches(store, study, cases):
+    """Yield (case, stored row) where a complete row has the key of the case's scene."""
+    store.database.execute("CREATE TEMP TABLE wanted (row INTEGER PRIMARY KEY, key TEXT)")
+    store.database.execute_many("INSERT INTO wanted VALUES (?, ?)", _keys(study, cases))
+    found = store.database.execute(
+        "SELECT wanted.row, rows.row, rows.key, status, cells, errors, notes, sum FROM wanted JOIN rows USING (key)"
+        " WHERE status IS NOT NULL"
+    )
+    for row, *stored in found:
+        yield row - 1, stored
+    store.database.execute("DROP TABLE wanted")
+
+
+def _keys(study, cases):
+    """Yield row, from 1, and key of each case with a valid scene."""
+    for first in range(0, len(cases), MAX_CASES):
+        tables, _ = tables_of(study, cases[first : first + MAX_CASES])
+        for table in tables:
+            yield from zip((table.cases + 1).tolist(), keys_of(table), strict=True)

@@ -1,0 +1,130 @@
+"""Cases as tables: the same scenes, and the same refusals, as each case read as a document."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.study import read_study
+from cablestudy.study.case_table import tables_of
+
+SCENE = """\
+cable:
+  chord: 185.8 m
+  elastic_modulus: 70.3 GPa
+  density: 1440 kg/m^3
+  area: 2.69 mm^2
+  unstretched_length: 184.4883 m
+  loads: [{at: 60 m, force: [0, 0, -1]}]
+gondola: {mass: 50 kg}
+winch: {controller: {gain: 0.3}}
+wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
+"""
+GRID = (
+    "- {cable.diameter: {from: 1 mm, to: 3 mm, count: 5}}\n- {wind.speed: {from: 1, to: 10, count: 4, spacing: log}}\n"
+)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test, with a scene in it."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.yaml").write_text(SCENE, encoding="utf-8")
+
+
+def study_of(more):
+    Path("study.yaml").write_text("base: scene.yaml\ncolumns: [sag]\n" + more, encoding="utf-8")
+    return read_study("study.yaml")
+
+
+def one_by_one(study):
+    """Scene, or messages of the refusal, of every case read as a document."""
+    found = {}
+    for case in range(study.count):
+        try:
+            found[case] = study.case(case)[1]
+        except SceneError as error:
+            found[case] = str(error)
+    return found
+
+
+# what varies, and how many tables the cases make
+STUDIES = {
+    "nothing": ("", 1),
+    "a grid": ("vary:\n" + GRID, 1),
+    "keys together": ("vary: [{cable.diameter: [1 mm, 2 mm], cable.preload: {from: 1 kN, to: 2 kN, count: 2}}]", 1),
+    "a sample": ("sample: {method: sobol, count: 8, over: {cable.sag: {from: 1 cm, to: 1 m, spacing: log}}}", 1),
+    "a design": ("sample: {method: saltelli, count: 4, over: {gravity: {from: 9 m/s^2, to: 10 m/s^2}}}", 1),
+    "materials beside a grid": ("vary:\n- {cable.material: [steel, nylon]}\n" + GRID, 2),
+    "tables inside tables": ("vary: [{winch.controller.notch.damping_ratio: [0.1, 0.2], gondola.area: [1, 2]}]", 1),
+    "a load's place": ("vary: [{cable.loads.0.at: [1 m, 2 m]}]", 2),
+    "an angle": ("vary: [{cable.inclination: [1 deg, 2 deg]}]", 2),
+    "points": ("set: {cable.loads: []}\nvary: [{cable.ends: [[[0, 0, 0], [180, 0, 9]], [[0, 0, 0], [181, 0, 9]]]}]", 2),
+    "words and mappings": (
+        "vary: [{winch.controller.notch.frequency: [1 Hz, coupled, 2 Hz]}, "
+        "{winch.controller.gain: [1, {auto: {gain_margin: 6}}, 2]}]",
+        6,
+    ),
+    "a key that is removed": ("vary: [{gondola.area: [1, null, 2]}]", 2),
+    "values of the wrong kind": ("vary: [{gravity: [1, -1, 2 kg, 1e9, .nan, [1], {a: 1}, text, 3]}]", 1),
+    "a first value that is wrong": ("vary: [{gravity: [-1, 1, 2]}]", 1),
+    "numbers that do not fit each other": (
+        "vary: [{cable.chord: {from: 100 m, to: 300 m, count: 5}}, "
+        "{cable.unstretched_length: [30 m, 200 m, 20 km]}]", 1),
+    "products out of range": (
+        "vary: [{cable.area: {from: 1e-18, to: 1e9, count: 7, spacing: log}}, "
+        "{cable.elastic_modulus: [1e12, 1e-12, 1e30]}]", 1),
+    "alternatives at once": ("vary: [{cable.area: [1 mm^2, 2 mm^2]}, {cable.diameter: [1 mm, 2 mm]}]", 0),
+    "an unknown key": ("vary: [{cable.densty: [1, 2]}]", 0),
+    "what the scene lacks": ("set: {gondola: null}\nvary: [{gondola.area: [1, 2]}]", 0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", STUDIES)
+def test_tables_hold_what_the_documents_say(what):
+    text, count = STUDIES[what]
+    study = study_of(text)
+    expected = one_by_one(study)
+    tables, refused = tables_of(study, range(study.count))
+    found = {case: str(error) for case, error in refused.items()}
+    for table in tables:
+        found |= {int(case): table.scene_of(place) for place, case in enumerate(table.cases)}
+    assert found == expected
+    assert len(tables) == count
+
+
+def test_properties_of_a_scene_of_arrays_are_those_of_each_case():
+    study = study_of("vary:\n" + GRID)
+    (table,), _ = tables_of(study, range(3, 17))
+    assert table.cases.tolist() == list(range(3, 17))
+    assert list(table.values) == ["cable.diameter", "wind.speed"]
+    names = {
+        "cable": ("section_area", "section_diameter", "axial_stiffness", "mass_per_length"),
+        "wind": ("turbulence",),
+    }
+    for part, properties in names.items():
+        for name in properties:
+            array = getattr(getattr(table.scene, part), name)
+            each = [getattr(getattr(study.case(case)[1], part), name) for case in table.cases.tolist()]
+            assert array.tolist() == each, name
+    assert table.scene.cable.density == 1440.0
+
+
+def test_the_diameter_of_areas_is_rounded_as_that_of_one():
+    study = study_of("vary: [{cable.area: {from: 1 mm^2, to: 2 mm^2, count: 999}}]")
+    (table,), _ = tables_of(study, range(study.count))
+    each = [study.case(case)[1].cable.section_diameter for case in range(study.count)]
+    assert np.array_equal(table.scene.cable.section_diameter, each)
+
+
+def test_no_cases_are_no_tables():
+    assert tables_of(study_of("vary:\n" + GRID), []) == ([], {})
+
+
+def test_a_wrong_case_leaves_the_others_in_one_table():
+    study = study_of("vary: [{gravity: {from: 5, to: -5, count: 11}}]")
+    (table,), refused = tables_of(study, range(11))
+    assert table.scene.gravity.tolist() == [5, 4, 3, 2, 1, 0]
+    assert sorted(refused) == [6, 7, 8, 9, 10]
+    assert str(refused[6]).endswith("gravity: must not be negative, got -1")
