@@ -123,7 +123,7 @@ def _shedding(name, meaning, place):
 
 
 def _stable_loop(case):
-    """The loop of a case; raises the NoSolutionError of an unstable one, which has neither phase margin nor bandwidth."""
+    """The loop of a case; an unstable one, which has neither phase margin nor bandwidth, raises NoSolutionError."""
     if not case.loop.stable:
         case.loop.check_stable()
     return case.loop
