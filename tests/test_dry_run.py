@@ -10,7 +10,7 @@ from command import CONFIGS, rows_of, run, study_file
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.table import Field, Table
-from cablestudy.sweep.dry_run import cases_table
+from cablestudy.sweep.rows import cases_table
 
 VARY = """\
 vary:

@@ -128,7 +128,7 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
 def print_cases(study, style):
     """The cases of a study, and nothing computed."""
     from cablestudy.study.prepare import prepare
-    from cablestudy.sweep.dry_run import cases_table
+    from cablestudy.sweep.rows import cases_table
 
     prepare(study)
     show(cases_table(study), style)

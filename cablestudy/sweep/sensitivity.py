@@ -115,8 +115,8 @@ class Sensitivity:
 
         Parameters
         ----------
-        rows : iterable of dict
-            Of all cases, in the order of the study.
+        rows : Rows
+            Of all cases.
 
         Returns
         -------
@@ -142,13 +142,10 @@ class Sensitivity:
     def _values(self, rows):
         """Cells of the columns, shape (columns, groups, points, pages); nan where they are empty."""
         study, sample = self.study, self.study.sample
-        headers = [column.header for column in self.columns]
-        values = np.full((len(headers), study.count), np.nan)
-        for case, row in enumerate(rows):
-            values[:, case] = [np.nan if row.get(header) is None else row[header] for header in headers]
+        values = rows.frame()[[column.header for column in self.columns]].to_numpy().T
         values = values.reshape(-1, *(len(entry) for entry in study.entries))
         values = np.moveaxis(values, 1 + study.sample_entry, -1)
-        return values.reshape(len(headers), -1, sample.count, sample.pages)
+        return values.reshape(len(self.columns), -1, sample.count, sample.pages)
 
     def _groups(self):
         """Varied values beside the sample, one dict for each of their combinations."""
