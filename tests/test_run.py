@@ -376,7 +376,7 @@ def test_a_terminal_has_a_bar_and_anything_else_a_line_now_and_then(monkeypatch)
     now = [0.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
     terminal, plain = Terminal(), io.StringIO()
-    bars = [progress.Progress(1000, 100, stream) for stream in (terminal, plain)]
+    bars = [progress.Progress(1000, 100, stream=stream) for stream in (terminal, plain)]
     for second in range(1, 62):
         now[0] = float(second) if second > 1 else 0.9
         for bar in bars:

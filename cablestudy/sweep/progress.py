@@ -17,12 +17,14 @@ class Progress:
         Rows.
     known : int
         Rows of earlier runs.
+    quiet : bool
+        Write nothing.
     stream : text file, optional
         Default: standard error.
     """
 
-    def __init__(self, total, known=0, stream=None):
-        self._total, self._known = total, known
+    def __init__(self, total, known=0, quiet=False, stream=None):
+        self._total, self._known, self._quiet = total, known, quiet
         self._stream = stream or sys.stderr
         self._bar = self._stream.isatty()
         self._begin = time.monotonic()
@@ -32,7 +34,7 @@ class Progress:
     def __call__(self, done):
         """Report the number of rows done."""
         now = time.monotonic()
-        if now < self._next or done == self._total:
+        if self._quiet or now < self._next or done == self._total:
             return
         self._next = now + (BAR_INTERVAL if self._bar else LINE_INTERVAL)
         text = self.line(done, now - self._begin)
