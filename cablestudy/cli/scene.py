@@ -1,7 +1,5 @@
 """The commands for one scene: static, modes, windrms."""
 
-import sys
-
 import click
 
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
@@ -29,14 +27,15 @@ def static(scene, sets, shape, style, plot, explain, quiet):
     echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
-        if not shape:
-            show(report.static_table(row, columns), style)
-        sys.exit(NO_ANSWER)
-    if plot:
+    elif plot:
         from cablestudy.study import plots
 
         plots.save(plots.static_form(row.case), plot)
-    show(report.shape_table(row.case) if shape else report.static_table(row, columns), style)
+    if not shape:
+        show(report.static_table(row, columns), style)
+    elif not row.failed:
+        show(report.shape_table(row.case), style)
+    return NO_ANSWER if row.failed else 0
 
 
 @click.command()
@@ -103,6 +102,4 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
 
         plots.save(plots.wind_response(row.case, on), plot)
     show(table, style)
-    if row.failed:
-        sys.stdout.flush()
-        sys.exit(NO_ANSWER)
+    return NO_ANSWER if row.failed else 0

@@ -32,7 +32,7 @@ class Selection:
     best: bool = False
 
     def table(self, table):
-        """The table of the rows that are shown: equal ones in their order, those with an empty cell last.
+        """The rows that are shown: equal ones in their order, those with an empty cell last.
 
         Parameters
         ----------
@@ -41,7 +41,8 @@ class Selection:
 
         Returns
         -------
-        Table
+        table : Table
+        notes : list of str
 
         Raises
         ------
@@ -55,7 +56,8 @@ class Selection:
             frame = self._best(frame) if self.best else self._sorted(frame)
         places = frame.index.tolist()
         errors = partial(table.errors, places) if table.errors else None
-        return replace(table, rows=LazyRows(places, table.rows.__getitem__), errors=errors)
+        shown = replace(table, rows=LazyRows(places, table.rows.__getitem__), errors=errors)
+        return shown, [f"shown: {len(places)} of {len(table.rows)} rows"]
 
     def _sorted(self, frame):
         """Numbers in their order, then texts in theirs."""

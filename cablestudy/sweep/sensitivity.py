@@ -110,13 +110,13 @@ class Sensitivity:
             where = study.where(("columns",))
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
-    def table(self, rows):
+    def table(self, table):
         """The table of the indices.
 
         Parameters
         ----------
-        rows : Rows
-            Of all cases.
+        table : Table
+            Of all cases; its rows have a method `frame`.
 
         Returns
         -------
@@ -126,7 +126,7 @@ class Sensitivity:
             Why columns have no indices.
         """
         found, notes = [], []
-        groups, values = self._groups(), self._values(rows)
+        groups, values = self._groups(), self._values(table.rows)
         for group, shown in enumerate(groups):
             among = ", ".join(f"{key}={value}" for key, value in shown.items())
             for column, cells in zip(self.columns, values[:, group], strict=True):
