@@ -12,6 +12,8 @@ from cablestudy.scene.study import read_study
 from cablestudy.study.table import Field, Table
 from cablestudy.sweep.rows import cases_table
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 VARY = """\
 vary:
   - {cable.material: [aramid, "steel"], cable.preload: [1 kN, 2 kN]}
@@ -19,13 +21,6 @@ vary:
   - {winch.controller.notch: [none, {frequency: static}]}
 columns: [mass, sag]
 """
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def cases(*arguments, text=VARY, code=0):

@@ -26,17 +26,12 @@ from cablestudy.sweep import chunks, driver, row_reuse
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import RESULTS_VERSION, digest, identity, versions
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 ROWS = Path("results/study.rows.sqlite")
 TABLE = Path("results/study.csv")
 FEW = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
 LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]\ncolumns: [sag, cable_frequency]\n"
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.fixture

@@ -20,18 +20,13 @@ from cablestudy.sweep import chunks
 from cablestudy.sweep.fingerprint import digest
 from cablestudy.sweep.record import check_sum, pack, unpack
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 ROWS = Path("results/study.rows.sqlite")
 TABLE = Path("results/study.csv")
 FOUR = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
 LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 600}}]\ncolumns: [sag, cable_frequency]\n"
 UNFINISHED = "UPDATE about SET value = '0' WHERE name = 'finished'"
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.fixture

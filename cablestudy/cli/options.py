@@ -77,3 +77,11 @@ def refuse(options, reason):
     given = [name for name, value in options.items() if value]
     if given:
         raise SceneError(f"{', '.join(given)}: no effect: {reason}")
+
+
+def save_plot(path, draw):
+    """Save the picture that `draw` makes by the module `study.plots`; nothing without a path."""
+    if path:
+        from cablestudy.study import plots
+
+        plots.save(draw(plots), path)

@@ -3,7 +3,7 @@
 import click
 
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture
+from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, save_plot
 from cablestudy.errors import SceneError
 
 
@@ -27,10 +27,8 @@ def static(scene, sets, shape, style, plot, explain, quiet):
     echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
-    elif plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.static_form(row.case), plot)
+    else:
+        save_plot(plot, lambda plots: plots.static_form(row.case))
     if not shape:
         show(report.static_table(row, columns), style)
     elif not row.failed:
@@ -64,10 +62,7 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
     echo_notes((*(notes if explain else ()), *warnings), quiet)
     if limit is None and len(found) < (count or 12):
         echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)
-    if plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.mode_shapes(case, found), plot)
+    save_plot(plot, lambda plots: plots.mode_shapes(case, found))
     show(report.mode_table(case, found), style)
 
 
@@ -97,9 +92,7 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
     echo_notes((*(row.notes if explain else ()), *row.warnings, *remarks), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
-    elif plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.wind_response(row.case, on), plot)
+    else:
+        save_plot(plot, lambda plots: plots.wind_response(row.case, on))
     show(table, style)
     return NO_ANSWER if row.failed else 0

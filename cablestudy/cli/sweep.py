@@ -18,6 +18,7 @@ from cablestudy.cli.options import (
     complete_column,
     exclude,
     refuse,
+    save_plot,
 )
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
@@ -149,7 +150,7 @@ def compute(work, words):
     options = work.options
     echo_notes(work.reused(), options.quiet)
     work.compute()
-    if options.explain and work.complete:
+    if options.explain:
         echo_notes(work.notes(), options.quiet)
     echo_notes(work.failures(words), options.quiet)
     work.check_complete()
@@ -158,10 +159,7 @@ def compute(work, words):
 def finish(work, style, plot, tolerance, command, select=None):
     """The table of a complete run, compared, or written and printed; the exit code."""
     table, files, quiet = work.table(), work.files, work.options.quiet
-    if plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.study_plot(work.study, table), plot)
+    save_plot(plot, lambda plots: plots.study_plot(work.study, table))
     if tolerance is not None:
         from cablestudy.sweep.check import compare
 

@@ -24,18 +24,13 @@ class WorkerDeathError(Exception):
 
 
 def compute_here(chunks, jobs=None):
-    """Compute chunks on this machine.
+    """Compute chunks on this machine: yields Done, in any order.
 
     Parameters
     ----------
     chunks : Chunks
     jobs : int, optional
         Processes, at most PER_CORE for each core. Default: all cores if the estimated work is worth their start.
-
-    Yields
-    ------
-    Done
-        In any order.
 
     Raises
     ------

@@ -14,16 +14,7 @@ SHOWN = 10  # missing rows that are named
 
 
 class MergedRun(Run):
-    """A run whose rows come from the shards of its study.
-
-    Parameters
-    ----------
-    study : Study
-    files : TableFiles
-    words : sequence of str
-        The command that computes the study, for hints; `--shard` is added.
-    quiet : bool
-    """
+    """A run whose rows come from the shards of its study; `words` are the command that computes it, for hints."""
 
     def __init__(self, study, files, words, quiet=False):
         super().__init__(study, files, Options(keep=True, quiet=quiet))
@@ -73,13 +64,7 @@ class MergedRun(Run):
 
 
 def _take(path, merged):
-    """Add the rows of a shard that are as they were written to a store.
-
-    Returns
-    -------
-    list of str
-        Why they do not belong to the study of the store.
-    """
+    """Add the rows of a shard that are as they were written to a store; list of lines why they do not belong to it."""
     with closing(Database(path)) as shard:
         try:
             if is_empty(shard):

@@ -9,19 +9,7 @@ WIDTH = 24
 
 
 class Progress:
-    """Writes the progress of a sweep to a stream.
-
-    Parameters
-    ----------
-    total : int
-        Rows.
-    known : int
-        Rows of earlier runs.
-    quiet : bool
-        Write nothing.
-    stream : text file, optional
-        Default: standard error.
-    """
+    """Writes the progress of a sweep of so many rows, some `known` from earlier runs, to a stream."""
 
     def __init__(self, total, known=0, quiet=False, stream=None):
         self._total, self._known, self._quiet = total, known, quiet
@@ -56,7 +44,6 @@ class Progress:
         if self._shown:
             self._stream.write("\r\x1b[K")
             self._stream.flush()
-            self._shown = False
 
 
 def rounded_duration(seconds):

@@ -34,32 +34,15 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 @dataclass(frozen=True)
 class Options:
-    """What is to be done with a study.
-
-    Attributes
-    ----------
-    keep : bool
-        Keep the rows on disk as they are done.
-    resume, restart : bool
-        Go on with the rows that are there, or forget them.
-    jobs : int or None
-        Processes; None leaves it to the work.
-    scheduler : str or None
-        Of dask: an address, or a file with one.
-    shard : (int, int) or None
-        K of N, from 1.
-    row : int or None
-        Only this row, from 1.
-    fail_fast, explain, quiet : bool
-    """
+    """What is to be done with a study: the options of `cablestudy sweep`; `keep` the rows on disk as they are done."""
 
     keep: bool = False
     resume: bool = False
     restart: bool = False
     jobs: int | None = None
     scheduler: str | None = None
-    shard: tuple[int, int] | None = None
-    row: int | None = None
+    shard: tuple[int, int] | None = None  # K of N, from 1
+    row: int | None = None  # from 1
     fail_fast: bool = False
     explain: bool = False
     quiet: bool = False
@@ -124,14 +107,14 @@ class Run:
         return store
 
     def compute(self):
-        """Compute the cases that are missing and store their rows as they are done.
+        """Compute the cases that are missing and store their rows as they are done, whatever ends it.
 
         Raises
         ------
         KeyboardInterrupt
-            Ctrl-C or SIGTERM; what is done is stored.
+            Ctrl-C or SIGTERM.
         NoSolutionError
-            Workers die, or the scheduler is gone; what is done is stored.
+            Workers die, or the scheduler is gone.
         """
         store, options, done = self.store, self.options, self._known
         headers = [column.header for column in self.columns]
@@ -175,14 +158,9 @@ class Run:
         """How many rows have no answer."""
         return sum(1 for _ in self.store.failures())
 
-    @property
-    def complete(self):
-        """Whether every row is."""
-        return self.done == len(self.cases)
-
     def check_complete(self):
         """Raise NoSolutionError if `fail_fast` ended the run."""
-        if not self.complete:
+        if self.done < len(self.cases):
             raise NoSolutionError(f"stopped at the first case without an answer (--fail-fast){self._resumable()}")
 
     def table(self):
@@ -190,8 +168,8 @@ class Run:
         return table_of(self.study, self.columns, self._reference, self.store, self.cases)
 
     def notes(self):
-        """Yield what was modelled, row by row."""
-        for case in self.cases:
+        """Yield what was modelled, row by row, of those that are done."""
+        for case in self.store.select(self.cases, COMPLETE):
             yield from (f"row {case + 1}: {note}" for note in self.store.row(case).notes)
 
     def write(self, table, command):
@@ -237,10 +215,6 @@ class Run:
         ----------
         words : sequence of str
             The command without what says how to compute; `--row` is added. Empty where nothing can be typed again.
-
-        Returns
-        -------
-        list of str
         """
         first = list(islice(self.store.failures(), SHOWN))
         kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())

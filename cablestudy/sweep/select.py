@@ -87,11 +87,6 @@ def read_selection(study, where=None, sort=None, best=None):
     where, sort, best : str or None
         For example `sag < 0.5 and status == ok`; `COLUMN` or `-COLUMN`; `min COLUMN` or `max COLUMN`.
 
-    Returns
-    -------
-    Selection or None
-        None without options.
-
     Raises
     ------
     SceneError
