@@ -25,37 +25,23 @@ MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be
 
 @dataclass(frozen=True)
 class Chunk:
-    """What a worker receives.
+    """What a worker receives."""
 
-    Attributes
-    ----------
-    study : bytes
-        The study, pickled: a few kilobytes whatever the number of its cases.
-    versions : dict
-        That the rows must be computed with.
-    columns : tuple of str
-        Names of the columns to compute.
-    cases : tuple of int
-        From 0.
-    explain : bool
-        Keep the notes too.
-    """
-
-    study: bytes
-    versions: dict
-    columns: tuple
-    cases: tuple
-    explain: bool = False
+    study: bytes  # pickled: a few kilobytes whatever the number of its cases
+    versions: dict  # that the rows must be computed with
+    columns: tuple  # names of those to compute
+    cases: tuple  # from 0
+    explain: bool = False  # keep the notes too
 
 
 @dataclass(frozen=True)
 class Done:
-    """What a worker returns: headers of the cells, records from `record.pack`, how many failed, computing time in s."""
+    """What a worker returns."""
 
-    headers: list
-    records: list
-    failed: int
-    seconds: float
+    headers: list  # of the cells that were computed
+    records: list  # one for each case, from `record.pack`
+    failed: int  # how many of them have no answer
+    seconds: float  # of computing
 
 
 class Chunks:

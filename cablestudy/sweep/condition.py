@@ -99,13 +99,7 @@ def _tokens(text):
 
 
 class _Translator:
-    """Syntax tree of a condition -> function of a pandas.DataFrame.
-
-    Parameters
-    ----------
-    tokens : list of Token
-    study : Study
-    """
+    """Syntax tree of a condition -> function of a pandas.DataFrame."""
 
     def __init__(self, tokens, study):
         self.tokens, self.study = tokens, study

@@ -17,15 +17,7 @@ CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more th
 
 
 class LazyRows(Sequence):
-    """Rows that are made when they are asked for.
-
-    Parameters
-    ----------
-    places : sequence
-        One for each row; a slice of the rows has a slice of it.
-    row_at : callable
-        Place -> dict.
-    """
+    """Rows that are made when they are asked for: `row_at` of each place; a slice has a slice of the places."""
 
     def __init__(self, places, row_at):
         self._places, self._row_at = places, row_at
@@ -93,17 +85,9 @@ class Rows(LazyRows):
         return frame
 
     def csv_lines(self, names):
-        """The lines of the CSV below its head; stored numbers are copied as text, which a million rows need.
+        """Iterator of the lines of the CSV below its head, for the table's columns; None if there are printed values.
 
-        Parameters
-        ----------
-        names : list of str
-            Of the table's columns.
-
-        Returns
-        -------
-        iterator of str, or None
-            None if there are columns of printed values, which are not stored.
+        Stored numbers are copied as text, which a million rows need.
         """
         return None if self._reference[0] else self._copied(set(names))
 

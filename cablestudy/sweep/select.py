@@ -8,28 +8,17 @@ import pandas
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.sweep.condition import parse
 from cablestudy.sweep.rows import LazyRows
-from cablestudy.sweep.variable import variable
+from cablestudy.sweep.variable import Variable, variable
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Which rows of a table are shown, and in which order.
+    """Which rows of a table are shown, and in which order."""
 
-    Attributes
-    ----------
-    condition : callable or None
-        DataFrame -> Series of True, False or NA (unknown).
-    key : Variable or None
-        By which the rows are ordered.
-    descending : bool
-    best : bool
-        Whether only the first row of that order is shown.
-    """
-
-    condition: object = None
-    key: object = None
+    condition: object = None  # DataFrame -> Series of True, False or NA (unknown)
+    key: Variable | None = None  # by which the rows are ordered
     descending: bool = False
-    best: bool = False
+    best: bool = False  # only the first row of that order is shown
 
     def table(self, table):
         """The rows that are shown: equal ones in their order, those with an empty cell last.

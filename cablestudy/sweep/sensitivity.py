@@ -82,12 +82,7 @@ def _bootstrap_means(terms, seed):
 
 
 class Sensitivity:
-    """Sobol's indices of a study's columns.
-
-    Parameters
-    ----------
-    study : Study
-        With a `sample` of the method saltelli.
+    """Sobol's indices of the columns of a study that has a `sample` of the method saltelli.
 
     Raises
     ------

@@ -13,24 +13,12 @@ from cablestudy.study.columns import find
 
 @dataclass(frozen=True)
 class Variable:
-    """A column or a varied key, as an operand.
+    """A column or a varied key, as an operand."""
 
-    Attributes
-    ----------
-    name : str
-        Key of its cell in a row.
-    unit : str or None
-        Of its numbers, SI for a varied key; None for a varied key that is no quantity.
-    is_text : bool
-        Whether its cells are text, never numbers.
-    is_varied : bool
-        Whether it is a varied key, whose cells are as written.
-    """
-
-    name: str
-    unit: str | None
-    is_text: bool = False
-    is_varied: bool = False
+    name: str  # of its cells in a frame
+    unit: str | None  # of its numbers, SI for a varied key; None for a varied key that is no quantity
+    is_text: bool = False  # never numbers
+    is_varied: bool = False  # its cells are as written
 
     def getter(self, unit=None):
         """Function of a frame, from `rows.Rows.frame`, that returns its cells.
@@ -65,18 +53,7 @@ class Variable:
 
 
 def variable(name, study, option):
-    """The column or varied key of a name; a column that the study does not have is added to it.
-
-    Parameters
-    ----------
-    name : str
-    study : Study
-    option : str
-        Of the command line, for messages about the added column.
-
-    Returns
-    -------
-    Variable
+    """The Variable of a name; a column that the study does not have is added to it, as `option` asks for it.
 
     Raises
     ------
