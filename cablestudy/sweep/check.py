@@ -45,13 +45,9 @@ class Tolerance:
 
 
 def read_tolerances(texts, study):
-    """The tolerances of a study file and of `--rtol` options, which take precedence.
+    """The tolerances of a study file, and of `--rtol` options: `1e-6` for all columns, `sag=1e-4` for one.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        `1e-6` for all columns, `sag=1e-4` for one.
-    study : Study
+    Options take precedence.
 
     Raises
     ------
@@ -88,12 +84,6 @@ def _tolerance(text):
 
 def compare(table, path, tolerance):
     """Compare a table with a stored CSV, cell by cell.
-
-    Parameters
-    ----------
-    table : Table
-    path : str
-    tolerance : Tolerance
 
     Yields
     ------

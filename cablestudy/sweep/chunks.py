@@ -56,20 +56,12 @@ class Chunks:
         How many cases that are.
     explain : bool
 
-    Attributes
-    ----------
-    left : int
-        Cases not yet handed out.
-    size : int
-        Cases of the next chunk.
-    seconds_per_case : float or None
-        As measured last.
     """
 
     def __init__(self, study, work, count, explain=False):
         self._pickled, self._explain = pickle.dumps(study), explain
         self._work = [(iter(cases), tuple(columns)) for cases, columns in work]
-        self.left, self.size, self.seconds_per_case = count, 1, None
+        self.left, self.size, self.seconds_per_case = count, 1, None  # not handed out; of the next; as measured last
 
     def next(self, workers=1):
         """The next chunk, or None when all cases are handed out; towards the end smaller ones, for so many workers."""

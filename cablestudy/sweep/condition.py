@@ -55,13 +55,7 @@ class Token(NamedTuple):
 
 
 def parse(text, study):
-    """Read a condition.
-
-    Parameters
-    ----------
-    text : str
-    study : Study
-        Columns of the condition that it does not have are added to it.
+    """Read a condition; columns of it that the study does not have are added to it.
 
     Returns
     -------

@@ -60,12 +60,6 @@ class Options:
 class Run:
     """A study on its way to its table. Use it in a `with`.
 
-    Parameters
-    ----------
-    study : Study
-    files : TableFiles
-    options : Options
-
     Raises
     ------
     SceneError

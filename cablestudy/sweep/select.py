@@ -21,17 +21,7 @@ class Selection:
     best: bool = False  # only the first row of that order is shown
 
     def table(self, table):
-        """The rows that are shown: equal ones in their order, those with an empty cell last.
-
-        Parameters
-        ----------
-        table : Table
-            Whose rows have a method `frame`.
-
-        Returns
-        -------
-        table : Table
-        notes : list of str
+        """The rows that are shown, equal ones in their order, those with an empty cell last; how many, as a note.
 
         Raises
         ------

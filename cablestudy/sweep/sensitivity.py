@@ -106,19 +106,10 @@ class Sensitivity:
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, table):
-        """The table of the indices.
+        """The table of the indices, from that of all cases, and lines why columns have none.
 
-        Parameters
-        ----------
-        table : Table
-            Of all cases; its rows have a method `frame`.
-
-        Returns
-        -------
-        table : Table
-            One row for each step of the other entries, each column, each sampled key; cells without an index are empty.
-        notes : list of str
-            Why columns have no indices.
+        It has one row for each step of the other entries, each column, each sampled key; cells without an index are
+        empty.
         """
         found, notes = [], []
         groups, values = self._groups(), self._values(table.rows)

@@ -34,24 +34,14 @@ MAX_LISTED = 5  # rows that are named in a message
 class RowStore:
     """The rows of one run; `open_store` makes one.
 
-    Parameters
+    Attributes
     ----------
     path : str
         Of the database; "" for one that vanishes with the process.
     identity : dict
-        From `fingerprint.identity`.
-    count : int
-        Cases of the study.
-
-    Attributes
-    ----------
-    path : str
-    identity : dict
-        Of the rows that are there.
-    headers : list of str
-        Of the cells of a row: the columns but `status`.
-    partial : list of str
-        Headers of the cells that are known of partial rows.
+        What the rows that are there depend on, from `fingerprint.identity`.
+    headers, partial : list of str
+        Headers of the cells of a row (the columns but `status`), and of those that are known of partial rows.
     warnings : list of str
         Lines about what was found damaged.
     """
