@@ -9,20 +9,10 @@ WIDTH = 24
 
 
 class Progress:
-    """Writes the progress of a sweep to a stream.
+    """Writes the progress of a sweep of so many rows, some `known` from earlier runs, to a stream."""
 
-    Parameters
-    ----------
-    total : int
-        Rows.
-    known : int
-        Rows of earlier runs.
-    stream : text file, optional
-        Default: standard error.
-    """
-
-    def __init__(self, total, known=0, stream=None):
-        self._total, self._known = total, known
+    def __init__(self, total, known=0, quiet=False, stream=None):
+        self._total, self._known, self._quiet = total, known, quiet
         self._stream = stream or sys.stderr
         self._bar = self._stream.isatty()
         self._begin = time.monotonic()
@@ -32,7 +22,7 @@ class Progress:
     def __call__(self, done):
         """Report the number of rows done."""
         now = time.monotonic()
-        if now < self._next or done == self._total:
+        if self._quiet or now < self._next or done == self._total:
             return
         self._next = now + (BAR_INTERVAL if self._bar else LINE_INTERVAL)
         text = self.line(done, now - self._begin)
@@ -54,7 +44,6 @@ class Progress:
         if self._shown:
             self._stream.write("\r\x1b[K")
             self._stream.flush()
-            self._shown = False
 
 
 def rounded_duration(seconds):
