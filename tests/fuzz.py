@@ -398,12 +398,14 @@ def _child(arguments, folder, out, err):
 def faults(done):
     """Yield what is wrong with the end of a command."""
     lines = done.err.splitlines()
+    # a sweep that says how long it will take may take so long
+    announced = re.search(r"^\d+ of \d+ rows, .* (min|h) left$", done.err, re.MULTILINE)
     if "Traceback" in done.err:
         yield f"traceback: {lines[-1][:200]}"
-    elif done.code not in (0, 2, 3):
+    elif done.code not in (0, 2, 3) and not (announced and done.code == -signal.SIGXCPU):
         yield f"exit code {done.code}"
     yield from (f"warning: {line[-200:]}" for line in lines if "Warning: " in line)
-    if done.seconds > SECONDS:
+    if done.seconds > SECONDS and not announced:
         yield f"{done.seconds:.0f} s"
     if done.memory > BYTES:
         yield f"{done.memory / BYTES:.1f} GB"
