@@ -3,10 +3,8 @@
 import re
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
-from functools import lru_cache
 
-from cablestudy.errors import SceneError
-from cablestudy.scene.layers import split_key
+from cablestudy.scene.document import read_option
 from cablestudy.scene.strict_yaml import Place, compose, refuse, resolve
 from cablestudy.scene.units import common_factor, show, split
 
@@ -117,18 +115,12 @@ class Range(Sequence):
             return [self[i] for i in range(*index.indices(self._count))]
         if not -self._count <= index < self._count:
             raise IndexError(index)
-        return _step(self._interval, index % self._count, self._count - 1)
+        return self._interval.step(index % self._count, self._count - 1)
 
     def worth_checking(self, few):
         """Some of the indices, both ends among them: every limit of a quantity is an interval."""
         last = self._count - 1
         return {round(i * last / few) for i in range(few + 1)}
-
-
-@lru_cache(maxsize=65536)
-def _step(interval, number, steps):
-    """`Interval.step`, kept because in a grid each value is met many times."""
-    return interval.step(number, steps)
 
 
 def _end(value, key):
@@ -172,47 +164,25 @@ def _check_keys(mapping, what, needed):
 
 
 def read_vary(text):
-    """Read the argument of `--vary`: `key=from:to:count`, `log` or `linear` after the count, or `key=a,b,c`.
-
-    Returns
-    -------
-    key : str
-        Dotted.
-    values : Sequence
-
-    Raises
-    ------
-    SceneError
-        Anything else.
-    """
-    key, sign, written = text.partition("=")
-    key, written = key.strip(), written.strip()
-    place = Place(f"--vary {key}")
-    if not (sign and key and written):
+    """Key and values of `--vary`: `key=from:to:count`, `log` or `linear` after the count, or `key=a,b,c`."""
+    key, _, written = text.partition("=")
+    if not (key.strip() and written.strip()):
         raise refuse(Place(f"--vary {text}"), _VARY)
-    try:
-        split_key(key)
-        return key, _range(written) if ":" in written and not _BRACKET.search(written) else _list(written)
-    except ValueError as error:
-        raise refuse(place, str(error)) from None
-    except SceneError as error:
-        raise refuse(place, error.mistakes[0].message) from None
+    return read_option("--vary", text, _VARY, _read_values)
 
 
-def _range(written):
+def _read_values(written):
+    if ":" not in written or _BRACKET.search(written):
+        values, _ = compose(f"[{written}]", "")  # a list as in the files
+        if not isinstance(values, list) or not values:
+            raise ValueError(_VARY)
+        return values
     parts = written.split(":")
     if len(parts) != 3:
         raise ValueError(_VARY)
     first, last, number = parts
     count = _COUNT.fullmatch(number)
     if count is None:
-        raise ValueError(f"count: expected a whole number, with log behind it for equal ratios, got {show(number)}")
+        shown = show(number.strip())
+        raise ValueError(f"count: expected a whole number, with log behind it for equal ratios, got {shown}")
     return Range(resolve(first.strip()), resolve(last.strip()), int(count[1]), count[2] or "linear")
-
-
-def _list(written):
-    """Values between commas, as in a list of YAML."""
-    values, _ = compose(f"[{written}]", "")
-    if not isinstance(values, list) or not values:
-        raise ValueError(_VARY)
-    return values

@@ -2,13 +2,13 @@
 
 import math
 import os
-from collections.abc import Iterable
+from functools import partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.document import apply_sets, lazily, read_base, read_file
+from cablestudy.scene.document import apply_sets, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
 from cablestudy.scene.fields import Name, Quantity
 from cablestudy.scene.layers import REPLACES, split_key
@@ -248,7 +248,7 @@ def study_of(source, sets=(), vary=()):
         raise located(found, source)
     everything = with_options(entries, vary)
     document = read_base(source)
-    settings = [(key, value, lazily(source, ("set", key))) for key, value in table.set.items()]
+    settings = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
     document = apply_sets(document.with_sets(settings), sets)
     study = Study(source, table, document, entries, everything[len(entries) :])
     _refuse_idle(study, entries, sets)
@@ -260,7 +260,7 @@ def _beside(source, name):
     return os.path.join(os.path.dirname(source.name), name)
 
 
-def _repeated(names: Iterable[str], key):
+def _repeated(names, key):
     """Names that occur twice."""
     first = {}
     return [((key, i), f"{name} is given twice") for i, name in enumerate(names) if first.setdefault(name, i) != i]
