@@ -50,6 +50,7 @@ class Interval:
             if self.low * self.high <= 0:
                 raise ValueError(f"spacing: log needs ends of one sign, not zero, got {show(first)} and {show(last)}")
             self._ratio = float(self.high / self.low)
+        self._floats = float(self.low), float(self.high)
         self._whole = isinstance(first, int) and isinstance(last, int)
 
     def step(self, number, steps):
@@ -70,7 +71,7 @@ class Interval:
 
     def between(self, part):
         """The value at a part of the way, from 0 to 1, float or str."""
-        low, high = float(self.low), float(self.high)
+        low, high = self._floats
         value = low + (high - low) * part if self._ratio is None else low * self._ratio**part
         value = min(max(value, min(low, high)), max(low, high))
         return f"{value!r} {self._unit}" if self._unit else value

@@ -7,6 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.layers import split_key
+from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import Scene, quantity_of
 from cablestudy.scene.tables import Table
 
@@ -97,7 +98,8 @@ def _numbers(entry, steps):
     found = {}
     for key, written, _ in entry.columns:
         read = quantity_of(key).read
-        found[key] = np.array([_number(read, written[step]) for step in unique.tolist()])[place]
+        chosen = written.at(unique) if isinstance(written, Sampled) else [written[step] for step in unique.tolist()]
+        found[key] = np.array([_number(read, value) for value in chosen])[place]
     return found
 
 
