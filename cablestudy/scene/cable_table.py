@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from cablestudy.scene.document import read_file
-from cablestudy.scene.fields import Quantity, suggestion, wrong
-from cablestudy.scene.tables import Table
+from cablestudy.scene.fields import Quantity, Table, suggestion, wrong
 from cablestudy.scene.units import show
 
 MAX_LOADS = 1000

@@ -3,9 +3,8 @@
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import suggestion
+from cablestudy.scene.fields import group_mistakes, suggestion
 from cablestudy.scene.strict_yaml import mistake
-from cablestudy.scene.tables import group_mistakes
 from cablestudy.scene.units import show
 
 MAX_SHOWN = 100

@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from cablestudy.scene.fields import Count
+from cablestudy.scene.fields import Count, Table
 from cablestudy.scene.ranges import MAX_COUNT
-from cablestudy.scene.tables import Table
 
 METHODS = ("sobol", "latin_hypercube", "saltelli")
 MAX_NUMBERS = 50_000_000  # drawn at once: 400 MB

@@ -106,6 +106,8 @@ def resolve(text):
     """
     if text in _WORDS:
         return _WORDS[text]
+    if text[0] not in "+-.0123456789":
+        return text
     if _INFINITE.fullmatch(text):
         return float(text.replace(".", ""))
     kind = int if _INTEGER.fullmatch(text) else float if _FLOAT.fullmatch(text) else None
@@ -230,7 +232,9 @@ class _Reader:
         if node.style == '"' and (bad := _UNPRINTABLE.search(node.value)):
             raise refuse(place, f"character U+{ord(bad[0]):04X} is not text")
         start = node.start_mark.index
-        if tag == "str" or (self.text[start : start + 1] in ("!", "&") and tag == _PLAIN and _NO_TYPE.match(self.text, start)):
+        if tag == "str" or (
+            self.text[start : start + 1] in ("!", "&") and tag == _PLAIN and _NO_TYPE.match(self.text, start)
+        ):
             return node.value
         if tag not in _TYPES:
             raise refuse(place, f"tag {_written_tag(node.tag)} is not allowed")

@@ -10,13 +10,12 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import apply_sets, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
-from cablestudy.scene.fields import Name, Quantity
+from cablestudy.scene.fields import Name, Quantity, Table
 from cablestudy.scene.layers import REPLACES, split_key
 from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.strict_yaml import refuse
-from cablestudy.scene.tables import Table
 
 CHECK_ALL = 1000
 ALL_COLUMNS = "rtol"  # in `check`

@@ -6,10 +6,10 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.fields import Table
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import Scene, quantity_of
-from cablestudy.scene.tables import Table
 
 NOT_COLUMNS = ("cable.inclination",)  # quantities of which a scene takes functions that numpy has no equal of
 
