@@ -258,32 +258,10 @@ def damage(rng, data):
     if kind == 0:
         return data[:place]
     if kind == 1:
-        strange = [
-            b"\0",
-            b"\x07",
-            b"\x1b[31m",
-            b"\x7f",
-            b"\xff",
-            b"\xc3",
-            "\u2028".encode(),
-            b"\xef\xbb\xbf",
-            b"\x85",
-            b"\t",
-            b"\r",
-            b"\n",
-            b"---\n",
-            b"...\n",
-            b"%YAML 1.1\n",
-            b"#",
-            b":",
-            b"- ",
-            b"{",
-            b"]",
-            b'"',
-            b"&a ",
-            b"<<: 3\n",
-        ]
-        return data[:place] + rng.choice(strange) + data[place:]  # fmt: skip
+        strange = [b"\0", b"\x07", b"\x1b[31m", b"\x7f", b"\xff", b"\xc3", "\u2028".encode(), b"\xef\xbb\xbf", b"\x85",
+                   b"\t", b"\r", b"\n", b"---\n", b"...\n", b"%YAML 1.1\n", b"#", b":", b"- ", b"{", b"]", b'"', b"&a ",
+                   b"<<: 3\n"]  # fmt: skip
+        return data[:place] + rng.choice(strange) + data[place:]
     if kind == 2:
         return data[:place] + data[place + 1 :]
     if kind == 3:

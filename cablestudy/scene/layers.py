@@ -4,7 +4,7 @@ A key of the upper layer removes from the lower one the alternatives to it. Two 
 scene refuses them.
 """
 
-from functools import lru_cache
+from functools import lru_cache, reduce
 
 from cablestudy.scene.strict_yaml import MAX_DEPTH
 
@@ -116,25 +116,14 @@ def _put_item(items, path, value, done):
 
 def without(mapping, path):
     """Copy of a plain mapping without one key; the same mapping when the key is not there."""
-    key, rest = path[0], path[1:]
-    if not isinstance(mapping, dict) or key not in mapping:
-        return mapping
-    if rest and (inner := without(mapping[key], rest)) is mapping[key]:
-        return mapping
-    copy = dict(mapping)
-    if rest:
-        copy[key] = inner
-    else:
-        del copy[key]
-    return copy
+    return put(mapping, path, None) if _is_set(mapping, path) else mapping
 
 
 def put_layer(value, items):
     """Copy of a plain mapping with several values set as one layer: `items` is a list of (dotted key, value)."""
     for key, new in items:
         if new is not None:
-            for other in REPLACES.get(key, ()):
-                value = without(value, other)
+            value = reduce(without, REPLACES.get(key, ()), value)
     for key, new in items:
         value = put(value, split_key(key), new)
     return value
@@ -144,8 +133,7 @@ def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
     for key, others in REPLACES.items():
         if _is_set(upper, split_key(key)):
-            for other in others:
-                lower = without(lower, other)
+            lower = reduce(without, others, lower)
     return _merged(lower, upper)
 
 

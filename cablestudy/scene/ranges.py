@@ -23,14 +23,14 @@ class Interval:
     Parameters
     ----------
     first, last : int, float or str
-        As written. Text carries a unit.
+        The ends. Text carries a unit.
     spacing : str
         `linear`, or `log` for equal ratios.
 
     Attributes
     ----------
     low, high : Decimal
-        The ends, `high` in the unit of `low`.
+        The ends in the unit of the first.
 
     Raises
     ------
@@ -51,23 +51,6 @@ class Interval:
                 raise ValueError(f"spacing: log needs ends of one sign, not zero, got {show(first)} and {show(last)}")
             self._ratio = float(self.high / self.low)
         self._floats = float(self.low), float(self.high)
-        self._whole = isinstance(first, int) and isinstance(last, int)
-
-    def step(self, number, steps):
-        """Value number 0 to `steps` of equal steps from end to end, int, float or str as the user would write it.
-
-        Each is rounded on its own, linear ones correctly, logarithmic ones to 15 digits.
-        """
-        if number in (0, steps):
-            value = self.high if number else self.low
-        elif self._ratio is None:
-            value = self.low + (self.high - self.low) * number / steps
-        else:
-            value = Decimal(f"{float(self.low) * self._ratio ** (number / steps):.{_DIGITS}g}")
-        is_whole = value == value.to_integral_value()
-        if not self._unit:
-            return int(value) if self._whole and is_whole else float(value)
-        return f"{int(value) if is_whole and abs(value) < 10**_DIGITS else float(value)!r} {self._unit}"
 
     def between(self, part):
         """The value at a part of the way, from 0 to 1, float or str."""
@@ -77,17 +60,15 @@ class Interval:
         return f"{value!r} {self._unit}" if self._unit else value
 
 
-class Range(Sequence):
-    """The values of a range, computed one by one.
+class Range(Interval, Sequence):
+    """Values at equal steps or ratios, computed one by one; both ends, as written, are values exactly.
 
     Parameters
     ----------
-    first, last : int, float or str
-        The ends as written; both are values of the range, exactly. Text carries a unit.
+    first, last, spacing
+        As of `Interval`.
     count : int
         How many values, ends included. [-]
-    spacing : str
-        `linear`, or `log` for equal ratios.
 
     Attributes
     ----------
@@ -97,26 +78,38 @@ class Range(Sequence):
     Raises
     ------
     ValueError
-        Ends that do not fit each other or the spacing, or a count out of range.
+        As `Interval`, or a count out of range.
     """
 
     def __init__(self, first, last, count, spacing="linear"):
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_COUNT:
             raise ValueError(f"count: expected a whole number from 1 to {MAX_COUNT}, got {show(count)}")
-        self._interval, self._count = Interval(first, last, spacing), count
+        super().__init__(first, last, spacing)
+        self._count, self._is_whole = count, isinstance(first, int) and isinstance(last, int)
         self.written = {"from": first, "to": last, "count": count, "spacing": spacing}
-        if count == 1 and self._interval.low != self._interval.high:
+        if count == 1 and self.low != self.high:
             raise ValueError("count: a range of one value needs equal ends")
 
     def __len__(self):
         return self._count
 
     def __getitem__(self, index):
+        """Int, float or str as the user would write it; linear values correctly rounded, others to 15 digits."""
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(self._count))]
         if not -self._count <= index < self._count:
             raise IndexError(index)
-        return self._interval.step(index % self._count, self._count - 1)
+        number, steps = index % self._count, self._count - 1
+        if number in (0, steps):
+            value = self.high if number else self.low
+        elif self._ratio is None:
+            value = self.low + (self.high - self.low) * number / steps
+        else:
+            value = Decimal(f"{float(self.low) * self._ratio ** (number / steps):.{_DIGITS}g}")
+        is_integer = value == value.to_integral_value()
+        if not self._unit:
+            return int(value) if self._is_whole and is_integer else float(value)
+        return f"{int(value) if is_integer and abs(value) < 10**_DIGITS else float(value)!r} {self._unit}"
 
     def worth_checking(self, few):
         """Some of the indices, both ends among them: every limit of a quantity is an interval."""

@@ -150,18 +150,16 @@ def _value(scene, key):
     return scene
 
 
-def _with_values(table, values):
-    """Copy of a table of the file with other numbers at some dotted keys."""
-    updates, inside = {}, {}
+def _with_values(scene, values):
+    """Copy of a scene with other numbers at some dotted keys."""
     for key, value in values.items():
-        name, _, rest = key.partition(".")
-        if rest:
-            inside.setdefault(name, {})[rest] = value
-        else:
-            updates[name] = value
-    for name, below in inside.items():
-        updates[name] = _with_values(getattr(table, name), below)
-    return table.model_copy(update=updates)
+        scene = _with_value(scene, split_key(key), value)
+    return scene
+
+
+def _with_value(table, path, value):
+    name, *rest = path
+    return table.model_copy(update={name: _with_value(getattr(table, name), rest, value) if rest else value})
 
 
 def _tables_in(table):
