@@ -87,31 +87,29 @@ def put(container, path, value, done=()):
     """
     key, rest = path[0], path[1:]
     if isinstance(container, list):
-        return _put_item(container, path, value, done)
-    if not isinstance(container, dict):
+        key = _index(container, key, ".".join(done))
+        inside = container[key]
+    elif isinstance(container, dict):
+        inside = container.get(key, {})
+    else:
         raise ValueError(f"{'.'.join(done)} is {container!r:.60}, which has no key {key:.60}")
-    copy = dict(container)
+    copy = container.copy()
     if rest:
-        copy[key] = put(copy.get(key, {}), rest, value, (*done, key))
-    elif value is None:
+        copy[key] = put(inside, rest, value, (*done, path[0]))
+    elif value is None and isinstance(copy, dict):
         copy.pop(key, None)
     else:
         copy[key] = value
     return copy
 
 
-def _put_item(items, path, value, done):
-    """`put` into a list, whose keys are 0, 1, ..."""
-    key, rest = path[0], path[1:]
-    name = ".".join(done)
+def _index(items, key, name):
+    """Index of an item of a list, whose keys are 0, 1, ..."""
     if not (key.isascii() and key.isdigit() and len(key) < 9):
         raise ValueError(f"{name} is a list: its items are {name}.0, {name}.1, ...")
-    index = int(key)
-    if index >= len(items):
-        raise ValueError(f"{name} has {len(items)} item(s), counted from 0: there is no item {index}")
-    copy = list(items)
-    copy[index] = put(copy[index], rest, value, (*done, key)) if rest else value
-    return copy
+    if int(key) >= len(items):
+        raise ValueError(f"{name} has {len(items)} item(s), counted from 0: there is no item {int(key)}")
+    return int(key)
 
 
 def without(mapping, path):

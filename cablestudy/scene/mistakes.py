@@ -93,14 +93,10 @@ def _missing(path, detail):
     return path[:-1], f"missing key: {path[-1]}{hint}"
 
 
-def _model(path, tables):
-    return tables.get(tuple("*" if isinstance(part, int) else part for part in path))
-
-
 def _keys(path, tables):
     """The keys that the mapping at a path may have."""
-    model = _model(path, tables)
-    return [field.alias or name for name, field in model.model_fields.items()] if model else []
+    model = tables.get(tuple("*" if isinstance(part, int) else part for part in path))
+    return list(model.model_fields) if model else []
 
 
 def _groups(value, tables):

@@ -138,12 +138,12 @@ class Study:
         return {key: value for key, value, _ in self._settings(self._steps(index))}
 
     def case(self, index):
-        """One case.
+        """One case. `study.case_table` reads many at once.
 
         Parameters
         ----------
         index : int
-            From 0 to count - 1. `study.case_table` reads many at once.
+            From 0 to count - 1.
 
         Returns
         -------

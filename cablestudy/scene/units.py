@@ -201,13 +201,7 @@ def factor(name, unit):
 
 
 def common_factor(name, other):
-    """Ratio of one unit to another as written, to 28 digits, as Decimal.
-
-    Raises
-    ------
-    ValueError
-        Unknown unit, or two dimensions.
-    """
+    """Ratio of one unit to another, both as written, as Decimal; ValueError when they do not fit each other."""
     if name == other:
         return Decimal(1)
     try:
