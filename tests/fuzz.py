@@ -359,7 +359,7 @@ def _child(arguments, folder, out, err):
         os.dup2(out, 1)
         os.dup2(err, 2)
         os.chdir(folder)
-        resource.setrlimit(resource.RLIMIT_CPU, (STOPPED, STOPPED))
+        resource.setrlimit(resource.RLIMIT_CPU, (STOPPED, STOPPED + 10))  # first SIGXCPU, then SIGKILL
         resource.setrlimit(resource.RLIMIT_AS, (4 * BYTES, 4 * BYTES))
         signal.alarm(10 * STOPPED)
         cablestudy(arguments, prog_name="cablestudy")
