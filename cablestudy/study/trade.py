@@ -1,26 +1,55 @@
 """Command `trade`: error against time, for every model that a user can choose.
 
-The error is relative to the continuous cable (`trade_reference`). The time is what one more case of a sweep costs:
+The error is relative to the continuous cable (`reference_of`). The time is what one more case of a sweep costs:
 processor time from the scene to the numbers, statics included, on one thread, after all imports and cached constants.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import ConvergenceError, SceneError
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
+from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.columns import broken, find, lacks
-from cablestudy.study.trade_models import models_of, with_accuracy
-from cablestudy.study.trade_reference import AGREED, Reference, reference_of, relative_error, why_no_reference
+from cablestudy.study.column_requirements import DISCRETE
+from cablestudy.study.columns import ROUNDING, broken, find, lacks, value
+from cablestudy.study.row import MODAL
+from cablestudy.study.trade_models import integrate_by, models_of, one_line, with_accuracy
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 BUDGET = 1.5  # a model whose timings add up to this is not repeated [s]
 BRIEF = 0.1  # a shorter run is repeated and the second timed: other models have displaced the processor's caches [s]
 EQUAL = 1.15  # times whose ratio is below are not told apart
+LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
+AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
+ROUNDED = 1e-8  # a difference that grows again from below this is rounding
+NO_REFERENCE = 1e-3  # smallest relative difference of two levels above which there is no reference
+INTEGRATION_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # of the RMS integrals: the first that converges is taken
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Values of the continuous cable; each dict has the names of columns as keys.
+
+    Attributes
+    ----------
+    values : dict
+        Number.
+    errors : dict
+        Its estimated relative error. [-]
+    notes : dict
+        How it was computed.
+    failures : dict
+        Why there is none.
+    """
+
+    values: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)
+    notes: dict = field(default_factory=dict)
+    failures: dict = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -103,13 +132,15 @@ def pareto(times, errors):
     list of int
         Their indices, ascending.
     """
-    order = sorted(range(len(times)), key=lambda k: (times[k], errors[k]))
     found, best, last = [], np.inf, None
-    for k in order:
+    for k in sorted(range(len(times)), key=lambda k: (times[k], errors[k])):
         if errors[k] < best or (times[k], errors[k]) == last:
             found.append(k)
             best, last = errors[k], (times[k], errors[k])
     return sorted(found)
+
+
+# ------------------------------------------------------------------------------------------------------------ columns
 
 
 def columns_to_compare(document, scene, names=None):
@@ -134,25 +165,21 @@ def columns_to_compare(document, scene, names=None):
     SceneError
         Unknown or repeated columns, or one that needs a key which the scene lacks.
     """
-    if names is None:
-        columns = [find(name) for name in DEFAULT]
-        reasons = {column.name: _why_left_out(scene, column) for column in columns}
-        notes = [f"left out: {name}: {reason}" for name, reason in reasons.items() if reason]
-        return [column for column in columns if not reasons[column.name]], notes
-    columns = []
-    for name in names.split(","):
-        column = _named(name.strip())
-        if column.name in [other.name for other in columns]:
+    columns, notes = [], []
+    for name in DEFAULT if names is None else names.split(","):
+        column = find(name) if names is None else _named(name.strip())
+        key = lacks(scene, column)
+        if names is None:
+            reason = f"needs the key {key}" if key else _why_no_reference(scene, column)
+            if reason:
+                notes.append(f"left out: {name}: {reason}")
+                continue
+        elif column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
-        if lacks(scene, column):
-            raise missing(document, lacks(scene, column), "trade")
+        elif key:
+            raise missing(document, key, "trade")
         columns.append(column)
-    return columns, []
-
-
-def _why_left_out(scene, column):
-    key = lacks(scene, column)
-    return f"needs the key {key}" if key else why_no_reference(scene, column)
+    return columns, notes
 
 
 def _named(name):
@@ -166,6 +193,94 @@ def _named(name):
     if column.needs in ("run", "scene") or column.name == "iterations":
         raise SceneError(f"--columns: {column.name} does not depend on the model")
     return column
+
+
+# ---------------------------------------------------------------------------------------------------------- reference
+
+
+def reference_of(scene, columns):
+    """Values of the continuous cable.
+
+    Statics and end stiffness have a closed form. For everything that moves, elements of high order about that closed
+    form are refined until the values of two successive levels agree.
+
+    Parameters
+    ----------
+    scene : Scene
+    columns : sequence of Column
+
+    Returns
+    -------
+    Reference
+    """
+    case = Case(with_accuracy(scene, AGREED))
+    levels = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    reference = Reference()
+    for column in columns:
+        name = column.name
+        try:
+            if _why_no_reference(scene, column):
+                raise NoSolutionError(_why_no_reference(scene, column))
+            if column.needs in DISCRETE:
+                error, number, note = _converged(levels, column)
+            else:
+                error, number, note = ROUNDING, value(column, case), "closed form"
+        except CablestudyError as failure:
+            reference.failures[name] = one_line(failure)
+        else:
+            reference.values[name], reference.errors[name], reference.notes[name] = number, error, note
+    return reference
+
+
+def _why_no_reference(scene, column):
+    """Why a column has no value for the continuous cable, or an empty text."""
+    modal = column.needs in ("loop", "wind") and scene.cable.damping.model == "modal"
+    return MODAL.partition(", or fixed")[0] if modal else ""
+
+
+def _converged(levels, column):
+    """Estimated error of a value that moves, the value, and its model: where two successive levels differ least."""
+    steps, before, failure = [], (), "none"
+    for note, case in levels:
+        try:
+            integration = _integrate(case, column) if column.needs == "wind" else 0.0
+            now = (value(column, case),)
+        except CablestudyError as error:
+            before, failure = (), one_line(error)
+            continue
+        if before:
+            difference = max(relative_error(now[0], before[0]), ROUNDING)
+            steps.append((difference, max(difference, integration), now[0], note))
+            if difference <= AGREED or min(steps)[0] < min(difference, ROUNDED):
+                break
+        before, failure = now, "none"
+    if not steps:
+        raise ConvergenceError(f"no reference: {failure}")
+    difference, *best = min(steps)
+    if difference > NO_REFERENCE:
+        raise ConvergenceError(f"no reference: the finest models differ by {difference:.1e}")
+    return best
+
+
+def _integrate(case, column):
+    """Integrate the response to the wind as accurately as converges; relative error of the RMS. [-]"""
+    for tolerance in INTEGRATION_TOLERANCES:
+        try:
+            integrate_by(case, [column], lambda c, loop, t=tolerance: windrms.response_of(c, loop, t))
+        except ConvergenceError:
+            continue
+        return tolerance / 2  # an RMS is the square root of an integral
+    return windrms.TOLERANCE / 2
+
+
+def relative_error(value, truth):
+    """Error relative to the truth; where that is zero or None, 0 for the same value and 1 for any other. [-]"""
+    if value is None or truth is None or truth == 0:
+        return float(value != truth)
+    return abs(value - truth) / abs(truth)
+
+
+# -------------------------------------------------------------------------------------------------------- measurement
 
 
 def compare(scene, columns, repeats=5, models=None, progress=None):
