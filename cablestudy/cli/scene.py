@@ -25,18 +25,18 @@ def static(scene, sets, shape, style, plot, explain, quiet):
     from cablestudy.study import report
 
     _, model = load_scene(scene, sets)
-    row, columns = report.static_row(model)
+    table, row = report.static_table(model)
     echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
         if not shape:
-            show(report.static_table(row, columns), style)
+            show(table, style)
         sys.exit(NO_ANSWER)
     if plot:
         from cablestudy.study import plots
 
         plots.save(plots.static_form(row.case), plot)
-    show(report.shape_table(row.case) if shape else report.static_table(row, columns), style)
+    show(report.shape_table(row.case) if shape else table, style)
 
 
 @click.command()

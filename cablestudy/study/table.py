@@ -5,7 +5,6 @@ import json
 import os
 import tempfile
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import dataclass
 
 from cablestudy.errors import SceneError
@@ -210,32 +209,22 @@ def write_whole(path, text):
     SceneError
         The folder cannot be written to.
     """
-    folder = os.path.dirname(path) or "."
+    pieces = [text] if isinstance(text, str | bytes) else text
     temporary = None
     try:
-        handle, temporary = tempfile.mkstemp(dir=folder, prefix=leftovers(path))
+        handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path) or ".", prefix=leftovers(path))
         with os.fdopen(handle, "wb", buffering=1 << 20) as file:
-            if isinstance(text, bytes):
-                file.write(text)
-            else:
-                pieces = [text] if isinstance(text, str) else text
-                file.writelines(
-                    piece.encode(errors="backslashreplace") for piece in pieces
-                )  # a file name may be no valid text
-        give_rights(temporary)
+            for piece in pieces:  # a file name in it may be no valid text
+                file.write(piece if isinstance(piece, bytes) else piece.encode(errors="backslashreplace"))
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)  # the permissions of an ordinary file
         os.replace(temporary, path)
     except OSError as error:
         raise SceneError(f"{path}: cannot be written ({error.strerror or error})") from None
     finally:
         if temporary and os.path.exists(temporary):
             os.unlink(temporary)
-
-
-def give_rights(path):
-    """Set the permissions of a temporary file to those of an ordinary one."""
-    mask = os.umask(0)
-    os.umask(mask)
-    os.chmod(path, 0o666 & ~mask)
 
 
 def leftovers(path):
@@ -267,46 +256,35 @@ def read_csv(path):
 
 def stream_csv(path):
     """As `read_csv`, with an iterator of rows."""
-    lines = _lines(path)
-    try:
-        reader = csv.reader(lines, strict=True)
-        names = [name.strip() for name in next(reader)]
-    except StopIteration:
-        raise SceneError(f"{path}: {NO_TABLE} (it is empty)") from None
-    except csv.Error as error:
-        raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
-    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
-    if twice:
-        lines.close()
-        raise SceneError(*(f"{path}: column {name!r} is there twice" for name in twice))
-    return names, _rows(path, names, reader, lines)
+    rows = _names_and_rows(path)
+    return next(rows), rows
 
 
-def _lines(path):
-    """Lines of a file that are neither empty nor comments."""
+def _names_and_rows(path):
+    """Yield the names, then each row as a dict; rows with a wrong number of cells raise SceneError at the end."""
+    names, mistakes = None, []
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            yield from (line for line in file if line.strip() and not line.startswith("#"))
+            lines = (line for line in file if line.strip() and not line.startswith("#"))
+            for place, row in enumerate(csv.reader(lines, strict=True)):
+                if names is None:
+                    names = [name.strip() for name in row]
+                    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+                    if twice:
+                        raise SceneError(*(f"{path}: column {name!r} is there twice" for name in twice))
+                    yield names
+                elif len(row) != len(names):
+                    mistakes.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
+                elif not mistakes:
+                    yield dict(zip(names, row, strict=True))
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except UnicodeError as error:
+    except (csv.Error, UnicodeError) as error:
         raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
-
-
-def _rows(path, names, reader, lines):
-    """Yield rows as dicts; raise SceneError at the end for those with a wrong number of cells."""
-    wrong = []
-    with closing(lines):
-        try:
-            for place, row in enumerate(reader, 1):
-                if len(row) != len(names):
-                    wrong.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
-                elif not wrong:
-                    yield dict(zip(names, row, strict=True))
-        except csv.Error as error:
-            raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
-    if wrong:
-        raise SceneError(*wrong)
+    if names is None:
+        raise SceneError(f"{path}: {NO_TABLE} (it is empty)")
+    if mistakes:
+        raise SceneError(*mistakes)
 
 
 def number(text):
