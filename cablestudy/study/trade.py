@@ -52,31 +52,75 @@ class Reference:
     failures: dict = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
 class Measurement:
-    """Error and time of one model.
+    """Errors and times of one model.
+
+    Parameters
+    ----------
+    model : Model
+    scene : Scene
+    columns : sequence of Column
+        Those that have a reference.
+    reference : Reference
 
     Attributes
     ----------
     family, name : str
-    dof : int or None
-    time : float or None
-        Median for all columns together. [s]
-    times : dict
-        Column name -> median for this column alone, where the model makes a difference for it. [s]
     errors : dict
         Column name -> relative error, of the columns that have a value; at least the reference's own. [-]
     status : str
         `ok`, or which columns have no value and why.
     """
 
-    family: str
-    name: str
-    dof: int | None
-    time: float | None
-    times: dict
-    errors: dict
-    status: str
+    def __init__(self, model, scene, columns, reference):
+        self.family, self.name = model.family, model.name
+        self._model, self._scene, self._columns = model, scene, columns
+        self._answer, seconds = self._run(columns)  # to warm up; this time counts where the model is slow
+        values = self._answer.values
+        self._seconds = {"": [seconds] if seconds > BUDGET else []}  # all columns together, then each alone
+        if len(columns) > 1:
+            self._seconds |= {column.name: [] for column in columns if column.name in values and model.concerns(column)}
+        self.errors = {
+            name: max(relative_error(number, reference.values[name]), reference.errors[name])
+            for name, number in values.items()
+        }
+        reasons = {}
+        for name, reason in self._answer.failures.items():
+            reasons.setdefault(reason, []).append(name)
+        self.status = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items()) or "ok"
+
+    def repeat(self):
+        """Time all columns together and each alone once more."""
+        for name, times in self._seconds.items():
+            if not times or sum(times) < BUDGET:
+                columns = [column for column in self._columns if name in ("", column.name)]
+                _, seconds = self._run(columns)
+                if seconds < BRIEF:
+                    _, seconds = self._run(columns)
+                times.append(seconds)
+
+    def _run(self, columns):
+        """The answer, and its processor time [s], which other programs on the machine do not change."""
+        begin = time.process_time()
+        answer = self._model.solve(self._scene, columns)
+        return answer, time.process_time() - begin
+
+    @cached_property
+    def dof(self):
+        """Number of free displacements, or None. [-]"""
+        return self._answer.dof
+
+    @cached_property
+    def time(self):
+        """Median time for all columns together, None where there is no value. [s]"""
+        return float(np.median(self._seconds[""])) if self.errors else None
+
+    @cached_property
+    def times(self):
+        """Column name -> median time for this column alone, where the model makes a difference for it. [s]"""
+        if len(self._columns) == 1:
+            return dict.fromkeys(self.errors, self.time)
+        return {name: float(np.median(seconds)) for name, seconds in self._seconds.items() if name}
 
     @property
     def largest(self):
@@ -283,7 +327,7 @@ def relative_error(value, truth):
 # -------------------------------------------------------------------------------------------------------- measurement
 
 
-def compare(scene, columns, repeats=5, models=None, progress=None):
+def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
     """Measure models.
 
     Parameters
@@ -313,66 +357,12 @@ def compare(scene, columns, repeats=5, models=None, progress=None):
     known = [column for column in columns if column.name in reference.values]
     if not known:
         raise ConvergenceError("; ".join(f"{name}: {why}" for name, why in reference.failures.items()))
-    timings = [_Timing(model, scene, known) for model in (models_of(known) if models is None else models)]
-    for turn in range(repeats + 1):  # in rounds, so that a disturbance does not fall on one model alone
-        for timing in timings:
-            timing.warm_up() if turn == 0 else timing.repeat()
-            if progress:
-                progress(1)
-    return Trade(known, reference, [timing.measurement(reference) for timing in timings])
-
-
-class _Timing:
-    """Repeated runs of one model."""
-
-    def __init__(self, model, scene, columns):
-        self._model, self._scene, self._columns = model, scene, columns
-
-    def warm_up(self):
-        """First run; its time counts where the model is slow."""
-        self._answer, seconds = self._run(self._columns)
-        alone = [c for c in self._columns if c.name in self._answer.values and self._model.concerns(c)]
-        self._asked = {"": self._columns}  # all columns together, then each alone
-        if len(self._columns) > 1:
-            self._asked |= {column.name: [column] for column in alone}
-        self._times = {name: [] for name in self._asked}
-        if seconds > BUDGET:
-            self._times[""].append(seconds)
-
-    def repeat(self):
-        """One more timing of all columns together and of each alone."""
-        for name, columns in self._asked.items():
-            times = self._times[name]
-            if not times or sum(times) < BUDGET:
-                _, seconds = self._run(columns)
-                if seconds < BRIEF:
-                    _, seconds = self._run(columns)
-                times.append(seconds)
-
-    def _run(self, columns):
-        """The answer, and its processor time [s], which other programs on the machine do not change."""
-        begin = time.process_time()
-        answer = self._model.solve(self._scene, columns)
-        return answer, time.process_time() - begin
-
-    def measurement(self, reference):
-        """Medians of the times, and errors."""
-        answer, model = self._answer, self._model
-        times = {name: float(np.median(seconds)) for name, seconds in self._times.items()}
-        together = times.pop("")
-        if len(self._columns) == 1:
-            times = dict.fromkeys(answer.values, together)
-        errors = {
-            name: max(relative_error(number, reference.values[name]), reference.errors[name])
-            for name, number in answer.values.items()
-        }
-        whole = together if answer.values else None
-        return Measurement(model.family, model.name, answer.dof, whole, times, errors, _status(answer.failures))
-
-
-def _status(failures):
-    """`ok`, or the columns without a value, those with the same reason together."""
-    reasons = {}
-    for name, reason in failures.items():
-        reasons.setdefault(reason, []).append(name)
-    return "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items()) or "ok"
+    entries = []
+    for model in models_of(known) if models is None else models:
+        entries.append(Measurement(model, scene, known, reference))
+        progress(1)
+    for _ in range(repeats):  # in rounds, so that a disturbance does not fall on one model alone
+        for entry in entries:
+            entry.repeat()
+            progress(1)
+    return Trade(known, reference, entries)

@@ -50,20 +50,14 @@ class Form:
 
     Attributes
     ----------
-    across : ndarray, shape (j,)
-        Distance from the chord. [m]
-    distance, height : ndarray, shape (j,)
-        Horizontal distance and height from end 1. [m]
-    tension : ndarray, shape (j,)
-        [N]
+    across, distance, height, tension : ndarray, shape (j,)
+        Distance from the chord, horizontal distance and height from end 1 [m]; tension [N].
     reach, rise : float
         Horizontal distance and height of end 2 from end 1. [m]
     upright : bool
         Whether the cable is too steep to be drawn against horizontal distance.
-    load_shares : ndarray, shape (k,)
-        Positions of the point loads, as shares of the unstretched length. [-]
-    load_forces : ndarray, shape (k, 3)
-        In the chord frame. [N]
+    load_shares, load_forces : ndarray, shape (k,) and (k, 3)
+        Positions of the point loads over the unstretched length [-]; forces in the chord frame. [N]
     """
 
     def __init__(self, case):
