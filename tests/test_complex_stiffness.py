@@ -132,18 +132,6 @@ def test_random_scenes(seed):
     assert row.cells["gondola_damping_ratio"] == pytest.approx(value, rel=1e-8 + 3 * doubt)
 
 
-def test_no_eigen_solution_of_damped_modes(monkeypatch):
-    def refuse(*_):
-        raise AssertionError
-
-    for name in ("eig", "eigvals"):
-        monkeypatch.setattr(np.linalg, name, refuse)
-    model = SAGGING.scene("model.accuracy=1e-6", "cable.damping={model: kelvin_voigt, time: 1 ms}")
-    row = evaluate(model, [find("gondola_damping_ratio")])
-    assert row.cells["status"] == "ok"
-    assert "end_model_along_x" not in row.case.__dict__
-
-
 def test_a_mode_that_moves_across_its_cable_is_not_damped():
     for sets in (("cable.ends=[[0, 0, 0], [0, 0, 185.8]]",), ("cable.ends=[[0, 0, 0], [0, 185.8, 0]]",)):
         case = Case(scene("cable.damping={model: hysteretic, loss_factor: 2}", *sets))

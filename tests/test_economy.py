@@ -6,10 +6,9 @@ from random_scenes import scene_data
 from scenes import scene
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
-from cablestudy.control import plant
 from cablestudy.scene.scene import Scene, load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import results
+from cablestudy.study import loops, results
 from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import COLUMNS, ROUNDING, find, lacks
 from cablestudy.study.row import evaluate, evaluate_cases, evaluate_tables
@@ -36,7 +35,7 @@ def counts(monkeypatch):
     count(equilibrium, "solve_many")
     count(dynamics.Dynamics, "_solve")
     count(assembly, "masses")
-    count(plant, "curves_of", len)
+    count(loops, "plant_of")
     begin = assembly.System.__init__
 
     def system(self, state, axes):
@@ -71,7 +70,7 @@ def test_fixed_elements_cost_one_solution_and_no_mass(counts):
 
 @pytest.mark.parametrize("model", ["model={elements: 40}", "model={accuracy: 1e-6}"])
 def test_a_gondola_along_x_moves_nothing_across_the_plane(counts, model):
-    sets = (model, "cable.damping={model: hysteretic, loss_factor: 0.02}", "winch.controller.gain=0.01")
+    sets = (model, "cable.damping={loss_factor: 0.02, viscous: 1e-4 N s/m^2}", "winch.controller.gain=0.01")
     _, calm = load_scene(CARLINA, sets)
     row = evaluate(calm, [*WIND, find("cable_frequency"), find("dof")])
     assert not row.failed, row.cells["status"]
@@ -87,14 +86,14 @@ def test_a_sweep_over_wind_speed_solves_the_cable_once(counts):
     assert len({row.cells["gondola_rms_mm"] for row in rows}) == 5
     assert counts["_solve"] == 1  # modes
     assert (counts["solve"], counts["solve_many"]) == (1, 1)  # the closed form of all cables in one call, the elements
-    assert counts["curves_of"] == 1  # stability of the loop
+    assert counts["plant_of"] == 1  # stability of the loop
 
 
 def test_a_sweep_over_the_gondola_solves_the_cable_once(counts):
     rows = evaluate_cases(vary(CARLINA, "gondola.mass", [10, 50, 100]), WIND)
     assert len({row.cells["gondola_rms_mm"] for row in rows}) == 3
     assert counts["_solve"] == 1
-    assert counts["curves_of"] == 3  # each mass has a loop of its own
+    assert counts["plant_of"] == 3  # each mass has a loop of its own
 
 
 @pytest.mark.parametrize(("key", "values"), [

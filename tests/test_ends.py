@@ -12,7 +12,6 @@ from references import bars, continuous_cable
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
 from cablestudy.control.complex_stiffness import ComplexStiffness
-from cablestudy.control.transfer import dynamic_stiffness
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import models
 from cablestudy.study.cache import Cache
@@ -81,7 +80,7 @@ def test_all_modes_together_are_the_continuous_cable(name, law, amount):
     first = first if name != "sagging" else model.omega[0]
     for share, tolerance in ((0.0, 1e-10), (0.01, 1e-10), (0.37, 1e-10), (2.6, 1e-9), (6.15, 1e-9), (8.4, 1e-6)):
         omega = share * first
-        found = dynamic_stiffness(model, np.array([1j * omega]))[0]
+        found = model.dynamic_stiffness(np.array([1j * omega]))[0]
         expected = continuous(name, omega, loss(law, amount, omega) if omega else 0.0)
         assert difference(found, expected, name) < tolerance, share
 
@@ -95,7 +94,7 @@ def test_up_to_two_fifths_of_the_order(name, order, mode):
     across = 2 * np.pi * modes.frequency[modes.select("out-of-plane")]
     omega = float(across[mode - 1] + 0.4 * (across[mode] - across[mode - 1]))
     expected = continuous_cable.dynamic_stiffness_both_ends(*CABLES[name].cable, omega, n=64, eta=0.01)
-    found = dynamic_stiffness(case.end_model, np.array([1j * omega]))[0]
+    found = case.end_model.dynamic_stiffness(np.array([1j * omega]))[0]
     assert difference(found, expected, name) < 1e-6
 
 
@@ -111,7 +110,7 @@ def test_some_modes_damped_by_their_ratio():
     value, ends = value[chosen], ends[chosen]
     gain = 1 / (value**2 - omega**2) - 1 / (value**2 - omega**2 + 2j * ratio * value * omega)
     expected = continuous("sagging", omega, 0.0) + (ends.T * gain) @ ends
-    found = dynamic_stiffness(replace(model, damping_ratio=np.where(lowest, ratio, 0.0)), np.array([1j * omega]))[0]
+    found = replace(model, damping_ratio=np.where(lowest, ratio, 0.0)).dynamic_stiffness(np.array([1j * omega]))[0]
     assert difference(found, expected, "sagging") < 1e-8
 
 
@@ -126,10 +125,10 @@ def test_turned_about_the_vertical(law, amount):
         damped(law, amount),
     )
     s = 1j * np.array([0.0, 2.0, 7.0])
-    found = dynamic_stiffness(Case(turned).refined(1, ORDER).end_model, s)
+    found = Case(turned).refined(1, ORDER).end_model.dynamic_stiffness(s)
     c, b = np.cos(angle), np.sin(angle)
     turn = np.kron(np.eye(2), [[c, -b, 0], [b, c, 0], [0, 0, 1]])
-    expected = turn @ dynamic_stiffness(spectral("inclined", law, amount), s) @ turn.T
+    expected = turn @ spectral("inclined", law, amount).dynamic_stiffness(s) @ turn.T
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
 
 
@@ -153,7 +152,7 @@ def test_modal_damping_is_the_formula_on_dense_bars(name, ratio):
         formula = D - (p.T / resonance) @ p
         # the mass lumped on the ends is not in the formula
         expected = formula - w**2 * np.diag(M[ends])
-        found = dynamic_stiffness(model, np.array([1j * w]))[0]
+        found = model.dynamic_stiffness(np.array([1j * w]))[0]
         assert np.abs(found - expected).max() < 1e-7 * np.abs(expected).max()
         assert np.abs(found + w**2 * model.residual_inertia - formula).max() < 1e-7 * np.abs(formula).max()
 
@@ -178,7 +177,7 @@ def test_poles_are_the_systems_solved_one_by_one(name, law, amount):
     model, s = of_bars(name, law, amount), 1j * np.array([1e-3, 0.5, 5.0, 60.0, 900.0])
     if model.strain is None:
         return
-    found = dynamic_stiffness(model, s)
+    found = model.dynamic_stiffness(s)
     carried = -model.participation / model.omega[:, None] ** 2
     for one, value in zip(found, s, strict=True):
         c = value * amount if law == "kelvin_voigt" else 1j * amount
@@ -195,7 +194,7 @@ def test_a_critically_damped_pair_of_poles():
     mode = int(np.argmax(np.diagonal(model.strain.modes) / model.omega**2))
     time, s = float(2 * model.omega[mode] / model.strain.modes[mode, mode]), 1j * np.array([1.0, 5.0, 60.0])
     here, near = (
-        dynamic_stiffness(replace(model, strain=replace(model.strain, amount=factor * time)), s)
+        replace(model, strain=replace(model.strain, amount=factor * time)).dynamic_stiffness(s)
         for factor in (1.0, 1 + 1e-9)
     )
     assert np.abs(here - near).max() < 1e-8 * np.abs(here).max()
@@ -211,7 +210,7 @@ def test_any_damping_of_the_strain_is_right_or_refused(name, law, amounts):
         model = replace(model, strain=replace(model.strain, amount=amount))
         s = 1j * np.array([1e-2, 5.0, 60.0])
         try:
-            found = dynamic_stiffness(model, s)
+            found = model.dynamic_stiffness(s)
         except NoSolutionError:
             refused.append(amount)
             continue
@@ -234,7 +233,7 @@ def test_a_stiff_cable_is_not_refused_and_right(seed):
     case = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 16)
     model, exact = case.end_model_along_x, ComplexStiffness(case.excited, case.span.frame[:, 0])
     s = (0.03 + 1j) * 2 * np.pi * case.gondola_frequency * np.array([0.01, 0.3, 0.99, 3.0, 10.0])
-    found = dynamic_stiffness(model, s, [3], [3])[:, 0, 0]
+    found = model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
     for one, value in zip(s, found, strict=True):
         balance = abs(value) + case.scene.gondola.mass * abs(one) ** 2
         assert abs(value - exact(one, complex(model.strain.factor(one))).stiffness) < 1e-10 * balance
@@ -247,7 +246,7 @@ def test_the_sum_over_damped_modes_in_long_arithmetic(seed, amount):
     model = Case(scene_of(scene_data(seed), 1e-6)).refined(1, 12).end_model_along_x
     model = replace(model, strain=replace(model.strain, amount=amount * model.strain.amount))
     s = (0.05 + 1j) * np.array([0.3 * model.omega[0], 4 * model.omega[0], np.median(model.omega)])
-    found, n = dynamic_stiffness(model, s, [3], [3])[:, 0, 0], len(model.omega)
+    found, n = model.dynamic_stiffness(s, [3], [3])[:, 0, 0], len(model.omega)
     with mp.workdps(50):
         rows = {name: mp.matrix(getattr(model.strain, name).tolist()) for name in ("modes", "coupling", "ends")}
         omega, amount = [mp.mpf(w) for w in model.omega.tolist()], mp.mpf(model.strain.amount)
@@ -275,10 +274,10 @@ MODELS = [(name, law, amount) for name in ("taut", "sagging", "inclined") for la
 @pytest.mark.parametrize(("name", "law", "amount"), MODELS)
 def test_symmetric_reciprocal_and_the_same_from_both_ends(name, law, amount):
     for model in (of_bars(name, law, amount), spectral(name, law, amount)):
-        found = dynamic_stiffness(model, 1j * np.array([0.3, 5.0, 40.0]))
+        found = model.dynamic_stiffness(1j * np.array([0.3, 5.0, 40.0]))
         size = np.abs(found).max(axis=(1, 2), keepdims=True)
         assert (np.abs(found - found.transpose(0, 2, 1)) < 1e-9 * size).all()
-        part = dynamic_stiffness(model, 1j * np.array([0.3, 5.0, 40.0]), [3, 0], [2, 5])
+        part = model.dynamic_stiffness(1j * np.array([0.3, 5.0, 40.0]), [3, 0], [2, 5])
         assert (np.abs(part - found[:, [3, 0]][:, :, [2, 5]]) < 1e-12 * size).all()
         if name != "inclined":  # a level cable looks the same from its other end, x reversed
             swap = np.kron([[0, 1], [1, 0]], np.diag([-1.0, 1.0, 1.0]))
@@ -292,11 +291,11 @@ def test_the_static_limit_is_the_condensed_stiffness_for_any_modes(name, law, am
     condensed = case.end_stiffness
     both = np.block([[condensed, -condensed], [-condensed, condensed]])
     model = of_bars(name, law, amount).select(chosen)
-    assert np.abs(dynamic_stiffness(model, np.array([0j]))[0] - both).max() < 1e-12 * np.abs(both).max()
+    assert np.abs(model.dynamic_stiffness(np.array([0j]))[0] - both).max() < 1e-12 * np.abs(both).max()
     chain = CABLES[name].chain()
     assert np.abs(condensed - chain.end_stiffness).max() < 1e-9 * np.abs(condensed).max()
     # and nothing jumps on the way there, but for the loss of the hysteretic law
-    near = dynamic_stiffness(model, np.array([1e-6j]))[0]
+    near = model.dynamic_stiffness(np.array([1e-6j]))[0]
     assert np.abs(near.real - both).max() < (3 if law == "hysteretic" else 1e-6) * np.abs(both).max()
 
 
@@ -306,7 +305,7 @@ def test_passive(name, law, amount):
     for model in (of_bars(name, law, amount), spectral(name, law, amount)):
         for chosen in (slice(None), [0, 3, 5], slice(10, 40), []):
             s = 1j * np.geomspace(1e-3, 1e4, 60)
-            found = dynamic_stiffness(model.select(chosen), s)
+            found = model.select(chosen).dynamic_stiffness(s)
             loss_part = (found.imag + found.imag.transpose(0, 2, 1)) / 2
             smallest = np.linalg.eigvalsh(loss_part)[:, 0]
             assert (smallest >= -1e-9 * np.abs(found).max(axis=(1, 2))).all()
@@ -315,8 +314,8 @@ def test_passive(name, law, amount):
 @pytest.mark.parametrize(("name", "law", "amount"), MODELS)
 def test_a_negative_frequency_is_the_conjugate(name, law, amount):
     model, s = of_bars(name, law, amount), np.array([0.5j, 5.0j, -0.1 + 40.0j, -0.2 + 900j])
-    above, below = dynamic_stiffness(model, s), dynamic_stiffness(model, s.conj())
-    mixed = dynamic_stiffness(model, np.array([s[1].conj(), s[2], 0.0]))
+    above, below = model.dynamic_stiffness(s), model.dynamic_stiffness(s.conj())
+    mixed = model.dynamic_stiffness(np.array([s[1].conj(), s[2], 0.0]))
     size = np.abs(above).max(axis=(1, 2), keepdims=True)
     assert (np.abs(below - above.conj()) < 1e-9 * size).all()
     assert (np.abs(mixed[:2] - [below[1], above[2]]) < 1e-12 * size[1:3]).all()
@@ -324,7 +323,7 @@ def test_a_negative_frequency_is_the_conjugate(name, law, amount):
 
 def test_no_damping_is_the_same_in_every_law():
     s = 1j * np.array([0.3, 5.1, 33.0, 700.0])
-    modal, *others = (dynamic_stiffness(of_bars("sagging", law, 0), s) for law in PARAMETER)
+    modal, *others = (of_bars("sagging", law, 0).dynamic_stiffness(s) for law in PARAMETER)
     for other in others:
         assert (np.abs(other - modal).max(axis=(1, 2)) < 1e-9 * np.abs(modal).max(axis=(1, 2))).all()
         assert np.abs(other.imag).max() < 1e-9 * np.abs(modal).max()
@@ -336,7 +335,7 @@ def test_the_smallest_models(law, amount, elements):
     # one bar has no mode: a spring, half of the mass on either end, and the loss of EA alone
     model = of_bars("taut", law, amount, elements)
     assert len(model.omega) == 3 * (elements - 1)
-    found = dynamic_stiffness(model, np.array([2j]))[0]
+    found = model.dynamic_stiffness(np.array([2j]))[0]
     assert found.shape == (6, 6)
     if elements == 1:
         own = PAPER.mass * PAPER.length / 2
@@ -350,7 +349,7 @@ def test_repeated_frequencies():
     case = Case(scene("gravity=0", "cable.unstretched_length=184.4883", "model.elements=40", damped("hysteretic", 0.1)))
     model = case.end_model
     assert (np.abs(np.diff(model.omega[:20])[::2]) < 1e-9 * model.omega[0]).all()
-    found = dynamic_stiffness(model, 1j * np.array([2.0, 5.0]))
+    found = model.dynamic_stiffness(1j * np.array([2.0, 5.0]))
     assert found[:, 4, 4] == pytest.approx(found[:, 5, 5], rel=1e-10)
     assert np.abs(found[:, 3, 4:]).max() < 1e-9 * np.abs(found).max()
 
@@ -363,7 +362,7 @@ def gondola_damping(model):
     k = model.stiffness[3, 3]
 
     def balance(s):
-        return GONDOLA * s**2 + dynamic_stiffness(model, np.array([s]), [3], [3])[0, 0, 0]
+        return GONDOLA * s**2 + model.dynamic_stiffness(np.array([s]), [3], [3])[0, 0, 0]
 
     s = 1j * np.sqrt(k / (GONDOLA + model.inertia[3, 3]))
     for _ in range(50):
@@ -419,11 +418,11 @@ def test_every_mass_is_the_dense_matrix_condensed(twin, mass, order):
     turn = np.kron(np.eye(2), span.frame)
     expected = turn.T @ found @ turn
     scale = np.sqrt(np.abs(np.diagonal(expected, axis1=1, axis2=2)))
-    error = np.abs(dynamic_stiffness(model, s) - expected) / (scale[:, :, None] * scale[:, None, :])
+    error = np.abs(model.dynamic_stiffness(s) - expected) / (scale[:, :, None] * scale[:, None, :])
     assert error.max() < 1e-7
     # at an undamped coupled frequency the gondola and its end balance
     omega = 2 * np.pi * case.gondola_frequency
-    balance = dynamic_stiffness(model, np.array([1j * omega]), [3], [3])[0, 0, 0].real
+    balance = model.dynamic_stiffness(np.array([1j * omega]), [3], [3])[0, 0, 0].real
     assert balance == pytest.approx(case.scene.gondola.mass * omega**2, rel=1e-7)
 
 

@@ -10,14 +10,15 @@ import pytest
 import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
-# what each layer may import from cablestudy: cli > sweep > study > control | wind | scene > cable > errors
+# what each layer may import from cablestudy: cli > sweep > study > control > system | wind | scene > cable > errors
 ALLOWED = {
     "errors": set(),
     "cable": {"cable", "errors"},
     "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
-    "control": {"control", "cable", "errors"},
+    "system": {"system", "cable", "errors"},
+    "control": {"control", "system", "cable", "errors"},
     "wind": {"wind", "cable", "errors"},
-    "study": {"study", "control", "wind", "scene", "cable", "errors"},
+    "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
     "sweep": {"sweep", "study", "scene", "errors", "__version__"},
     "cli": {"cli", "sweep", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
     "__init__": set(),

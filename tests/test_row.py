@@ -161,6 +161,8 @@ HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
 @pytest.mark.parametrize("model", ["model={elements: 40}", "model={accuracy: 1e-4}"])
 @pytest.mark.parametrize(("sets", "gone", "reason"), [
     (["winch.controller.gain=100"], "gondola_rms", "unstable loop at a gain of 100 rad/s"),
+    (["winch.controller.gain=100"], "phase_margin", "unstable loop at a gain of 100 rad/s"),
+    (["winch.controller.gain=100"], "bandwidth", "unstable loop at a gain of 100 rad/s"),
     (["winch=null"], "largest_gain", "largest_gain needs the key winch.controller, which this case does not have"),
     ([], "inplane_frequency_900", "modes, not 900"),
 ])  # fmt: skip

@@ -11,10 +11,10 @@ from scipy.io import loadmat
 
 from cablestudy.cli.ssm import ENDS
 from cablestudy.control import export, statespace
-from cablestudy.control.ends import NAMES
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, ssm, ssm_tables
 from cablestudy.study.case import Case
+from cablestudy.system.superelement import NAMES
 
 AXIAL = ("--kinds", "axial", "--modes", "5")
 WITH = {None: (), "gondola": ("--with", "gondola"), "loop": ("--with", "loop")}

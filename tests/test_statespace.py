@@ -9,7 +9,6 @@ from command import CARLINA, SLACK
 from references import bars, continuous_cable
 
 from cablestudy.control import reduction, statespace
-from cablestudy.control.transfer import dynamic_stiffness
 from cablestudy.control.winch import Loop, Notch
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm
@@ -94,7 +93,7 @@ def test_response_is_the_dynamic_end_stiffness(damping, selection, residual):
     model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
     kept = chosen(model, selection)
     reduced = model.select(kept) if residual else reduction.truncated(model, kept)
-    expected = dynamic_stiffness(reduced, 1j * OMEGA)
+    expected = reduced.dynamic_stiffness(1j * OMEGA)
     system = statespace.cable(model, kept, residual)
     assert largest(system.response(1j * OMEGA, derivatives=True) - expected, expected) < 1e-10
 
@@ -189,7 +188,7 @@ def test_error_bounds_the_inertia_that_the_response_lacks():
 
 def transfers(model, location, s):
     """k_xx and k_xu of the kept modes."""
-    stiffness = dynamic_stiffness(model, s)
+    stiffness = model.dynamic_stiffness(s)
     return stiffness, stiffness[:, 3, 3], stiffness[:, 3, 3 if location == "gondola" else 0]
 
 

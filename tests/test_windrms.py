@@ -70,7 +70,7 @@ def brute(loop, gain, spectrum, low=1e-6, high=3e3):
 def loop_with(ratio, gain):
     """The paper's loop with its cable's modal damping replaced and the gain a share of the largest one; 12 modes."""
     loop = case_of().loop
-    cable = loop.felt
+    cable = loop.excited
     axial = np.flatnonzero(np.abs(cable.participation[:, 3]) > 1000)  # these damp the gondola
     cable = cable.select(np.concatenate([np.arange(6), axial[:6]]))
     cable = replace(cable, damping_ratio=np.full(12, ratio))
@@ -98,7 +98,7 @@ def test_the_rms_is_that_of_a_fine_integration(ratio, gain):
 @pytest.mark.parametrize("sets", [(), ("cable.diameter=7.4 mm",), ("winch.location=gondola",), ("gondola.mass=5 kg",)])
 def test_the_rms_of_a_scene_is_that_of_a_fine_integration_with_every_mode(sets):
     case = case_of(*sets)
-    loop = replace(case.loop, cable=case.loop.felt)
+    loop = replace(case.loop, cable=case.loop.excited)
     closed, opened = brute(loop, loop.gain, force), brute(loop, 0.0, force)
     found = case.response
     numbers = (found.displacement, found.velocity, found.open_displacement, found.open_velocity)
@@ -198,7 +198,7 @@ def test_shares_of_the_variance(sets):
     shares = case.response.shares
     assert len(shares) == len(windrms.BELOW)
     assert all(0 <= below <= above <= 1 for below, above in pairwise(shares))
-    loop = replace(case.loop, cable=case.loop.felt)
+    loop = replace(case.loop, cable=case.loop.excited)
     speed = case.scene.wind.speed
 
     def spectrum(frequency):
@@ -269,7 +269,7 @@ def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
 def test_damping_that_rounding_would_spoil_is_refused():
     case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
     with pytest.raises(NoSolutionError, match="rounding spoils the response"):
-        _ = case.loop.open_poles
+        _ = case.response
     assert case.gondola_damping_ratio == 1.0  # which needs no response
 
 
@@ -421,7 +421,7 @@ def test_accuracy_and_modal_damping_do_not_go_together():
 
 
 def test_accuracy_and_damped_strain_give_what_many_bars_give():
-    sets = ("cable.damping={model: hysteretic, loss_factor: 0.02}", "winch.controller.gain=0.05")
+    sets = ("cable.damping={loss_factor: 0.02, viscous: 1e-4 N s/m^2}", "winch.controller.gain=0.05")
     names = ("gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "largest_gain", "gondola_damping_ratio")
     accurate = cells(scene(*sets, "model.accuracy=1e-3"), *names)
     bars = cells(scene(*sets, "model.elements=80"), *names)

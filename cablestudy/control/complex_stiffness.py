@@ -28,7 +28,7 @@ CLOSER = 0.3  # of the one before
 FARTHEST = 0.3  # of its distance from zero that a pole goes in one step
 NEAR = 1e-7  # of that distance: taken for the same pole
 SETTLED = 1e-8  # relative step of Newton after which nothing is left but rounding
-HALF = 0.5  # share of the mass in a motion above which no other has more
+HALF = 0.5  # share in the static compliance above which no other pole has more
 GUESSES = 6  # of where else the mass may move
 SHARES = (0.05, 0.2, 0.5, 1.0)  # of the damping
 CREEPING = 0.03  # imaginary part of a pole, over its size, below which it may meet its conjugate
@@ -65,10 +65,10 @@ class Moved:
     elastic : complex
         Derivative of it with respect to c. [N/m]
     inertia : complex
-        Derivative of it with respect to s^2, at constant c. [kg]
+        Derivative of it with respect to g = s^2 + viscous s, at constant c. [kg]
     strain, bend, carried : float
         Of the shape u: strain energy without damping and energy of the tension [N/m], and mass [kg], with |u|^2:
-        where M s^2 + `stiffness` is zero, (M + carried) s^2 + bend + (1 + c) strain is zero too, a sum of positive
+        where M s^2 + `stiffness` is zero, M s^2 + carried g + bend + (1 + c) strain is zero too, a sum of positive
         numbers.
     """
 
@@ -89,10 +89,12 @@ class ComplexStiffness:
         The motion that a movement of end 2 in that direction stirs.
     direction : ndarray, shape (3,)
         Unit vector in the chord frame. [-]
+    viscous : float
+        Viscous damping per length over mass per length. [1/s]
     """
 
-    def __init__(self, dynamics, direction):
-        state = dynamics.state
+    def __init__(self, dynamics, direction, viscous=0.0):
+        self.viscous, state = viscous, dynamics.state
         self._unit, self._mass = state.force / dynamics.length, dynamics.mass * dynamics.length
         self._planes = [
             _Plane(state, system.axes, direction[list(system.axes)])
@@ -113,7 +115,7 @@ class ComplexStiffness:
         Moved
         """
         unit, mass = self._unit, self._mass
-        moved = [plane.moved(s * s * mass / unit, loss) for plane in self._planes]
+        moved = [plane.moved(s * (s + self.viscous) * mass / unit, loss) for plane in self._planes]
         units = (unit, unit, mass, unit, unit, mass)
         return Moved(*(of * sum(part) for of, part in zip(units, zip(*moved, strict=True), strict=True)))
 
@@ -254,19 +256,24 @@ def damping_ratio(stiffness, mass, omega, law, amount):
     path = _Path(stiffness, mass, law, amount)
     try:
         with np.errstate(all="ignore"):  # what is not finite is not settled
-            here = path.most_felt(path.follow(1j * omega), omega)
+            here = path.largest_share(path.follow(1j * omega), omega)
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
         raise NoSolutionError(LOST) from None
-    whole, strain = moved.bend + moved.strain, moved.strain
+    whole, strain, drag = moved.bend + moved.strain, moved.strain, stiffness.viscous * moved.carried
     if strain <= STRAINLESS * whole:
+        strain = 0.0
+    if not strain and not drag:
         return 0.0
-    if law == "hysteretic":
-        ratio = np.sin(np.arctan2(amount * strain, whole) / 2)
-    elif not here.imag:
+    if not here.imag:
         return 1.0
+    total = mass + moved.carried
+    if law == "hysteretic":
+        # the root of total s^2 + drag s + whole + i loss strain, its real part a sum of positive numbers
+        root = np.sqrt(complex(4 * total * whole - drag**2, 4 * total * amount * strain))
+        ratio = (drag + root.imag) / abs(complex(drag + root.imag, root.real))
     else:
-        ratio = amount * strain / (2 * np.sqrt((mass + moved.carried) * whole))
+        ratio = (amount * strain + drag) / (2 * np.sqrt(total * whole))
     if not abs(ratio + here.real / abs(here)) < TRUSTED:
         raise NoSolutionError(f"the gondola's damping ratio, about {ratio:.3g}, is spoilt by rounding")
     return float(ratio)
@@ -276,13 +283,16 @@ class _Path:
     """A pole of a mass on a cable, while a share of the damping grows from none to all."""
 
     def __init__(self, stiffness, mass, law, amount):
-        self._stiffness, self._mass, self._amount, self._viscous = stiffness, mass, amount, law == "kelvin_voigt"
+        self._stiffness, self._mass, self._amount, self._rate = stiffness, mass, amount, law == "kelvin_voigt"
+        self._static = abs(stiffness(0j, 0.0).stiffness)
 
     def at(self, s, share):
         """The cable, what is left of the balance, and its slopes with respect to s and to the share."""
-        rate = self._amount * (s if self._viscous else 1j)
+        rate = self._amount * (s if self._rate else 1j)
         moved = self._stiffness(s, share * rate)
-        slope = 2 * s * (self._mass + moved.inertia) + (moved.elastic * share * self._amount if self._viscous else 0.0)
+        slope = 2 * s * (self._mass + moved.inertia) + self._stiffness.viscous * moved.inertia
+        if self._rate:
+            slope += moved.elastic * share * self._amount
         return moved, self._mass * s * s + moved.stiffness, slope, moved.elastic * rate
 
     def settled(self, s, share, reach):
@@ -300,13 +310,13 @@ class _Path:
             last = CLOSER * size
         return None
 
-    def felt(self, s):
-        """Share of the mass in the motion at a pole with all of the damping, by the slope of the balance there. [-]"""
-        return abs(2 * s * self._mass / self.at(s, 1.0)[2])
+    def share(self, s):
+        """Share of a pole with all of the damping in the static compliance of the mass. [-]"""
+        return abs(2 * self._static / (s * self.at(s, 1.0)[2]))
 
-    def most_felt(self, s, omega):
-        """The followed pole, or where the mass has passed its motion on to another one on the way, that one."""
-        if not s.imag or self.felt(s) >= HALF:
+    def largest_share(self, s, omega):
+        """The followed pole, or where it has passed its share on to another one on the way, that one."""
+        if not s.imag or self.share(s) >= HALF:
             return s
         found = [s]
         for first in (s, 1j * omega):
@@ -319,7 +329,7 @@ class _Path:
         for share in SHARES:  # in steps that are long against what the motions share
             here = here and self.settled(here, share, abs(here))
         found.append(here)
-        return max((one for one in found if one is not None and one.imag > 0), key=self.felt, default=s)
+        return max((one for one in found if one is not None and one.imag > 0), key=self.share, default=s)
 
     def follow(self, s):
         """The pole at all of the damping, from a place near the one without any.

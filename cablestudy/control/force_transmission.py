@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA
+from cablestudy.system.superelement import GONDOLA
 
 
 def modal_force_transmission(model, s):
@@ -10,7 +10,7 @@ def modal_force_transmission(model, s):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
     s : ndarray, shape (m,)
         Laplace variable, in the upper half plane. [rad/s]
 
@@ -22,14 +22,20 @@ def modal_force_transmission(model, s):
     Notes
     -----
     With modal damping p r/(W^2 (r + W^2)), r = s^2 + 2 zeta W s. With damped strain
-    -(c R + s^2 m)^T (s^2 + W^2 + c E)^-1, as a sum over the poles of the inverse. Symbols: see `control.ends`.
+    -(c R + s^2 m)^T (s^2 + W^2 + c E)^-1, as a sum over the poles of the inverse. Symbols: see `system.superelement`.
     """
     s = np.asarray(s)[:, None]
-    mass = -model.participation[:, GONDOLA] / model.omega**2
+    inertial, carried = s**2 + model.viscous * s, model.coupling[:, GONDOLA]
     if model.strain is None:
-        r = s**2 + 2 * model.damping_ratio * model.omega * s
-        return -mass * r / (r + model.omega**2)
-    value, left, right = model.poles
-    weight = 1 / (s**2 + value if model.strain.law == "hysteretic" else s - value)
-    driven = model.strain.factor(s) * (model.strain.coupling[:, GONDOLA] @ left) + s**2 * (mass @ left)
+        rate = inertial + 2 * model.damping_ratio * model.omega * s
+        return -carried * rate / (rate + model.omega**2)
+    factor = model.strain.factor(s)
+    if model.resolvent is None:
+        force = factor * model.strain.coupling[:, GONDOLA] + inertial * carried
+        matrix = np.diag(model.omega**2) + factor[..., None] * model.strain.modes
+        matrix = matrix + inertial[..., None] * np.eye(len(model.omega))
+        return -np.linalg.solve(matrix, force[..., None])[..., 0]
+    value, left, right = model.resolvent
+    weight = 1 / (inertial + value if model.strain.law == "hysteretic" else s - value)
+    driven = factor * (model.strain.coupling[:, GONDOLA] @ left) + inertial * (carried @ left)
     return -(driven * weight) @ right

@@ -4,165 +4,286 @@ With x the gondola's place, u the winch's and F a force on the gondola:
 
     (M s^2 + k_xx) x + k_xu u = F,    u = -C(s) x on the ground,  u = +C(s) x on the gondola
 
-On the ground (A) the winch moves end 1; on the gondola (B) end 2 stands at x + u, so that k_xu = k_xx. Either way the
-loop gain is L = C G with G(0) = 1.
-
-What takes iterations is done for many plants at once; a single one is a batch of one.
+C = (gain/s) N(s). On the ground the winch moves end 1; on the gondola end 2 stands at x + u, so that k_xu = k_xx.
+Either way the loop gain is L = gain L1 with L1 = C1 G, G(0) = 1.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA, GROUND
-from cablestudy.control.gondola import coupled_modes_of
-from cablestudy.control.nyquist import LIGHT, curves_of, passages_of, whole_curve
-from cablestudy.control.together import Together, zeros_of
-from cablestudy.control.transfer import Transfer
-from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.control.gondola import gondola_mode
+from cablestudy.control.stability import UNDAMPED, largest_gain
+from cablestudy.errors import NoSolutionError
+from cablestudy.system.linear import assemble
+from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
 
-NEAR = 20  # times the gondola's frequency
-SEEN = 0.1  # of its width: the distance of a pole of the plant from one of the cable up to which they cancel
-FAINT = 3e-5  # the same up to which nothing of either is left
-BESIDE = 1e-4  # of its size, beside a pole, where it is asked how much the gondola moves there
-UNDAMPED = 1e-8  # damping ratio of the gondola below which it is taken for none
+POLES = 1e-5, 1e-9  # error of the poles by modes that are left out, and variance that these have at resonance
+CANCELLED = 0.1  # distance of a pole from a zero, over its width, up to which they cancel
+LARGE = 0.3  # of the largest share in the gondola's static compliance
+NEWTON_STEPS = 30
+NEAR = 20  # times the gondola's frequency: beyond it resonances need no breakpoints of their own
 
 
+@dataclass(frozen=True)
+class Notch:
+    """N(s) = [(s^2 + 2 z1 w1 s + w1^2)/w1^2] [w2^2/(s^2 + 2 z2 w2 s + w2^2)].
+
+    Attributes
+    ----------
+    omega, damping_ratio : float
+        Of the notch. [rad/s], [-]
+    rolloff_omega, rolloff_damping_ratio : float
+        [rad/s], [-]
+    """
+
+    omega: float
+    damping_ratio: float
+    rolloff_omega: float
+    rolloff_damping_ratio: float
+
+    def __call__(self, s):
+        """Value at s. [-]"""
+        zero, pole = s / self.omega, s / self.rolloff_omega
+        return (zero * (zero + 2 * self.damping_ratio) + 1) / (pole * (pole + 2 * self.rolloff_damping_ratio) + 1)
+
+    @property
+    def state_space(self):
+        """a, b, c, d for the states w2^2/q and s w2/q, q the roll-off's polynomial."""
+        w1, w2 = self.omega, self.rolloff_omega
+        passed = (w2 / w1) ** 2
+        a = w2 * np.array([[0.0, 1.0], [-1.0, -2 * self.rolloff_damping_ratio]])
+        first = 1.0 - passed
+        second = 2 * passed * (self.damping_ratio * w1 / w2 - self.rolloff_damping_ratio)
+        return a, np.array([0.0, w2]), np.array([first, second]), passed
+
+
+NO_NOTCH = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0
+
+
+@dataclass(frozen=True)
 class Plant:
     """Gondola, cable and what filters the winch.
 
-    Parameters
+    Attributes
     ----------
-    cable : EndModel
+    cable : Superelement
     mass : float
         Of the gondola. [kg]
     location : {"ground", "gondola"}
     notch : Notch or None
-    undamped : tuple of 2 ndarray or None
-        `coupled`, where it is known already.
+    natural : float or None
+        Undamped frequency of the gondola's mode, where it is known already. [rad/s]
+    tolerance : float
+        Relative error of the response that modes may cause which are left out of it; 0 keeps all. [-]
+    resolved : callable or None
+        For stability: (Plant, gain [rad/s]) -> Superelement whose modes are right as far as the gain could drive them,
+        and the frequency up to which they are [rad/s]. Without it all modes of `cable` count.
     """
 
-    def __init__(self, cable, mass, location, notch, undamped=None):
-        self.cable, self.mass, self.location, self.notch, self.undamped = cable, mass, location, notch, undamped
+    cable: Superelement
+    mass: float
+    location: str = "ground"
+    notch: Notch | None = None
+    natural: float | None = None
+    tolerance: float = 0.0
+    resolved: Callable | None = field(default=None, compare=False)
+
+    @property
+    def winch_end(self):
+        """Which of the six ends the winch moves."""
+        return GONDOLA if self.location == "gondola" else GROUND
+
+    @property
+    def ends(self):
+        """Which of the six ends the gondola and the winch move."""
+        return GONDOLA, self.winch_end
 
     @cached_property
-    def felt(self):
-        """The cable with only the modes that the gondola or the winch feels."""
-        # by the mass p^2/W^4 that moves: p itself grows with the stiffness, and would hide all but axial modes
-        size = np.abs(self.cable.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0) / self.cable.omega**2
-        chosen = size > 1e-9 * size.max(initial=0.0)
-        return self.cable if chosen.all() else self.cable.select(np.flatnonzero(chosen))
+    def _limit(self):
+        """The largest gain, or the error that says why there is none."""
+        try:
+            return largest_gain(self)
+        except NoSolutionError as error:
+            return error
 
-    @cached_property
-    def transfer(self):
-        """Force on the gondola for a displacement of its end, and of the winch's."""
-        return Transfer(self.felt, [GONDOLA], [GONDOLA, GROUND])
-
-    def stiffness(self, s):
-        """k_xx, and what the winch acts through with the sign of the loop, each of shape (m,). [N/m]"""
-        own, other = self.transfer.rows(s)
-        return own, own if self.location == "gondola" else -other
+    @property
+    def largest_gain(self):
+        """See `stability.largest_gain`. [rad/s]"""
+        if isinstance(self._limit, NoSolutionError):
+            raise self._limit
+        return self._limit
 
     def controller(self, s):
         """C over its gain. [s]"""
         return (1 / s) if self.notch is None else self.notch(s) / s
 
-    def unit_gain(self, s):
-        """L for a gain of 1 rad/s, shape (m,). [-]"""
-        own, driven = self.stiffness(s)
+    def system_of(self, cable):
+        """`LinearSystem` of the gondola on a model of the cable, driven by the winch."""
+        unit = np.eye(6)
+        return assemble([(cable, unit[:, [GONDOLA]], unit[:, [self.winch_end]])], np.array([[self.mass]]))
+
+    def closed_of(self, cable):
+        """A of the closed loop with a model of the cable, as A0 + gain A1."""
+        measured = np.array([[1.0 if self.location == "gondola" else -1.0]])
+        return self.system_of(cable).feedback(measured, self.notch.state_space if self.notch else NO_NOTCH)
+
+    def balance_of(self, cable, s, gain):
+        """M s^2 + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""
+        own, driven = self.stiffness_of(cable, s)
+        return self.mass * s**2 + own + gain * self.controller(s) * driven
+
+    def unit_gain_of(self, cable, s):
+        """L for a gain of 1 rad/s with a model of the cable, shape (m,). [-]"""
+        own, driven = self.stiffness_of(cable, s)
         return self.controller(s) * driven / (self.mass * s**2 + own)
 
+    def unit_gain(self, s):
+        """L for a gain of 1 rad/s, shape (m,). [-]"""
+        return self.unit_gain_of(self.responding, s)
+
+    def stiffness(self, s):
+        """See `stiffness_of`, with the modes that the response needs."""
+        return self.stiffness_of(self.responding, s)
+
+    def stiffness_of(self, cable, s):
+        """k_xx, and what the winch acts through with the sign of the loop, each of shape (m,). [N/m]"""
+        if self.location == "gondola":
+            own = cable.dynamic_stiffness(s, [GONDOLA], [GONDOLA])[:, 0, 0]
+            return own, own
+        both = cable.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
+        return both[:, 0], -both[:, 1]
+
     @cached_property
+    def excited(self):
+        """The cable with only the modes that the gondola or the winch moves."""
+        # by the mass p^2/W^4 that moves: p itself grows with the stiffness, and would hide all but axial modes
+        size = np.abs(self.cable.coupling[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0)
+        chosen = size > 1e-9 * size.max(initial=0.0)
+        return self.cable if chosen.all() else self.cable.select(np.flatnonzero(chosen))
+
+    @cached_property
+    def responding(self):
+        """The cable with the modes that the response needs to its tolerance."""
+        cable = self.excited
+        # with modal damping a mode costs next to nothing
+        if cable.strain is None or not self.tolerance:
+            return cable
+        return cable.select(self.needed(cable, self.tolerance, self.tolerance))
+
+    @cached_property
+    def _pole_model(self):
+        """The cable with the modes that matter for where poles are."""
+        return self.excited.condense(self.needed(self.excited, *POLES))
+
+    @property
     def coupled(self):
-        """Undamped frequencies of gondola and cable [Hz] and the gondola's share in them, each of shape (k,)."""
-        if self.undamped is not None:
-            return self.undamped
-        cable = self.felt
-        square, first = cable.omega**2, cable.participation[:, GONDOLA] ** 2
-        omitted = max(float(cable.residual_inertia[GONDOLA, GONDOLA]), 0.0)
-        moments = ((first / square**2).sum() + omitted, (first / square**3).sum(), (first / square**4).sum())
-        stiffness = float(cable.stiffness[GONDOLA, GONDOLA])
-        problem = self.mass, stiffness, cable.omega / (2 * np.pi), cable.participation[:, GONDOLA], moments
-        return coupled_modes_of([problem])[0]
-
-    @cached_property
-    def cable_poles(self):
-        """Poles of the cable with fixed ends, upper half plane and real axis. [rad/s]"""
-        cable = self.felt
-        if cable.strain is not None and len(cable.omega):
-            value = cable.poles[0]
-            return 1j * np.sqrt(value) if cable.strain.law == "hysteretic" else value[value.imag >= 0]
-        ratio = cable.damping_ratio.astype(complex)
-        bend = np.sqrt(ratio**2 - 1)
-        poles = np.concatenate([cable.omega * (bend - ratio), -cable.omega * (bend + ratio)])
-        return poles[poles.imag >= 0]
-
-    @cached_property
-    def first_poles(self):
-        """About where the poles without control are, those hardly felt to rounding. [rad/s]"""
-        if self.cable.strain is not None:
-            return _poles_of_strain(self.felt, self.mass)
-        frequency, share = self.coupled
-        omega = 2 * np.pi * frequency
-        ratio = np.interp(omega, self.felt.omega, self.felt.damping_ratio) if len(self.felt.omega) else 0 * omega
-        ratio = (ratio * (1 - share)).astype(complex)
-        return omega * (np.sqrt(ratio**2 - 1) - ratio)
+        """Undamped frequencies of gondola and cable [Hz], and their shares in the gondola's static compliance."""
+        modes = self.system_of(self.excited).modes
+        return modes.omega / (2 * np.pi), modes.shares[0]
 
     @cached_property
     def main(self):
-        """Of the undamped motion in which the gondola moves most. [rad/s]"""
+        """Undamped frequency of the gondola's mode. [rad/s]"""
+        if self.natural is not None:
+            return self.natural
         frequency, share = self.coupled
-        return 2 * np.pi * float(frequency[np.argmax(share)])
+        return float(2 * np.pi * frequency[gondola_mode(share)])
+
+    def needed(self, cable, shift, variance, about=None):
+        """Modes of a cable that change the gondola's motion.
+
+        Parameters
+        ----------
+        cable : Superelement
+        shift : float
+            Relative change of the gondola's motion near its frequency that the others may make together.
+        variance : float
+            Share of the variance in the wind that the others may have at their resonances.
+        about : float
+            Another frequency than the gondola's. [rad/s]
+
+        Returns
+        -------
+        ndarray of int
+        """
+        main = about or self.main
+        omega, static = cable.omega, float(cable.stiffness[GONDOLA, GONDOLA])
+        own, other = (np.abs(cable.coupling[:, end]) for end in (GONDOLA, self.winch_end))
+        total = self.mass + max(float(cable.inertia[GONDOLA, GONDOLA]), 0.0)
+        near = np.minimum(1.0, 3 * main / omega)
+        change = own * np.maximum(own, other) / total * near**2
+        loss, decay = 0.0, cable.decay
+        if cable.strain is not None:
+            loss = float(np.abs(cable.strain.factor(1j * main)))
+            coupled = (cable.strain.modes / omega[:, None] / omega) ** 2
+            np.fill_diagonal(coupled, 0.0)
+            held = np.abs(cable.strain.coupling[:, GONDOLA]) / (omega * np.sqrt(static))
+            change = change + loss**2 * (coupled.max(axis=1, initial=0.0) * near + held**2)
+            change = change + loss * held * own * near * main / np.sqrt(static)
+        # at its resonance the mode moves the gondola by phi, and the gondola's stiffness damps it
+        moved = own * omega**2 / np.maximum(np.abs(static - self.mass * omega**2), 0.03 * static)
+        decay = decay + moved**2 * loss * static / (2 * omega)
+        whole = max(float(loss), 1e-3) * main / 2
+        ratio = np.where(decay > 0, whole / np.where(decay > 0, decay, 1.0), np.inf)
+        shaken = np.where(moved > 0, (moved * np.sqrt(self.mass)) ** 4, 0.0) * np.where(np.isfinite(ratio), ratio, 1e12)
+        shaken = shaken * np.where(omega > main, 1.0, (main / omega) ** 3)
+        return np.union1d(_largest(change, shift), _largest(shaken, variance))
 
     @cached_property
+    def closed(self):
+        """A of the closed loop as A0 + gain A1, with the modes that matter for where poles are."""
+        return self.closed_of(self._pole_model)
+
+    @cached_property
+    def _open(self):
+        """Poles without control, and the share of each in the static compliance of the gondola."""
+        poles, shares = self.system_of(self._pole_model).pole_shares
+        return poles, shares[0]
+
+    @property
     def open_poles(self):
         """Poles of gondola and cable without control, upper half plane and real axis, shape (k,). [rad/s]"""
-        found = self.zeros(0.0, self.first_poles)
-        # beside a mode that is hardly felt the pole cannot be told from the mode's own
-        return np.where(np.isfinite(found), found, self.first_poles)
-
-    @property
-    def gondola_pole(self):
-        """That of the motion in which the gondola moves most, without control. [rad/s]"""
-        return self._seen[0]
-
-    @property
-    def seen_poles(self):
-        """Poles without control that no pole of the cable cancels; those far above the gondola's only about. [rad/s]"""
-        return self._seen[1]
-
-    @property
-    def faint_poles(self):
-        """Poles without control, not far above the gondola's, that those of the cable all but cancel. [rad/s]"""
-        return self._seen[2]
+        return self._open[0]
 
     @cached_property
-    def _seen(self):
-        return find_poles([self])[0]
+    def every_pole(self):
+        """About where all poles without control are. [rad/s]"""
+        return np.concatenate([self.open_poles, self.excited.poles])
 
-    def near(self, poles):
-        """Those poles that are not far above the gondola's: the others are hardly moved by the winch, nor felt."""
-        return poles[np.abs(poles) < NEAR * np.abs(self.gondola_pole)]
+    @cached_property
+    def gondola_pole(self):
+        """Of the poles without control with a large share in the static compliance of the gondola the one nearest to
+        the gondola's undamped frequency. [rad/s]"""
+        poles, shares = self._open
+        poles = poles[shares >= LARGE * shares.max()]
+        return self.pole_near(complex(poles[np.argmin(np.abs(np.abs(poles) - self.main))]), self.excited)
 
-    def visible(self, poles):
-        """Those poles that no pole of the cable, which is a zero of x/F, cancels but for a tenth of their width."""
-        return poles[self.gap(poles) > (SEEN * poles.real) ** 2]
+    def pole_near(self, s, cable, gain=0.0):
+        """A pole near a place with a model of the cable, by the secant method; the place where it does not settle."""
+        begin, before = s, s * (1 + 1e-6)
+        last = complex(self.balance_of(cable, np.array([before]), gain)[0])
+        for _ in range(NEWTON_STEPS):
+            value = complex(self.balance_of(cable, np.array([s]), gain)[0])
+            if value == last:
+                return s
+            change = value * (s - before) / (value - last)
+            before, last, s = s, value, s - change
+            if not abs(s - begin) < 0.1 * abs(begin):
+                return begin
+            if abs(change) <= 1e-13 * abs(s):
+                return s
+        return begin
 
-    def gap(self, poles):
-        """Square of the distance of each pole from the nearest one of the cable. [rad^2/s^2]"""
-        if not len(self.cable_poles) or not len(poles):
-            return np.full(len(poles), np.inf)
-        across = poles.imag[:, None] - self.cable_poles.imag
-        across *= across
-        along = poles.real[:, None] - self.cable_poles.real
-        along *= along
-        across += along
-        return across.min(axis=1)
-
-    def zeros(self, gain, begin):
-        """Poles with control near some places, at one gain or a gain each; NaN where there is none near."""
-        return zeros_of(Together([self]), np.zeros(len(begin), dtype=int), gain + np.zeros(len(begin)), begin)
+    def observable(self, poles):
+        """Those poles of x/F that no zero cancels: no pole of the cable with fixed ends. [rad/s]"""
+        zeros = self._pole_model.poles
+        if not len(zeros) or not len(poles):
+            return poles
+        gap = np.abs(poles[:, None] - zeros).min(axis=1)
+        return poles[gap > CANCELLED * np.abs(poles.real)]
 
     def check_damped(self):
         """Refuse a gondola whose resonance nothing bounds.
@@ -179,137 +300,9 @@ class Plant:
                 f"stable (cable.damping, or more elements)"
             )
 
-    @cached_property
-    def curve(self):
-        """See `nyquist.curves_of`."""
-        self.check_damped()
-        return curves_of([self])[0]
 
-    @cached_property
-    def whole_curve(self):
-        """See `nyquist.whole_curve`."""
-        self.check_damped()
-        return whole_curve(self)
-
-    @cached_property
-    def passages(self):
-        """See `nyquist.Passages`."""
-        return self._with_every(passages_of([self], [self.curve])[0])
-
-    @cached_property
-    def _every_passage(self):
-        return passages_of([self], [self.whole_curve])[0]
-
-    def _with_every(self, passages):
-        return replace(passages, every=lambda: self._every_passage) if passages.circle else passages
-
-    @property
-    def damped(self):
-        """Whether `check_damped` passes."""
-        return -self.gondola_pole.real >= UNDAMPED * np.abs(self.gondola_pole)
-
-
-def find_poles(plants):
-    """Poles without control as far as they are seen.
-
-    Parameters
-    ----------
-    plants : list of Plant
-
-    Returns
-    -------
-    list of (complex, ndarray, ndarray)
-        The gondola's, those that no pole of the cable cancels, from NEAR times the gondola's on only about, and those
-        that one all but cancels. [rad/s]
-    """
-    chosen, gaps = [], []
-    for plant in plants:
-        first = plant.first_poles
-        gaps.append(plant.gap(first))
-        size = np.abs(first)
-        main = np.argmin(np.abs(size - plant.main))
-        light = (first.real >= -LIGHT * size).all()  # a guess that is near another pole can be told from it
-        apart = gaps[-1] > (FAINT * first.real) ** 2
-        wanted = (size < 1.1 * NEAR * plant.main) & apart if light else size > 0
-        wanted[main] = True
-        chosen.append(wanted)
-    which = np.repeat(np.arange(len(plants)), [int(wanted.sum()) for wanted in chosen])
-    begin = np.concatenate([plant.first_poles[wanted] for plant, wanted in zip(plants, chosen, strict=True)])
-    found = zeros_of(Together(plants), which, np.zeros(len(begin)), begin)
-    # beside a mode that is hardly felt the pole cannot be told from the mode's own
-    found = np.where(np.isfinite(found), found, begin)
-    ends, result = np.searchsorted(which, np.arange(len(plants) + 1)), []
-    for plant, wanted, gap, a, b in zip(plants, chosen, gaps, ends[:-1], ends[1:], strict=True):
-        near = found[a:b]
-        poles = plant.first_poles.astype(complex)
-        poles[wanted], gap[wanted] = near, plant.gap(near)
-        gondola = _main_pole(plant, near)
-        seen = gap > (SEEN * poles.real) ** 2
-        result.append((gondola, poles[seen], poles[wanted & ~seen]))
-    return result
-
-
-def _main_pole(plant, poles):
-    """Of some poles that of the motion in which the gondola moves most. [rad/s]"""
-    if plant.cable.strain is not None and len(poles) > 1:
-        # damped strain moves it past others: of those where M s^2 + k_xx rises as slowly as M s^2, to either side
-        aside = BESIDE * np.abs(poles) * np.array([[1j], [-1j]])
-        places = poles + aside
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rise = np.abs(plant.mass * places**2 + plant.stiffness(places.ravel())[0].reshape(places.shape))
-            felt = np.nan_to_num((np.abs(2 * plant.mass * poles * aside) / rise).min(axis=0))
-        poles = poles[felt >= felt.max() / 3]
-    return poles[np.argmin(np.abs(np.abs(poles) - plant.main))]
-
-
-def prepare(plants):
-    """Let many plants know their poles and passages, by one iteration for all.
-
-    A plant that has none says why when it is asked.
-
-    Parameters
-    ----------
-    plants : list of Plant
-    """
-    waiting = []
-    for plant in plants:
-        try:
-            if "_seen" not in plant.__dict__:
-                plant.first_poles, plant.cable_poles  # noqa: B018
-                waiting.append(plant)
-        except CablestudyError:
-            continue
-    if waiting:
-        for plant, seen in zip(waiting, find_poles(waiting), strict=True):
-            plant.__dict__["_seen"] = seen
-    waiting = [plant for plant in plants if "_seen" in plant.__dict__ and "passages" not in plant.__dict__]
-    waiting = [plant for plant in waiting if plant.damped]
-    if waiting:
-        for plant, found in zip(waiting, passages_of(waiting, curves_of(waiting)), strict=True):
-            plant.__dict__["passages"] = plant._with_every(found)
-
-
-def _poles_of_strain(cable, mass):
-    """Poles of a gondola on a cable whose strain is damped, upper half plane and real axis, to rounding. [rad/s]"""
-    n, strain = len(cable.omega), cable.strain
-    carried = -cable.participation[:, [GONDOLA]] / cable.omega[:, None] ** 2
-    total = mass + cable.inertia[GONDOLA, GONDOLA]
-
-    def whole(modes, coupling, end):
-        # the gondola scaled to unit mass, like the modes
-        corner = np.array([[end / total]])
-        return np.block([[modes, coupling / np.sqrt(total)], [coupling.T / np.sqrt(total), corner]])
-
-    inertia = whole(np.eye(n), carried, total)
-    stiff = whole(np.diag(cable.omega**2), np.zeros((n, 1)), cable.stiffness[GONDOLA, GONDOLA])
-    elastic = whole(strain.modes, strain.coupling[:, [GONDOLA]], strain.ends[GONDOLA, GONDOLA])
-    if strain.law == "hysteretic":
-        return 1j * np.sqrt(np.linalg.eigvals(np.linalg.solve(inertia, stiff + 1j * strain.amount * elastic)))
-    stiff, elastic = np.linalg.solve(inertia, stiff), np.linalg.solve(inertia, strain.amount * elastic)
-    one, none = np.eye(n + 1), np.zeros((n + 1, n + 1))
-    fast = np.linalg.eigvals(np.block([[none, one], [-stiff, -elastic]]))
-    # the slow ones are lost in rounding beside the fast ones, and are the fast ones of the inverse
-    slow = 1 / np.linalg.eigvals(np.block([[-np.linalg.solve(stiff, elastic), -np.linalg.inv(stiff)], [one, none]]))
-    middle = np.sqrt(np.abs(fast).max() * np.abs(slow).min())
-    value = np.concatenate([fast[np.abs(fast) > middle], slow[np.abs(slow) <= middle]])
-    return value[value.imag >= 0]
+def _largest(sizes, allowed):
+    """Numbers of the largest of some sizes, so many that the sum of the others is at most `allowed`."""
+    order = np.argsort(sizes, kind="stable")
+    omitted = np.searchsorted(np.cumsum(sizes[order]), allowed, side="right")
+    return order[omitted:]

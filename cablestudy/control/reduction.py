@@ -14,15 +14,15 @@ def truncated(model, chosen):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
         With all modes.
     chosen : ndarray of int
         Modes to keep.
 
     Returns
     -------
-    EndModel
-        `stiffness` and `inertia` are those of the truncated model.
+    Superelement
+        With `stiffness` and `inertia` as the truncation has them.
     """
     kept = model.select(chosen)
     scaled = kept.participation / kept.omega[:, None]
@@ -47,7 +47,7 @@ def inertia_share(model, force, displacement):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
         With all modes.
     force, displacement : int
         Which of the six end forces r and end displacements c.

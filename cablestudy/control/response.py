@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA, GROUND
-from cablestudy.control.transfer import dynamic_stiffness
+from cablestudy.system.superelement import GONDOLA, GROUND
 
 BLOCK = 4096  # frequencies computed at once, to bound the memory of a long response
 
@@ -39,7 +38,7 @@ def between_ends(model, force, displacement, frequency):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
     force, displacement : int
         Which of the six end forces and end displacements.
     frequency : ndarray, shape (m,)
@@ -50,7 +49,7 @@ def between_ends(model, force, displacement, frequency):
     ndarray, complex, shape (m,)
         Infinite or not a number at the pole of an undamped mode. [N/m]
     """
-    return _at(lambda s: dynamic_stiffness(model, s, [force], [displacement])[:, 0, 0], frequency)
+    return _at(lambda s: model.dynamic_stiffness(s, [force], [displacement])[:, 0, 0], frequency)
 
 
 def winch_to_gondola(model, mass, location, frequency):
@@ -58,7 +57,7 @@ def winch_to_gondola(model, mass, location, frequency):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
     mass : float
         Of the gondola. [kg]
     location : {"ground", "gondola"}
@@ -73,7 +72,7 @@ def winch_to_gondola(model, mass, location, frequency):
     """
 
     def ratio(s):
-        both = dynamic_stiffness(model, s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
+        both = model.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
         return -(both[:, 0] if location == "gondola" else both[:, 1]) / (mass * s**2 + both[:, 0])
 
     return _at(ratio, frequency)
@@ -85,8 +84,8 @@ def position(loop, model, frequency):
     Parameters
     ----------
     loop : Loop
-    model : EndModel
-        Of the cable, with the modes to keep.
+    model : Superelement
+        The cable's, with the modes to keep.
     frequency : ndarray, shape (m,)
         [Hz]
 
@@ -97,7 +96,7 @@ def position(loop, model, frequency):
     """
 
     def compliance(s):
-        both = dynamic_stiffness(model, s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
+        both = model.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
         driven = both[:, 0] if loop.location == "gondola" else -both[:, 1]
         return 1 / (loop.mass * s**2 + both[:, 0] + loop.gain * loop.controller(s) * driven)
 

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.ends import GONDOLA, GROUND, NAMES
 from cablestudy.control.reduction import ENDS, elastic_matrix, truncated
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
@@ -125,7 +125,7 @@ def cable(model, chosen=None, residual=True, forces=None):
 
     Parameters
     ----------
-    model : EndModel
+    model : Superelement
         With all modes.
     chosen : ndarray of int, optional
         The modes to keep. Default: all.
@@ -270,11 +270,11 @@ def _second_order(model, chosen, residual, forces):
     mass = np.block([[np.eye(n), empty], [empty.T, source.residual_inertia]])
     squares = np.diag(source.omega**2)
     stiffness = np.block([[squares, source.participation], [source.participation.T, source.feedthrough]])
-    damping, hysteretic = np.zeros_like(mass), None
+    damping, hysteretic = source.viscous * mass, None
     if source.strain is None:
-        damping[:n, :n] = np.diag(2 * source.damping_ratio * source.omega)
+        damping[:n, :n] += np.diag(2 * source.damping_ratio * source.omega)
     elif source.strain.law == "kelvin_voigt":
-        damping = source.strain.amount * elastic_matrix(source)
+        damping = damping + source.strain.amount * elastic_matrix(source)
     else:
         hysteretic = source.strain.amount * elastic_matrix(source)
     labels, generalised = (), np.zeros((n + ENDS, 0))
@@ -319,7 +319,7 @@ def _first_order(model, free, driven, inputs, gondola=None):
     damping = model.damping
     if model.hysteretic is not None:
         reduced = (free.T @ matrix @ free for matrix in (model.hysteretic, model.stiffness))
-        damping = free @ _equivalent_viscous(mass, *reduced) @ free.T
+        damping = damping + free @ _equivalent_viscous(mass, *reduced) @ free.T
     k, c = (free.T @ matrix @ free / mass[:, None] for matrix in (model.stiffness, damping))
     given = [-(free.T @ matrix @ driven) / mass[:, None] for matrix in (model.stiffness, damping, model.mass)]
     body = np.eye(moving)[:, moving - (gondola is not None) :]

@@ -10,8 +10,8 @@ the larger one of wind across and along the vertical plane of the cable, between
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.control.ends import GONDOLA, GROUND
 from cablestudy.control.force_transmission import modal_force_transmission
+from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.spectrum import speed_spectrum

@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.state import interpolate, sag
-from cablestudy.control import complex_stiffness, gondola
+from cablestudy.control import gondola
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import loops, windrms
 from cablestudy.study.cache import Cache, frozen, shared
@@ -22,7 +22,6 @@ OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results 
 # error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
 GONDOLA_MODES, OMITTED = 20, 1.5
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
-UNDAMPED = 1e-12  # damping ratio that rounding cannot tell from zero
 # what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "elastic_modulus", "density", "area", "diameter", "unstretched_length",
          "preload", "sag", "loads")  # fmt: skip
@@ -261,13 +260,24 @@ class Case:
 
     @shared("damping_key")
     def end_model(self):
-        """The cable at its two ends, with every mode that the model has: `EndModel`."""
+        """The cable at its two ends, with every mode that the model has: `Superelement`."""
         return self.model.end_model(self.dynamics.planes, self.scene.cable.damping)
 
     @shared("damping_key")
     def end_model_along_x(self):
         """The same with only the motion that moving the ends along x excites."""
         return self.model.end_model(self.excited.planes, self.scene.cable.damping)
+
+    @property
+    def notch_key(self):
+        """What of the winch does not depend on the gain."""
+        winch = self.scene.winch
+        return frozen(winch and (winch.location, winch.controller and (winch.controller.notch,)))
+
+    @shared("damping_key", "mass_key", "notch_key")
+    def plant(self):
+        """What the winch acts on: `control.plant.Plant`."""
+        return loops.plant_of(self)
 
     @shared("damping_key", "mass_key", "winch_key")
     def loop(self):
@@ -305,48 +315,25 @@ class Case:
 
     @property
     def gondola_frequency(self):
-        """Frequency of the coupled mode in which the gondola moves most. [Hz]"""
+        """Frequency of the coupled mode with the largest share of the gondola's static compliance. [Hz]"""
         frequency, share = self.coupled
-        return float(frequency[np.argmax(share)])
+        return float(frequency[gondola.gondola_mode(share)])
+
+    @property
+    def gondola_share(self):
+        """Share of that mode in the gondola's static compliance. [-]"""
+        return float(self.coupled[1].max())
 
     @cached_property
     def gondola_damping_ratio(self):
-        """Of the coupled mode in which the gondola moves most. [-]
+        """Of the gondola's mode. [-]
 
         Raises
         ------
         NoSolutionError
             So much damping that the mode does not oscillate.
         """
-        damping, omega, mass = self.scene.cable.damping, 2 * np.pi * self.gondola_frequency, self.scene.gondola.mass
-        if damping.model == "modal":
-            return self._modal_damping_ratio(omega)
-        amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-        stiffness = complex_stiffness.ComplexStiffness(self.excited, self.frame[:, 0])
-        return complex_stiffness.damping_ratio(stiffness, mass, omega, damping.model, amount)
-
-    def _modal_damping_ratio(self, omega):
-        """The same by the damping of the modes: Newton on k_xx(s) + M s^2 from the undamped frequency [rad/s]."""
-        loop, mass, here = self.loop, self.scene.gondola.mass, 1j * omega
-
-        def balance(s):
-            return complex(loop.stiffness(np.array([s]))[0][0]) + mass * s * s
-
-        for _ in range(60):
-            step = 1e-4 * abs(here)
-            slope = (balance(here + 1j * step) - balance(here - 1j * step)) / (2j * step)
-            change = -balance(here) / slope
-            change *= min(1.0, 0.2 * abs(here) / abs(change)) if change else 1.0
-            here += change
-            if abs(change) <= 1e-12 * min(abs(here.real), abs(here)):
-                break
-        if abs(here.real) < UNDAMPED * abs(here):
-            return 0.0
-        if here.real < 0 and abs(here.imag) < 1e-6 * abs(here):
-            return 1.0  # overdamped
-        if not (0.3 * omega < abs(here) < 3 * omega and here.imag > 0 and here.real < 0):
-            raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
-        return float(-here.real / abs(here))
+        return loops.gondola_damping_ratio(self)
 
     # --------------------------------------------------------------------------------------------------------- wind
 

@@ -122,6 +122,13 @@ def _shedding(name, meaning, place):
     return Column(name, "Hz", meaning, "scene", compute, "wind")
 
 
+def _stable_loop(case):
+    """The loop of a case; an unstable one, which has neither phase margin nor bandwidth, raises NoSolutionError."""
+    if not case.loop.stable:
+        case.loop.check_stable()
+    return case.loop
+
+
 def _frequency(name, meaning, number, kind, symmetry=None):
     """Column of the frequency of a mode."""
     mode = number, kind, symmetry
@@ -183,8 +190,9 @@ COLUMNS = (
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
            lambda r: r.gondola_frequency_static, "gondola.mass"),
-    Column("gondola_frequency", "Hz", "coupled mode of gondola and cable in which the gondola moves most", "gondola",
-           lambda c: c.gondola_frequency, "gondola.mass"),
+    Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
+           "gondola", lambda c: c.gondola_frequency, "gondola.mass"),
+    Column("gondola_share", "", "that share, phi^2/w^2 over 1/k", "gondola", lambda c: c.gondola_share, "gondola.mass"),
     Column("gondola_damping_ratio", "", "of the coupled gondola mode, the winch at rest", "loop",
            lambda c: c.gondola_damping_ratio, "gondola.mass"),
     Column("largest_gain", "rad/s", "of the winch, below which the loop is stable; empty when it always is", "loop",
@@ -192,9 +200,9 @@ COLUMNS = (
     Column("gain_margin", "dB", "largest stable gain over the gain; empty when there is no limit", "loop",
            lambda c: c.loop.gain_margin, WINCH),
     Column("phase_margin", "deg", "least angle to instability where the loop gain is one", "loop",
-           lambda c: c.loop.phase_margin, WINCH),
+           lambda c: _stable_loop(c).phase_margin, WINCH),
     Column("bandwidth", "Hz", "where the closed loop first falls to 1/sqrt(2)", "loop",
-           lambda c: c.loop.bandwidth, WINCH),
+           lambda c: _stable_loop(c).bandwidth, WINCH),
     _rms("gondola_rms", "of the gondola along x in the wind, with the winch loop", "displacement", ON_GONDOLA),
     _rms("gondola_rms_velocity", "of its velocity, with the winch loop", "velocity", ON_GONDOLA),
     _rms("gondola_rms_open_loop", "of the gondola along x in the wind, the winch at rest", "displacement", ON_GONDOLA,

@@ -1,13 +1,28 @@
-"""Gondola and winch loop of cases: what takes iterations is found for many cases at once, and for one as for many."""
+"""Gondola and winch loop of cases."""
 
-from dataclasses import replace
+from math import ceil
 
 import numpy as np
 
-from cablestudy.control import gondola, winch
-from cablestudy.control.winch import Loop, Notch
-from cablestudy.errors import CablestudyError
+from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
+from cablestudy.control.gondola import coupled_modes, gondola_mode
+from cablestudy.control.plant import Notch, Plant
+from cablestudy.control.stability import Waves, driven_up_to, too_many
+from cablestudy.control.winch import Loop
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.cache import share
+
+RESOLVED = 1e-7  # largest error of the frequency of a mode that the gain could drive
+RESERVE = 9  # orders of each element beyond those that its waves need
+PER_WAVE = 1.7  # orders for each half-wave
+HIGHEST, MOST_ORDERS = 44, 600  # of an element, and of the longest smooth piece
+FINER = 1.3  # models that follow each other, in orders
+TRIALS = 4
+LIMIT_STEP = 2.0  # of the frequency up to which modes are resolved
+RESPONSE_SHARE = 0.01  # of the accuracy: error by modes that the response leaves out
+NO_DAMPING, CREEPING = 1e-12, 1e-6  # ratio that is none, and imaginary part over size of a pole that creeps back
+LIGHT, DISTINCT = (1e-4, 0.1), 0.8  # damping ratios, and share, with which the gondola's pole is found at once
+SHARED, SHOWN = 0.5, 0.05  # share of the gondola's compliance below which others are named, and of those
 
 
 def coupled_of(cases):
@@ -20,36 +35,57 @@ def coupled_of(cases):
     Returns
     -------
     list
-        For each case frequencies [Hz] and the gondola's share in them; or the error that says why there are none.
+        For each case frequencies [Hz] and their shares in the gondola's static compliance; or the error that says why
+        there are none.
     """
-    found, waiting = [None] * len(cases), {}
-    for index, case in enumerate(cases):
+    found = []
+    for case in cases:
         try:
-            waiting[index] = case.gondola_modes * case.gondola_frequency_static, case.end_inertia
+            found.append(_coupled(case))
         except CablestudyError as error:
-            found[index] = error
-    while waiting:
-        problems, complete = {}, {}
-        for index, (limit, inertia) in list(waiting.items()):
-            case = cases[index]
-            try:
-                modes = case.excited.up_to(limit)
-            except CablestudyError as error:
-                found[index] = error
-                del waiting[index]
-                continue
-            stiffness, participation = case.end_stiffness_along(0), case.participation(modes)
-            problems[index] = case.scene.gondola.mass, stiffness, modes.frequency, participation, inertia
-            complete[index] = modes.complete
-        for index, solved in zip(problems, gondola.coupled_modes_of(list(problems.values())), strict=True):
-            limit, inertia = waiting[index]
-            needed = cases[index].gondola_modes * float(solved[0][np.argmax(solved[1])])
-            if complete[index] or needed <= 1.5 * limit:
-                found[index] = solved
-                del waiting[index]
-            else:
-                waiting[index] = needed, inertia
+            found.append(error)
     return found
+
+
+def _coupled(case):
+    limit, inertia = case.gondola_modes * case.gondola_frequency_static, case.end_inertia
+    stiffness, mass = case.end_stiffness_along(0), case.scene.gondola.mass
+    while True:
+        modes = case.excited.up_to(limit)
+        count = int(np.searchsorted(modes.frequency, limit, side="right"))
+        complete = modes.complete and count == len(modes)
+        participation = case.participation(modes)[:count]
+        frequency, share = coupled_modes(mass, stiffness, modes.frequency[:count], participation, inertia)
+        needed = case.gondola_modes * float(frequency[gondola_mode(share)])
+        if complete or needed <= 1.5 * limit:
+            return frequency, share
+        limit = needed
+
+
+def gondola_notes(case):
+    """Lines on which modes share the gondola's motion, where none has half of its static compliance.
+
+    Parameters
+    ----------
+    case : Case
+
+    Yields
+    ------
+    str
+    """
+    frequency, share = case.coupled
+    first = gondola_mode(share)
+    if share[first] >= SHARED:
+        return
+    others = sorted((k for k in range(len(share)) if k != first and share[k] >= SHOWN), key=lambda k: -share[k])
+    listed = ", ".join(f"{frequency[k]:.4g} Hz ({share[k]:.3g})" for k in others[:6])
+    yield (
+        f"gondola: the mode of {frequency[first]:.4g} Hz has only {share[first]:.3g} of its static compliance; "
+        f"others move it too: {listed}"
+    )
+    tie = [k for k in others if share[k] >= share[first] * (1 - 10 * (case.scene.model.accuracy or 0.0))]
+    if tie:
+        yield f"gondola: a tie, within the error the mode of {frequency[tie[0]]:.4g} Hz has as large a share"
 
 
 def loop_of(case):
@@ -62,15 +98,89 @@ def loop_of(case):
     Returns
     -------
     Loop
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
     """
-    found = _loops_of([case])[0]
-    if isinstance(found, Exception):
-        raise found
-    return found
+    controller = _controller(case)
+    if controller is None:
+        return Loop.of(case.plant, 0.0)
+    if isinstance(controller.gain, float | int):
+        return Loop.of(case.plant, float(controller.gain))
+    return Loop.of(case.plant, 0.0).with_margin(controller.gain.auto.gain_margin)
+
+
+def plant_of(case):
+    """All of the loop that does not depend on the gain.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Plant
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+    """
+    scene, controller = case.scene, _controller(case)
+    accuracy = scene.model.accuracy if case.exact_statics else None
+    return Plant(
+        case.end_model_along_x,
+        scene.gondola.mass,
+        scene.winch.location if scene.winch else "ground",
+        _notch(case, controller.notch) if controller else None,
+        2 * np.pi * case.gondola_frequency,
+        RESPONSE_SHARE * accuracy if accuracy else 0.0,
+        _resolution(case) if accuracy else None,
+    )
+
+
+def gondola_damping_ratio(case):
+    """Damping ratio of the gondola's mode, the winch at rest.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    float
+        [-]
+
+    Raises
+    ------
+    NoSolutionError
+        So much damping that no oscillation is left of that mode.
+    """
+    damping, omega = case.scene.cable.damping, 2 * np.pi * case.gondola_frequency
+    plant = case.plant
+    try:
+        pole = plant.gondola_pole
+        ratio = -pole.real / abs(pole)
+    except NoSolutionError:  # so much damped strain that modes are spoilt by rounding
+        pole, ratio = -omega + 0j, 1.0
+    if damping.model == "modal":
+        if abs(ratio) < NO_DAMPING:
+            return 0.0
+        if ratio > 0 and abs(pole.imag) < CREEPING * abs(pole):
+            return 1.0  # it creeps back
+        if not (0.3 * omega < abs(pole) < 3 * omega and ratio > 0):
+            raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
+        return float(ratio)
+    if LIGHT[0] < ratio < LIGHT[1] and case.gondola_share > DISTINCT and abs(abs(pole) / omega - 1) < LIGHT[1]:
+        return float(ratio)
+    # where modes share the motion, or damping is very small or large, it is followed from no damping to all of it
+    amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
+    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], plant.cable.viscous)
+    return damping_ratio(stiffness, plant.mass, omega, damping.model, amount)
 
 
 def loop_at_rest_of(case):
-    """The loop of a case with the winch held, also where no gain follows from a margin.
+    """The loop of a case with the winch at rest, which needs no gain.
 
     Parameters
     ----------
@@ -79,70 +189,41 @@ def loop_at_rest_of(case):
     Returns
     -------
     Loop
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
     """
-    return _without_gain(case).at_rest
+    return Loop.of(case.plant, 0.0)
 
 
 def prepare(cases, loops=True):
-    """Let cases know their coupled modes and their loops, poles and passages with them, by one iteration for all.
+    """Compute the coupled modes of cases and their loops, once for those that share them.
 
-    What a case cannot have it says when it is asked. Cases that share a loop share it here too.
+    What a case cannot have it says when it is asked.
 
     Parameters
     ----------
     cases : sequence of Case
-        At most as many as the cache keeps.
     loops : bool
         Whether the loops are needed at all.
     """
     cases = [case for case in cases if case.scene.gondola is not None and case.scene.gondola.mass is not None]
     share(cases, "coupled", coupled_of)
     if loops:
-        winch.prepare(share(cases, "loop", _loops_of))
+        share(cases, "plant", lambda chosen: [_or_error(plant_of, case) for case in chosen])
 
 
-def _loops_of(cases):
-    """Loops or errors, as `coupled_of`."""
-    found = []
-    for case in cases:
-        try:
-            found.append(_without_gain(case))
-        except CablestudyError as error:
-            found.append(error)
-    # a gain that follows from a margin needs the passages
-    asking = [index for index, case in enumerate(cases) if isinstance(found[index], Loop) and _margin(case)]
-    winch.prepare([found[index] for index in asking])
-    for index in asking:
-        try:
-            found[index] = found[index].with_margin(_margin(cases[index]).gain_margin)
-        except CablestudyError as error:
-            found[index] = error
-    return found
+def _or_error(function, case):
+    """What a function gives for a case, or the error that it raises."""
+    try:
+        return function(case)
+    except CablestudyError as error:
+        return error
 
 
 def _controller(case):
     return case.scene.winch.controller if case.scene.winch else None
-
-
-def _margin(case):
-    """What the gain follows from; None where it is given."""
-    controller = _controller(case)
-    return None if controller is None or isinstance(controller.gain, float | int) else controller.gain.auto
-
-
-def _without_gain(case):
-    """The loop; where the gain is still to be found it is none."""
-    scene, controller = case.scene, _controller(case)
-    loop = Loop(
-        case.end_model_along_x,
-        scene.gondola.mass,
-        scene.winch.location if scene.winch else "ground",
-        undamped=case.coupled if case.excited.small and case.excited.modes(1).complete else None,  # of all modes
-    )
-    if controller is None:
-        return loop
-    gain = float(controller.gain) if isinstance(controller.gain, float | int) else 0.0
-    return replace(loop, notch=_notch(case, controller.notch), gain=gain)
 
 
 def _notch(case, notch):
@@ -155,3 +236,57 @@ def _notch(case, notch):
         frequency = case.gondola_frequency_static
     turn = 2 * np.pi
     return Notch(turn * frequency, notch.damping_ratio, turn * notch.rolloff_frequency, notch.rolloff_damping_ratio)
+
+
+def _resolution(case):
+    """What gives a plant the cable with every mode right that a gain could drive: see `Plant.resolved`."""
+    found, known = {}, []
+
+    def resolved(plant, gain):
+        if not known:
+            known.append(_waves(case))
+        limit = driven_up_to(plant, known[0], gain)
+        # in steps, so that gains that are alike share a model
+        limit = float(plant.main * LIMIT_STEP ** np.ceil(np.log(limit / plant.main) / np.log(LIMIT_STEP)))
+        if limit not in found:
+            found[limit] = _resolved(case, gain, limit, known[0].time_across)
+        return found[limit], limit
+
+    return resolved
+
+
+def _waves(case):
+    """`Waves` at the ends of the cable of a case."""
+    span, tangents = case.span, case.catenary.at(np.array([0.0, 1.0]))[1]
+    tension = np.sqrt((tangents**2).sum(axis=-1))
+    cosine = (tangents @ span.frame[:, 0]) / tension
+    across = np.sqrt(tension * span.mass) * np.maximum(1 - cosine**2, 0.0)
+    along = np.sqrt(span.axial_stiffness * span.mass) * cosine**2
+    time = float(span.unstretched_length * np.sqrt(span.mass / span.axial_stiffness))
+    return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time)
+
+
+def _resolved(case, gain, limit, time):
+    """The superelement of a case whose modes up to a frequency [rad/s] are resolved."""
+    half_waves = limit / np.pi * time if np.isfinite(limit) else np.inf
+    longest = float(case.results.longest_segment[case.index])
+    orders = PER_WAVE * half_waves * longest
+    if not orders <= MOST_ORDERS:
+        raise too_many(gain, int(min(half_waves, 1e9)), limit)
+    several = max(1, ceil(orders / (HIGHEST - RESERVE)))
+    own = case.level[0] * case.level[1]
+    total = orders + several * RESERVE
+    total = own if total <= own else ceil(total) + own // 2  # a model of its own for each of the row
+    for _ in range(TRIALS):
+        elements = ceil(total / HIGHEST)
+        order = ceil(total / elements)
+        rung = case.level if total == own else (elements, order)
+        finer = case if rung == case.level else case.refined(*rung)
+        modes = finer.excited.modes(finer.excited.dof)
+        errors = modes.errors[2 * np.pi * modes.frequency <= limit]
+        if errors.max(initial=0.0) <= RESOLVED:
+            return finer.end_model_along_x
+        total = ceil(FINER * total) + 2
+    raise NoSolutionError(
+        f"the modes that a gain of {gain:.4g} rad/s could drive, up to {limit / (2 * np.pi):.4g} Hz, are not resolved"
+    )

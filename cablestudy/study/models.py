@@ -8,9 +8,9 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments
-from cablestudy.control.ends import Ends
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
+from cablestudy.system.superelement import Ends
 
 MAX_MODES = 600  # of a model with more unknowns, at its ends: an eigenvalue problem that takes about a second
 MAX_NODES = 1_000_000  # of a fixed model: its statics take 2 s and 420 MB
@@ -133,7 +133,7 @@ class Model:
         return self._models.dynamics(planes).take(self._place)
 
     def end_model(self, planes, damping):
-        """`EndModel` of this cable."""
+        """`Superelement` of this cable."""
         return self._models.ends(planes).model(damping, self._place)
 
     def end_moments(self, planes):

@@ -235,7 +235,8 @@ def _solve_to_accuracy(answers, required, _):
         if not required.motion:
             continue
         answer.notes = ()
-        if required.damped and answer.case.scene.cable.damping.model == "modal":
+        damping = answer.case.scene.cable.damping
+        if required.damped and damping.model == "modal" and damping.ratio:
             answer.fail([c for c in required.motion if c.needs in ("loop", "wind")], NoSolutionError(MODAL))
         columns = [column for column in required.motion if column.header not in answer.failures]
         if columns:
@@ -263,6 +264,8 @@ def _take_over(answer, needed, search):
     if search.values:
         worst = max(answer.errors[name] for name in search.values)
         answer.notes = (CLOSED_FORM, *_about(search.used, worst, search.tried))
+        if "gondola_frequency_Hz" in search.values:
+            answer.notes += tuple(loops.gondola_notes(search.used))
 
 
 def _about(case, error, tried):
@@ -319,6 +322,8 @@ def _fixed_answer(answer, required):
             answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
     answer.dof = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
     answer.notes, answer.warnings = _about_fixed(case)
+    if "gondola_frequency_Hz" in answer.values:
+        answer.notes += tuple(loops.gondola_notes(case))
     if required.damped:
         answer.notes += assumed_damping(case.scene)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.control import export, reduction, statespace
-from cablestudy.control.ends import GONDOLA, NAMES
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
@@ -14,6 +13,7 @@ from cablestudy.study import row
 from cablestudy.study.case import MAX_MODES, Case
 from cablestudy.study.columns import broken
 from cablestudy.study.table import write_whole
+from cablestudy.system.superelement import GONDOLA, NAMES
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
 DEFAULT_MODES = 12  # of a model that is as fine as the accuracy asks for
@@ -158,7 +158,7 @@ class Choice:
 
     @property
     def kept(self):
-        """EndModel with the chosen modes."""
+        """Superelement of the chosen modes."""
         model = self.case.end_model
         return model.select(self.chosen) if self.options.residual else reduction.truncated(model, self.chosen)
 

@@ -8,9 +8,9 @@ from math import isfinite
 import numpy as np
 
 from cablestudy.control import response
-from cablestudy.control.ends import GONDOLA, GROUND
 from cablestudy.study.ssm import PLACES
 from cablestudy.study.table import Field, Table
+from cablestudy.system.superelement import GONDOLA, GROUND
 
 DRAWN = 5000  # groups of neighbouring frequencies in a picture
 

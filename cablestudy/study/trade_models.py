@@ -9,14 +9,14 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.control import reduction
-from cablestudy.control.ends import Ends
-from cablestudy.control.winch import Loop
+from cablestudy.control.plant import Plant
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
 from cablestudy.study.column_requirements import DISCRETE
 from cablestudy.study.columns import find, value
 from cablestudy.study.row import evaluate
+from cablestudy.system.superelement import Ends
 
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
@@ -261,10 +261,7 @@ def _with_ends(case, model):
     case.end_model = case.end_model_along_x = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
     if case.scene.gondola is not None and case.scene.gondola.mass is not None:
-        frequency, share = Loop(model, case.scene.gondola.mass).coupled
-        if not len(frequency):
-            raise NoSolutionError("gondola and kept modes have no motion in common")
-        case.coupled = frequency, share
+        case.coupled = Plant(model, case.scene.gondola.mass).coupled
     return case
 
 
@@ -320,10 +317,8 @@ def by_trapezoids(case, loop, frequency):
     NoSolutionError
         The loop is unstable.
     """
-    from scipy.integrate import trapezoid
-
     loop.check_stable()
     spectra = windrms.spectra_of(loop, windrms.force_of(case))
     blocks = [spectra(frequency[i : i + BLOCK]) for i in range(0, len(frequency), BLOCK)]
-    variance = trapezoid(np.concatenate(blocks, axis=1), frequency, axis=1)
+    variance = np.trapezoid(np.concatenate(blocks, axis=1), frequency, axis=1)
     return windrms.Response(*map(float, np.sqrt(variance)), np.nan, (), len(frequency))

@@ -9,6 +9,7 @@ from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.fields import STATUS, field_of
+from cablestudy.study.loops import gondola_notes
 from cablestudy.study.row import evaluate, modes
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, together
@@ -71,7 +72,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
             cells[name] = share
         fields.append(Field("integration_error", "integration error"))
         cells["integration_error"] = response.error
-        remarks = tuple(_vortices(row.case))
+        remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks

@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 from math import ceil, frexp, hypot, inf, ldexp, log, prod
 
 import numpy as np
-from scipy.integrate import trapezoid
 
-from cablestudy.control.winch import NEAR
+from cablestudy.control.plant import NEAR
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind import rms
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
@@ -16,7 +15,6 @@ BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is
 SLOW, FAST = 1e-2, 3e3  # range over the slowest and fastest of gondola and wind in which much may happen,
 SLOWER = np.array([1e-6, 1e-4, 1e-2])  # and boundaries below it, over its lower end
 STEP = 10  # by which that range is widened at once
-BESIDE = np.array([[-8.0], [-2.0], [0.0], [2.0], [8.0]])  # breakpoints at a resonance that is all but cancelled
 FASTEST = 1e6  # wind, over the gondola's frequency, beyond which it is white for all that moves
 FAR = 1e100  # wind over gondola and gondola over wind beyond which squares are no numbers
 NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
@@ -105,7 +103,7 @@ def cable_force_of(case):
 
     def force(frequency):
         found = [size**2 * spectrum(frequency) for spectrum in spectra]
-        moved = [trapezoid(spectra_of(case.loop, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
+        moved = [np.trapezoid(spectra_of(case.loop.whole, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
         return found[int(np.argmax(moved))] if found else np.zeros_like(frequency)
 
     return force
@@ -147,15 +145,14 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
             f"wind of {corner:.3g} Hz (speed/length_scale) is too far from the gondola's {main:.3g} Hz"
         )
     spectra = spectra_of(loop, force)
-    poles = np.concatenate([loop.open_poles, loop.seen_poles]) if cable else loop.seen_poles
+    poles = np.concatenate([loop.plant.every_pole, loop.observable_poles]) if cable else loop.observable_poles
     centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
-    fastest = NEAR * max(main, loop.felt.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
+    fastest = NEAR * max(main, loop.excited.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
     near = centre < fastest
     # in steps, and not at the wind's corner, so that loops in different winds are evaluated at the same frequencies
     calm = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
     high = FAST * main * STEP ** max(0, ceil(log(min(corner / main, FASTEST), STEP)))
-    faint = loop.plant.faint_poles
-    marks = np.concatenate([BELOW, centre[~near], (np.abs(faint) + np.abs(faint.real) * BESIDE).ravel() / (2 * np.pi)])
+    marks = np.concatenate([BELOW, centre[~near]])
     edges = rms.breakpoints(calm, high, centre[near], width[near], marks[(calm < marks) & (marks < high)], main)
     slow = [mark for mark in BELOW if calm * SLOWER[0] < mark < calm * (1 - 1e-9)]
     edges = np.concatenate([np.sort([*(calm * SLOWER), *slow]), edges])
@@ -230,7 +227,8 @@ def cable_response_of(case, loop):
     wind, reach = case.scene.wind, CableWind(case)
     spectra = filter(None, [reach.spectrum(direction) for direction in DIRECTIONS])
     corner, tolerance = wind.speed / wind.length_scale, tolerance_of(case.scene)
-    found = [respond(loop, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
+    # the wind on the cable shakes modes that a force on the gondola hardly does
+    found = [respond(loop.whole, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
     if not found:  # a straight cable without weight does not pass on what is normal to it
         return Response(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW), 0)
     worst = max(found, key=lambda response: response.displacement)

@@ -22,7 +22,7 @@ class Record(NamedTuple):
         "ok", or why there is no answer; None while some columns are still to be computed.
     cells : list
         Number or None of each column but `status`, in their order.
-    errors : dict or None
+    errors : dict
         Header -> estimated relative error, where it exceeds that of a closed form; a None is not known.
     notes : list of str
     """

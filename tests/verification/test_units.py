@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cablestudy.control.transfer import dynamic_stiffness
 from random_scenes import scene_data, scene_of
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
-from cablestudy.control.ends import Ends
-from cablestudy.control.transfer import dynamic_stiffness
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.scene.cable_table import Damping
 from cablestudy.study.case import Case
+from cablestudy.system.superelement import Ends
 
 SEEDS = range(24)
 SCALES = [(2.0**-20, 1, 1), (2.0**20, 1, 1), (1, 2.0**-20, 1), (1, 2.0**20, 1), (1, 1, 2.0**-20), (1, 1, 2.0**20)]

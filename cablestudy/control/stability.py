@@ -1,0 +1,415 @@
+"""Stability of the winch loop: one verdict for a gain, the largest stable gain, and margins over frequency.
+
+The poles of the closed loop are the eigenvalues of its A, taken with every mode of the cable that the gain could drive.
+For a mode of frequency W far above the gondola's, the winch moves the pole by about
+
+    ds = gain |N(i W)| F_1 F_2 / (2 M W^4)
+
+at most, with F the forces of the mode, of unit modal mass, on the ends along x. A wave that runs to and fro along the
+cable has F^2 = 2 W^2 Z n^2/t, Z being the impedance of the end (sqrt(T m) across, sqrt(EA m) along the cable), n the
+direction cosine and t the travel time from end to end. Beyond the frequency where this falls below the decay that
+damping guarantees (strain damping for waves along the cable, viscous damping for all), no mode can be driven.
+
+Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is
+not called instability: no material is known to be that undamped. A mode whose damping ratio without control is below
+UNDAMPED and which the gain drives by more is refused by name: cable.damping.viscous decides then, and not the strain.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.system.linear import upper
+
+UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
+NEGLIGIBLE = 1e-9  # growth over frequency that is not called instability: twofold in 1e8 oscillations
+DRIVEN = 0.02  # share of its decay by which a gain must move a mode for the mode to be taken along
+SAFETY = 4  # over which the guaranteed decay counts beyond the modes that are taken along
+NEEDED = 1e-4  # error of the poles by modes that are left out,
+EXACT = 0.1  # and where it decides, over that of the response
+TAKEN, FEW = 0.5, 8  # share of its damping that a gain takes from a pole that is looked at again; how many at most
+FEWEST = 5  # times the gondola's frequency up to which modes are always looked at
+MOST_MODES = 200  # that one verdict takes along
+SCAN = np.array([0.3, 0.8, 1.2, 3.0])  # gains over the first-order limit
+WIDE = np.array([2.0, 5.0, 12.0, 30.0])  # further ones, over the last
+LEAST, MOST = 1e-15, 1e9  # gains over the gondola's frequency between which a limit is looked for
+BELOW, SETTLED = 0.02, 1e-12  # by which a gain below the limit must be stable; step after which the limit is known
+STEPS = 60
+ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
+PER_DECADE = 40
+BESIDE = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Waves that reach the ends of a cable.
+
+    Attributes
+    ----------
+    across, along : float
+        sqrt(T m) (1 - n^2) and sqrt(EA m) n^2, n the cosine between cable and x, the larger of both ends. [kg/s]
+    time_across, time_along : float
+        From end to end. [s]
+    """
+
+    across: float
+    along: float
+    time_across: float
+    time_along: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a gain does to the loop.
+
+    Attributes
+    ----------
+    stable : bool
+    pole : complex
+        The one that grows most, or decays least, over its frequency. [rad/s]
+    open_ratio : float
+        Damping ratio without control of the mode that it belongs to. [-]
+    """
+
+    stable: bool
+    pole: complex
+    open_ratio: float
+
+    @property
+    def undamped(self):
+        """Whether that mode is as good as undamped."""
+        return self.open_ratio < UNDAMPED
+
+
+def driven_up_to(plant, waves, gain):
+    """Frequency beyond which no mode of the cable can be driven.
+
+    Parameters
+    ----------
+    plant : Plant
+    waves : Waves
+    gain : float
+        [rad/s]
+
+    Returns
+    -------
+    float
+        Infinite where there is none. [rad/s]
+    """
+    omega = np.geomspace(plant.main, 1e9 * plant.main, 721)
+    strain, viscous = plant.cable.strain, plant.cable.viscous / 2
+    push = 2 * gain * np.abs(plant.controller(1j * omega)) / (plant.mass * omega)
+    loss = np.zeros_like(omega) if strain is None else np.abs(strain.factor(1j * omega)) * omega / 2
+    floor = viscous / SAFETY + NEGLIGIBLE * omega
+    driven = (push * waves.across / waves.time_across > floor) | (
+        push * waves.along / waves.time_along > floor + loss / SAFETY
+    )
+    if driven[-1]:
+        return np.inf
+    return float(max(omega[driven].max(initial=0.0), FEWEST * plant.main))
+
+
+def judge(plant, gain):
+    """The verdict on a gain.
+
+    Parameters
+    ----------
+    plant : Plant
+    gain : float
+        [rad/s]
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    NoSolutionError
+        The gain could drive too many modes.
+    """
+    gain = min(gain, MOST * plant.main)  # beyond it nothing changes
+    return _Found(plant, gain).verdict(gain)
+
+
+class _Found:
+    """The closed loop with every mode that gains up to some gain could drive.
+
+    Parameters
+    ----------
+    plant : Plant
+    gain : float
+        [rad/s]
+    """
+
+    def __init__(self, plant, gain):
+        whole, limit = (plant.cable, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
+        self.plant, self.gain = plant, gain
+        chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
+        if chosen.sum() > MOST_MODES:
+            raise too_many(gain, int(chosen.sum()), float(whole.omega[chosen].max()))
+        self.cable = whole.condense(np.flatnonzero(chosen))
+        self._whole, self._chosen, self._exact = whole, chosen, {}
+        self.fixed, self.scaled = plant.closed_of(self.cable)
+        self.open_poles = plant.system_of(self.cable).poles
+
+    def exact(self, pole):
+        """The cable with every mode that matters for a pole."""
+        plant, about = self.plant, int(np.ceil(np.log2(max(abs(pole) / self.plant.main, 1.0))))
+        if self._whole.strain is None or not plant.tolerance:
+            return self._whole
+        if about not in self._exact:
+            chosen = self._chosen.copy()
+            chosen[plant.needed(self._whole, EXACT * plant.tolerance, 1.0, plant.main * 2.0**about)] = True
+            self._exact[about] = self._whole.condense(np.flatnonzero(chosen))
+        return self._exact[about]
+
+    def poles(self, gains):
+        """Eigenvalues for some gains, shape (k,) -> (k, n). [rad/s]"""
+        every = np.linalg.eigvals(self.fixed + np.asarray(gains)[:, None, None] * self.scaled)
+        return np.where(every.imag >= 0, every, -1.0)  # of hysteretic damping only the upper half plane counts
+
+    def growth(self, gains):
+        """Largest growth over frequency among the poles for some gains, and its pole, each of shape (k,)."""
+        poles = self.poles(gains)
+        ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
+        place = np.argmax(ratio, axis=1)[:, None]
+        return tuple(np.take_along_axis(values, place, axis=1)[:, 0] for values in (ratio, poles))
+
+    def verdict(self, gain):
+        """See `Verdict`."""
+        (poles,) = self.poles([gain])
+        ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
+        verdicts = []
+        for place in np.argsort(-ratio)[:FEW]:
+            growth, pole = float(ratio[place]), complex(poles[place])
+            open_ratio = self.open_ratio(pole)
+            if pole.imag > 0 and growth > -TAKEN * open_ratio:  # with all modes that matter
+                pole = self.plant.pole_near(pole, self.exact(pole), gain)
+                growth = pole.real / abs(pole)
+            verdicts.append((growth, Verdict(bool(growth <= allowed(open_ratio)), pole, open_ratio)))
+        growing = [part for part in verdicts if not part[1].stable]
+        return max(growing or verdicts, key=lambda part: part[0])[1]
+
+    def open_ratio(self, pole):
+        """Damping ratio without control of the mode that a pole belongs to. [-]"""
+        if not len(self.open_poles):
+            return 1.0
+        mode = self.open_poles[np.argmin(np.abs(self.open_poles - pole))]
+        return float(max(-mode.real / abs(mode), 0.0))
+
+
+def allowed(open_ratio):
+    """Growth over frequency that is no instability, of a mode with a damping ratio without control. [-]"""
+    return NEGLIGIBLE if open_ratio < UNDAMPED else 0.0
+
+
+def _driven(plant, cable, gain):
+    """Which modes of a cable a gain could drive, or matter for the motion of the gondola."""
+    chosen = np.zeros(len(cable.omega), dtype=bool)
+    chosen[plant.needed(cable, NEEDED, 1.0)] = True
+    omega, main = cable.omega, plant.main
+    force = [np.abs(cable.participation[:, end]) for end in plant.ends]
+    moved = force[0] > 1e-9 * force[0].max(initial=0.0)
+    if plant.mass < cable.inertia[plant.ends[0], plant.ends[0]]:
+        return moved | chosen  # a light gondola is moved by every mode
+    held = np.maximum(
+        np.abs(plant.mass * omega**2 - cable.stiffness[plant.ends[0], plant.ends[0]]), plant.mass * main**2
+    )
+    push = gain * np.abs(plant.controller(1j * omega)) * force[0] * force[1] / (2 * omega * held)
+    return chosen | (push > DRIVEN * np.maximum(cable.decay, NEGLIGIBLE * omega))
+
+
+def largest_gain(plant):
+    """The gain below which the loop is stable.
+
+    Parameters
+    ----------
+    plant : Plant
+
+    Returns
+    -------
+    float or None
+        None when it always is. [rad/s]
+
+    Raises
+    ------
+    NoSolutionError
+        It depends on modes that are as good as undamped, or on too many.
+    """
+    found, pole, high = _unstable(plant)
+    if found is None:
+        return None
+    for _ in range(STEPS):
+        limit, pole, ratio = _polished(found, pole, high)
+        # just below it another pole may be out already, or one that came back before the next gain that was looked at
+        high = (1 - BELOW) * min(limit, high)
+        verdict = found.verdict(high)
+        if verdict.stable:
+            if ratio < UNDAMPED:
+                raise undamped(pole, ratio, f"no largest gain: at {limit:.4g} rad/s ")
+            return limit
+        pole = verdict.pole
+    raise NoSolutionError("no largest gain: the search for it does not settle")
+
+
+def _unstable(plant):
+    """The closed loop, a pole that is out and its gain, the least of those that are looked at; None without any."""
+    main = plant.main
+    found = _Found(plant, main * 1e-3)
+    gains = SCAN * min(max(_first_order(found), 10 * LEAST * main), main * 1e3)
+    low = 0.0
+    while gains[0] < MOST * main:
+        found, gains = _as_far_as_possible(plant, gains)
+        growth, poles = found.growth(gains)
+        out = growth > NEGLIGIBLE
+        place = int(np.argmax(out))
+        if out.any() and (place or low or gains[0] < LEAST * main):
+            return found, complex(poles[place]), float(gains[place])
+        if out.any():
+            gains = gains[0] * SCAN / (2 * SCAN[-1])
+        else:
+            low = float(gains[-1])
+            gains = low * WIDE
+    return None, None, None
+
+
+def _as_far_as_possible(plant, gains):
+    """The closed loop for some gains, without the largest ones where these could drive too many modes."""
+    while True:
+        try:
+            return _Found(plant, gains[-1]), gains
+        except NoSolutionError:
+            if len(gains) == 1:
+                raise
+            gains = gains[:-1]
+
+
+def _first_order(found):
+    """The least gain for which a mode is driven as fast as it decays, to first order. [rad/s]"""
+    step = 1e-4 * found.gain
+    poles, moved = found.poles([0.0, step])
+    poles = poles[(poles.imag > 0)]
+    if not len(poles) or not len(moved):
+        return found.plant.main
+    near = moved[np.argmin(np.abs(moved[:, None] - poles), axis=0)]
+    rate = (near - poles).real / step
+    decay = np.maximum(-poles.real, NEGLIGIBLE * np.abs(poles))
+    limits = decay[rate > 0] / rate[rate > 0]
+    return float(limits.min(initial=np.inf)) if len(limits) else found.plant.main
+
+
+def _polished(found, pole, gain):
+    """The gain that makes a pole unstable, with all modes that matter; the pole, and its open damping ratio."""
+    ratio, cable = found.open_ratio(pole), found.exact(pole)
+
+    def excess(gain, near):
+        pole = found.plant.pole_near(near, cable, gain)
+        return pole.real / abs(pole) - allowed(ratio), pole
+
+    last, pole = excess(gain, complex(pole))
+    before, here = gain, gain * (1.01 if last < 0 else 0.99)
+    for _ in range(STEPS):
+        value, pole = excess(here, pole)
+        if value == last:
+            break
+        step = value * (here - before) / (value - last)
+        before, last, here = here, value, here - float(np.clip(step, -0.3 * here, 0.3 * here))
+        if abs(step) <= SETTLED * here:
+            return float(here), pole, ratio
+    return float(gain), pole, ratio
+
+
+def undamped(pole, ratio, begin=""):
+    """The error for a loop whose stability depends on a mode as good as undamped."""
+    return NoSolutionError(
+        f"{begin}the winch drives the cable's mode of {abs(pole.imag) / (2 * np.pi):.4g} Hz, whose damping ratio is "
+        f"{ratio:.1e}: damped strain leaves it as good as undamped (below {UNDAMPED:g}); give cable.damping.viscous"
+    )
+
+
+def too_many(gain, count, omega):
+    """The error for a gain that could drive too many modes."""
+    return NoSolutionError(
+        f"a gain of {gain:.4g} rad/s could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
+        f"more than are resolved ({MOST_MODES}): cable.damping.viscous or a lower roll-off of the notch bounds them"
+    )
+
+
+def complaint(plant, gain, verdict):
+    """Why a gain is refused, with the largest stable one where it is known."""
+    pole = verdict.pole
+    text = f"unstable loop at a gain of {gain:.6g} rad/s: a motion of {abs(pole.imag) / (2 * np.pi):.4g} Hz "
+    text += f"grows by {pole.real:.3g} 1/s; "
+    if verdict.undamped:
+        return text + str(undamped(pole, verdict.open_ratio))
+    try:
+        limit = plant.largest_gain
+    except NoSolutionError as error:
+        return text + str(error)
+    return text + (f"the largest stable gain is {limit:.6g} rad/s" if limit else "there is no largest stable gain")
+
+
+# ------------------------------------------------------------------------------------------------- over frequency
+
+
+def frequencies(plant):
+    """Frequencies at which a loop gain is looked at: all decades, and beside each pole. [rad/s]"""
+    poles = [plant.open_poles, plant.responding.poles]
+    notch = plant.notch
+    if notch is not None:
+        poles.append([notch.omega * (1j - notch.damping_ratio)])
+        poles.append([notch.rolloff_omega * (1j - notch.rolloff_damping_ratio)])
+    poles = np.concatenate(poles)
+    poles = poles[np.abs(poles) > 0]
+    centre = np.abs(poles)
+    low, high = 1e-4 * centre.min(), 1e3 * centre.max()
+    width = np.maximum(np.abs(poles.real), 1e-9 * centre)[:, None] * ASIDE
+    centre = centre[:, None]
+    width = np.where(width < BESIDE * centre, width, 0.0)
+    decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
+    return np.unique(np.concatenate([decades, (centre + width).ravel(), (centre - width).ravel()]))
+
+
+def phase_margin(loop):
+    """Least angle between L and -1 where |L| = 1; None where there is none. [deg]"""
+    omega = _zeros(loop, lambda value: np.abs(value) - 1, lambda size: size[:-1] * size[1:] < 0)
+    if not len(omega):
+        return None
+    return float(np.abs(np.degrees(np.angle(-loop.unit_gain(1j * omega)))).min())
+
+
+def bandwidth(loop):
+    """Where the closed loop L/(1 + L) first falls to 1/sqrt(2); None when it never does. [Hz]"""
+
+    def first(size):
+        falls = (size[:-1] > 0) & (size[1:] <= 0)
+        return falls & (np.cumsum(falls) == 1)
+
+    omega = _zeros(loop, lambda value: np.abs(value / (1 + value)) - np.sqrt(0.5), first)
+    return float(omega[0] / (2 * np.pi)) if len(omega) else None
+
+
+def _zeros(loop, size, chosen):
+    """Frequencies at which a real function of the loop gain is zero, by bisection. [rad/s]"""
+    plant = loop.plant
+    omega = frequencies(plant)
+    with np.errstate(divide="ignore", invalid="ignore"):  # upon the pole of an undamped mode
+        value = loop.gain * plant.unit_gain(1j * omega)
+    there = np.isfinite(value)
+    omega, value = omega[there], size(value[there])
+    where = np.flatnonzero(chosen(value))
+    low, high, sign = omega[where], omega[where + 1], np.sign(value[where])
+    for _ in range(STEPS if len(where) else 0):
+        middle = (low + high) / 2
+        same = np.sign(size(loop.gain * plant.unit_gain(1j * middle))) == sign
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return (low + high) / 2
+
+
+def unstable_poles(plant, gain):
+    """How many poles lie to the right for a gain, pairs counted twice."""
+    found = _Found(plant, gain)
+    right = upper(found.poles([gain])[0])
+    right = right[right.real > 0]
+    return int((1 + (right.imag > 0)).sum())

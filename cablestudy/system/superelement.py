@@ -1,0 +1,451 @@
+"""A cable as seen from its two ends: static stiffness, mass, damping and the modes with fixed ends, in global axes.
+
+This is the Craig-Bampton form (Craig and Bampton, AIAA Journal 6, 1968). With u the displacements of the ends and q the
+modal amplitudes of the motion relative to the static shapes that the ends impose, m = -p/W^2,
+
+    M = [I    m]      K = [W^2  0]      C = damping(M, K, strain)
+        [m^T  J],         [0    k],
+
+where k is the static end stiffness and J the mass of the static shapes. Modes that are left out keep their static part,
+which is in k, and their mass, which is in J.
+
+Damping, any sum of:
+
+* viscous, a force per length on all motion: nu M, with nu = (damping per length)/(mass per length);
+* modal, a ratio zeta for each mode with fixed ends, whose absolute amplitude is q + m u;
+* hysteretic, EA (1 + i loss factor): i loss factor [E R; R^T S], which holds for Im s > 0;
+* Kelvin-Voigt, EA (1 + s time): s time [E R; R^T S].
+
+E, R and S are the elastic parts of the stiffness: of the modes, of modes against static shapes, of the static shapes.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.assembly import joined
+from cablestudy.errors import NoSolutionError
+
+GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
+NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
+TRUSTED = 1e-11  # difference between the sum over poles and solved systems up to which the sum is used
+MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
+FEW = 4  # places up to which solving is cheaper than finding the poles
+AT_ONCE = 64  # systems of equations that are solved in one call
+
+
+@dataclass(frozen=True)
+class Strain:
+    """Damping of the elastic strain.
+
+    Attributes
+    ----------
+    law : {"hysteretic", "kelvin_voigt"}
+    amount : float
+        Loss factor [-], or time [s].
+    modes : ndarray, shape (n, n)
+        E. [1/s^2]
+    coupling : ndarray, shape (n, 6)
+        R. [N/(m sqrt(kg))]
+    ends : ndarray, shape (6, 6)
+        S. [N/m]
+    """
+
+    law: str
+    amount: float
+    modes: np.ndarray
+    coupling: np.ndarray
+    ends: np.ndarray
+
+    def factor(self, s):
+        """Complex loss factor: i loss factor in the upper half plane, or s time."""
+        return s * self.amount if self.law == "kelvin_voigt" else 1j * self.amount * np.sign(np.imag(s))
+
+    @property
+    def matrix(self):
+        """[E R; R^T S], shape (n + 6, n + 6)."""
+        return np.block([[self.modes, self.coupling], [self.coupling.T, self.ends]])
+
+
+@dataclass(frozen=True)
+class Superelement:
+    """The cable between its two ends. Ends are ordered end 1 x, y, z, end 2 x, y, z.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (n,)
+        Of the modes with fixed ends. [rad/s]
+    participation : ndarray, shape (n, 6)
+        p = psi^T K21: modal force per end displacement; less W^2 psi^T M21 where the mass is not lumped.
+        [N/(m sqrt(kg))]
+    damping_ratio : ndarray, shape (n,)
+        Modal; where the strain is damped, the equivalent one. Viscous damping is not in it. [-]
+    stiffness : ndarray, shape (6, 6)
+        Static, interior condensed. [N/m]
+    inertia : ndarray, shape (6, 6)
+        Mass of the static shapes. [kg]
+    strain : Strain or None
+        None for modal damping.
+    viscous : float
+        Viscous damping per length over mass per length. [1/s]
+    residual_damping : ndarray, shape (6, 6), or 0
+        What the modal damping of omitted modes adds at the ends, where it was kept. [N s/m]
+    """
+
+    omega: np.ndarray
+    participation: np.ndarray
+    damping_ratio: np.ndarray
+    stiffness: np.ndarray
+    inertia: np.ndarray
+    strain: Strain | None = None
+    viscous: float = 0.0
+    residual_damping: np.ndarray | float = 0.0
+
+    @property
+    def feedthrough(self):
+        """D: static stiffness plus what the modes take off it, shape (6, 6). [N/m]"""
+        scaled = self.participation / self.omega[:, None]
+        return self.stiffness + scaled.T @ scaled
+
+    @cached_property
+    def coupling(self):
+        """m: modal momentum per velocity of the ends, shape (n, 6). [sqrt(kg)]"""
+        return -self.participation / self.omega[:, None] ** 2
+
+    @cached_property
+    def residual_inertia(self):
+        """What the modes leave of `inertia`: the ends' own mass and the omitted modes', shape (6, 6). [kg]"""
+        return self.inertia - self.coupling.T @ self.coupling
+
+    @cached_property
+    def decay(self):
+        """Rate at which each mode with fixed ends decays, its coupling by damping left out, shape (n,). [1/s]"""
+        rate = self.damping_ratio * self.omega
+        return rate + self.viscous / 2
+
+    def select(self, chosen):
+        """The same cable with only some modes; its static stiffness stays exact.
+
+        Parameters
+        ----------
+        chosen : array of int or bool
+
+        Returns
+        -------
+        Superelement
+        """
+        strain = self.strain
+        if strain is not None:
+            strain = replace(strain, modes=strain.modes[chosen][:, chosen], coupling=strain.coupling[chosen])
+        return replace(
+            self,
+            omega=self.omega[chosen],
+            participation=self.participation[chosen],
+            damping_ratio=self.damping_ratio[chosen],
+            strain=strain,
+        )
+
+    def condense(self, chosen):
+        """As `select`, but with the modal damping of the omitted modes as slow movements of the ends meet it."""
+        kept = self.select(chosen)
+        if self.strain is not None:
+            return kept
+        omitted = np.ones(len(self.omega), dtype=bool)
+        omitted[chosen] = False
+        left, rate = self.coupling[omitted], (2 * self.damping_ratio * self.omega)[omitted]
+        return replace(kept, residual_damping=self.residual_damping + left.T @ (rate[:, None] * left))
+
+    def matrices(self):
+        """M, C and K of the modes and the six ends, each of shape (n + 6, n + 6); K is complex where hysteretic."""
+        n, coupling = len(self.omega), self.coupling
+        mass = np.block([[np.eye(n), coupling], [coupling.T, self.inertia]])
+        stiffness = np.zeros(mass.shape)
+        stiffness[np.arange(n), np.arange(n)] = self.omega**2
+        stiffness[n:, n:] = self.stiffness
+        damping = self.viscous * mass
+        if self.strain is None:
+            absolute = np.concatenate([np.eye(n), coupling], axis=1)
+            damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
+            damping[n:, n:] += self.residual_damping
+        elif self.strain.law == "kelvin_voigt":
+            damping = damping + self.strain.amount * self.strain.matrix
+        else:
+            stiffness = stiffness + 1j * self.strain.amount * self.strain.matrix
+        return mass, damping, stiffness
+
+    def dynamic_stiffness(self, s, rows=slice(None), columns=slice(None)):
+        """Force at the ends per displacement of the ends.
+
+        Parameters
+        ----------
+        s : ndarray, shape (m,)
+            Laplace variable, i omega for the frequency response. [rad/s]
+        rows, columns : slice or list of int
+            Which forces and which displacements, of the six.
+
+        Returns
+        -------
+        ndarray, complex, shape (m, r, c)
+            [N/m]
+
+        Raises
+        ------
+        NoSolutionError
+            So much damped strain that rounding spoils the response.
+
+        Notes
+        -----
+        With g = s^2 + nu s: modal damping k + g (J - m^T m) + sum of p p^T r/(W^2 (W^2 + r)), r = g + 2 zeta W s;
+        damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
+        """
+        s = np.asarray(s, dtype=complex)
+        if self.strain is not None:
+            return self._strained(s, rows, columns)
+        inertial = s**2 + self.viscous * s
+        square = self.omega**2
+        left, right = self.participation[:, rows], self.participation[:, columns] / square[:, None]
+        products = left[:, :, None] * right[:, None, :]
+        rate = inertial[:, None] + s[:, None] * (2 * self.damping_ratio * self.omega)
+        value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
+        if np.any(self.residual_damping):
+            value = value + s[:, None, None] * self.residual_damping[rows][:, columns]
+        modal = (rate / (rate + square)) @ products.reshape(len(square), value[0].size if len(s) else 0)
+        return value + modal.reshape(value.shape)
+
+    def _strained(self, s, rows, columns):
+        if np.abs(self.strain.factor(1j * self.omega.min(initial=np.inf))) > MOST_DAMPED and len(self.omega):
+            raise NoSolutionError(
+                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
+                f"response: cable.damping must be less"
+            )
+        strain, below = self.strain, (np.imag(s) < 0) & (self.strain.law == "hysteretic")
+        s = np.where(below, np.conj(s), s)
+        factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
+        inertia, ends = self.inertia[rows][:, columns], strain.ends[rows][:, columns]
+        value = self.stiffness[rows][:, columns] + factor * ends + inertial * inertia
+        if len(self.omega):
+            left, right = ((strain.coupling[:, part], self.coupling[:, part]) for part in (rows, columns))
+            few = len(s) <= FEW and "resolvent" not in self.__dict__
+            if few or self.resolvent is None:
+                value = value - self._by_solving(s, factor, inertial, left, right)
+            else:
+                value = value - self._by_poles(self.resolvent, s, factor, inertial, left, right)
+        return np.where(below[:, None, None], value.conj(), value)
+
+    def _by_poles(self, poles, s, factor, inertial, left, right):
+        """(c R + g m)^T (W^2 + c E + g)^-1 (c R + g m), as a sum over the poles of the inverse."""
+        value, vectors, inverse = poles
+        weight = 1 / (inertial[:, 0] + value if self.strain.law == "hysteretic" else s[:, None] - value)
+        shape = len(s), left[0].shape[1], right[0].shape[1]
+
+        def summed(one, other):
+            products = (one.T @ vectors).T[:, :, None] * (inverse @ other)[:, None, :]
+            return (weight @ products.reshape(len(value), shape[1] * shape[2])).reshape(shape)
+
+        mixed = summed(left[0], right[1]) + summed(left[1], right[0])
+        return (
+            factor**2 * summed(left[0], right[0]) + factor * inertial * mixed + inertial**2 * summed(left[1], right[1])
+        )
+
+    def _by_solving(self, s, factor, inertial, left, right):
+        """The same by a system of equations for each s."""
+        found, unit = [], np.eye(len(self.omega))
+        for i in range(0, len(s), AT_ONCE):
+            c, g = factor[i : i + AT_ONCE], inertial[i : i + AT_ONCE]
+            matrix = np.diag(self.omega**2) + c * self.strain.modes + g * unit
+            force = (c * left[0] + g * left[1]).swapaxes(1, 2)
+            found.append(force @ np.linalg.solve(matrix, c * right[0] + g * right[1]))
+        return np.concatenate(found)
+
+    @cached_property
+    def resolvent(self):
+        """(values, left, right) of damped strain; None where rounding spoils the sum.
+
+        (W^2 + c E + g)^-1 is the sum of left right over (g + value), or over (s - value) for Kelvin-Voigt.
+        """
+        try:
+            with np.errstate(all="ignore"):  # the check below finds what is not finite
+                poles = self._slow_poles()
+        except np.linalg.LinAlgError:
+            return None
+        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
+        factor, inertial = self.strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
+        columns = [GROUND, GONDOLA]
+        sides = (self.strain.coupling[:, columns], self.coupling[:, columns])
+        with np.errstate(all="ignore"):
+            summed = self._by_poles(poles, s, factor, inertial, sides, sides)
+            solved = self._by_solving(s, factor, inertial, sides, sides)
+            size = np.abs(inertial) * np.diagonal(self.inertia)[columns] + np.diagonal(self.stiffness)[columns]
+            size = np.sqrt(size.swapaxes(1, 2) * size)
+            error = (np.abs(summed - solved) / np.where(size > 0, size, 1.0)).max()
+        return poles if error <= TRUSTED else None
+
+    def _slow_poles(self):
+        """Poles of the modes that damped strain couples, the slow ones most accurate.
+
+        The modes reach over many powers of ten, and an eigen-solution has rounding of the size of its largest
+        eigenvalue: so the inverse is taken.
+        """
+        omega, n = self.omega, len(self.omega)
+        unit = np.outer(omega, omega)
+        elastic = self.strain.amount * self.strain.modes / unit
+        if self.strain.law == "hysteretic":
+            value, vector = np.linalg.eig(np.linalg.inv(np.eye(n) + 1j * elastic) / unit)
+            return 1 / value, vector, np.linalg.inv(vector)
+        # for W q and q': symmetric but for a sign, entries no larger than they must be
+        slowness = np.diag(1 / omega)
+        loss = elastic + self.viscous * slowness**2
+        value, vector = np.linalg.eig(np.block([[-loss, -slowness], [slowness, np.zeros((n, n))]]))
+        return 1 / value, vector[:n] / omega[:, None], np.linalg.inv(vector)[:, n:]
+
+    @cached_property
+    def poles(self):
+        """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
+        if self.strain is not None and len(self.omega):
+            if self.resolvent is None:
+                return np.zeros(0, dtype=complex)
+            value = self.resolvent[0]
+            if self.strain.law == "hysteretic":
+                value = np.sqrt(self.viscous**2 / 4 - value + 0j)
+                value = np.where(value.imag < 0, -value, value) - self.viscous / 2
+            return value[value.imag >= 0]
+        return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
+
+
+def damped_poles(omega, ratio):
+    """Poles of oscillators, upper half plane and real axis. [rad/s]
+
+    Parameters
+    ----------
+    omega, ratio : ndarray, shape (n,)
+        [rad/s], [-]
+    """
+    ratio = ratio.astype(complex)
+    bend = np.sqrt(ratio**2 - 1)
+    poles = np.concatenate([omega * (bend - ratio), -omega * (bend + ratio)])
+    return poles[poles.imag >= 0]
+
+
+class Ends:
+    """The superelements of a cable, or of many on one mesh, but for damping.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+        Of one cable, or with a leading axis of many.
+    frame : ndarray, shape (..., 3, 3)
+        Rows: the chord frame in global coordinates. [-]
+    count : int
+        How many modes to keep.
+    """
+
+    def __init__(self, dynamics, frame, count):
+        self._dynamics, self._frame, self._count = dynamics, frame, count
+
+    def model(self, damping, place=()):
+        """The superelement of one cable.
+
+        Parameters
+        ----------
+        damping : Damping
+            model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
+        place : int
+            Of the cable among many.
+
+        Returns
+        -------
+        Superelement
+        """
+        omega, participation, stiffness, inertia = (part[place] for part in self._undamped)
+        viscous = damping.viscous / float(self._dynamics.mass[place])
+        if damping.model == "modal":
+            ratio = np.full(len(omega), damping.ratio)
+            return Superelement(omega, participation, ratio, stiffness, inertia, viscous=viscous)
+        amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
+        strain = Strain(damping.model, amount, *(part[place] for part in self._elastic))
+        ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
+        return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous)
+
+    @cached_property
+    def moments(self):
+        """How the cables' mass weighs on end 2 moving along x, shape (..., 3): s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
+
+        With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
+        s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
+        """
+        dynamics, along, moments = self._dynamics, self._frame[..., 0], 0.0
+        for system in dynamics.systems:
+            axes = len(system.axes)
+            shape = (system.end_shapes * along[..., None, None, system.axes]).sum(axis=-1)
+            shape = shape.reshape(*shape.shape[:-2], -1)
+            weighted = _times(system.full_mass(), shape[..., None])[..., 0]
+            inner = weighted[..., axes:-axes]
+            moved = system.solve(inner[..., None])
+            heavy, moved = _times(system.mass, moved)[..., 0], moved[..., 0]
+            products = shape * weighted, inner * moved, moved * heavy
+            moments = moments + np.stack([product.sum(axis=-1) for product in products], axis=-1)
+        mass = np.asarray(dynamics.mass * dynamics.length)[..., None]
+        slow = np.asarray(dynamics.length / dynamics.state.force)[..., None]
+        return moments * mass * (mass * slow) ** np.arange(3)
+
+    @cached_property
+    def _modes(self):
+        return self._dynamics.modes(self._count).first(self._count)
+
+    @cached_property
+    def _shapes(self):
+        """System, the places of its axes among the six, and its static shapes for movements of either end."""
+        for_each = []
+        for system in self._dynamics.systems:
+            # a movement of end 1 is one of the whole cable less one of end 2
+            second = system.end_shapes
+            both = np.concatenate([np.eye(len(system.axes)) - second, second], axis=-1)
+            for_each.append((system, [*system.axes, *(axis + 3 for axis in system.axes)], both))
+        return for_each
+
+    @property
+    def _turn(self):
+        none = np.zeros_like(self._frame)
+        return np.block([[self._frame, none], [none, self._frame]])
+
+    @cached_property
+    def _undamped(self):
+        """Angular frequencies, participation, static stiffness and inertia, as in `Superelement`."""
+        dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
+        participation = np.concatenate([(modes.rigid - modes.driven) @ frame, modes.driven @ frame], axis=-1)
+        static, inertia = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame, np.zeros(turn.shape)
+        for system, places, both in self._shapes:
+            flat = joined(both)
+            inertia[..., np.array(places)[:, None], places] = flat.swapaxes(-1, -2) @ _times(system.full_mass(), flat)
+        inertia *= np.asarray(dynamics.mass * dynamics.length)[..., None, None]
+        return (
+            2 * np.pi * modes.frequency,
+            participation,
+            np.block([[static, -static], [-static, static]]),
+            turn.swapaxes(-1, -2) @ inertia @ turn,
+        )
+
+    @cached_property
+    def _elastic(self):
+        """E, R and S of `Strain`."""
+        dynamics, shapes, turn = self._dynamics, self._modes.shapes, self._turn
+        n = shapes.shape[-1]
+        elastic = np.zeros((*shapes.shape[:-3], n + 6, n + 6))
+        for system, places, both in self._shapes:
+            index = np.array([*range(n), *(n + place for place in places)])
+            parts = np.concatenate([shapes[..., list(system.axes), :], both], axis=-1)
+            elastic[..., index[:, None], index] += system.elastic_energy(parts)
+        elastic *= np.asarray(dynamics.state.force / dynamics.length)[..., None, None]
+        return (
+            elastic[..., :n, :n],
+            elastic[..., :n, n:] @ turn,
+            turn.swapaxes(-1, -2) @ elastic[..., n:, n:] @ turn,
+        )
+
+
+def _times(matrix, flat):
+    """A sparse matrix times stacked dense ones, shape (..., n, r), whose columns do not meet."""
+    columns = np.moveaxis(flat, -2, 0)
+    product = matrix @ columns.reshape(len(columns), flat.size // max(len(columns), 1))
+    return np.moveaxis(product.reshape(columns.shape), 0, -2)

@@ -1,0 +1,176 @@
+"""One verdict on a loop: dense eigenvalues on two meshes, whatever columns and accuracy are asked for."""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scenes import scene
+
+from cablestudy.control.stability import NEGLIGIBLE, UNDAMPED, driven_up_to
+from cablestudy.control.winch import Loop
+from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.scene.scene import Scene
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.loops import _waves
+from cablestudy.study.row import evaluate
+
+SHORT = {  # a cable of one metre whose 19th mode the gain drives
+    "cable": {"chord": 1.009, "inclination": 0.392, "elastic_modulus": 2.36e9, "density": 825, "area": 1.54e-6,
+              "unstretched_length": 1.009, "damping": {"time": 3.81e-4}},
+    "gondola": {"mass": 4.96, "area": 0.139, "drag_coefficient": 1.53},
+    "winch": {"location": "gondola", "controller": {"gain": 11, "notch": {
+        "frequency": "coupled", "damping_ratio": 0.158, "rolloff_frequency": 90.9, "rolloff_damping_ratio": 0.766}}},
+    "wind": {"speed": 6.26, "turbulence_intensity": 0.214, "length_scale": 8.64, "admittance": "none"},
+}  # fmt: skip
+
+
+def short(gain, accuracy=1e-4, **damping):
+    data = {**SHORT, "model": {"accuracy": accuracy}}
+    data["winch"] = {**SHORT["winch"], "controller": {**SHORT["winch"]["controller"], "gain": gain}}
+    data["cable"] = {**SHORT["cable"], "damping": {**SHORT["cable"]["damping"], **damping}}
+    return Scene.model_validate(data)
+
+
+def random_scene(seed):
+    """Winch on either side, inclined or level, taut or slack, Kelvin-Voigt or hysteretic."""
+    draw = np.random.default_rng(seed)
+
+    def spread(low, high):
+        return float(10 ** draw.uniform(np.log10(low), np.log10(high)))
+
+    chord, slack = spread(1, 300), float(draw.choice([-0.1, 1.0, 1.0])) * spread(1e-6, 5e-2)
+    cable = {
+        "chord": chord, "inclination": float(draw.choice([0.0, draw.uniform(-1.2, 1.2)])),
+        "elastic_modulus": spread(1e9, 2e11), "density": spread(800, 8000), "area": spread(1e-7, 1e-4),
+        "unstretched_length": chord * (1 + slack),
+        "damping": {"time": spread(1e-5, 1e-2)} if draw.random() < 0.5 else {"loss_factor": spread(1e-3, 0.1)},
+    }  # fmt: skip
+    notch = "none"
+    if draw.random() > 0.2:
+        notch = {"frequency": "coupled", "damping_ratio": float(draw.uniform(0.03, 0.3)),
+                 "rolloff_frequency": spread(1, 100),
+                 "rolloff_damping_ratio": float(draw.uniform(0.3, 1.2))}  # fmt: skip
+    mass = cable["density"] * cable["area"] * chord * spread(1, 300)
+    where = str(draw.choice(["ground", "gondola"]))
+    return Scene.model_validate({
+        "cable": cable, "gondola": {"mass": mass, "area": 0.2, "drag_coefficient": 1.5},
+        "winch": {"location": where, "controller": {"gain": 1.0, "notch": notch}}, "model": {"accuracy": 1e-4},
+    })  # fmt: skip
+
+
+def dense_growth(case, gain, order):
+    """Largest growth over frequency among the resolved poles of the closed loop with every mode of one element."""
+    finer = case.refined(2, order)
+    modes = finer.felt.modes(finer.felt.dof)
+    resolved = 2 * np.pi * modes.frequency[np.maximum.accumulate(modes.errors) < 1e-6].max(initial=0.0)
+    fixed, scaled = case.plant.closed_of(finer.end_model_along_x)
+    poles = np.linalg.eigvals(fixed + gain * scaled)
+    poles = poles[(poles.imag > 0) & (np.abs(poles) < resolved)]
+    return (poles.real / np.abs(poles)).max(initial=-1.0)
+
+
+@cache
+def plant_of(seed):
+    case = Case(random_scene(seed)).refined(1, 16)
+    return case, case.plant
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 6, 9, 11, 13, 14])
+def test_no_loop_is_called_stable_that_dense_matrices_on_two_meshes_call_unstable(seed):
+    case, plant = plant_of(seed)
+    try:
+        plant.check_damped()
+        limit = plant.largest_gain
+    except NoSolutionError as error:
+        limit = re.search(r" at (\S+) rad/s", str(error))
+        limit = float(limit[1]) if limit else None
+    begin = limit or plant.main
+    for gain in begin * np.array([0.1, 0.3, 0.98, 1.02, 3.0, 10.0]):
+        try:
+            Loop.of(plant, float(gain)).check_stable()
+            refused = ""
+        except CablestudyError as error:
+            refused = str(error)
+        growth = [dense_growth(case, gain, order) for order in (30, 38)]
+        if min(growth) > 1.2 * NEGLIGIBLE:
+            assert refused, (gain / begin, growth)
+        if max(growth) < 0:
+            assert "unstable" not in refused, (gain / begin, growth, refused)
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
+def test_the_verdict_does_not_depend_on_columns_or_accuracy(accuracy):
+    for names in (("gondola_rms",), ("gondola_rms", "error_estimate"), ("gondola_rms_velocity", "phase_margin")):
+        columns = [find(name) for name in names]
+        assert evaluate(short(0.3, accuracy), columns).cells["status"] == "ok"
+        for gain in (0.6, 11):
+            status = evaluate(short(gain, accuracy), columns).cells["status"]
+            assert status.startswith(f"unstable loop at a gain of {gain} rad/s: a motion of 130.9 Hz grows")
+            assert "cable.damping.viscous" in status
+
+
+def test_a_gain_of_eleven_has_a_growing_pole_on_two_meshes():
+    case = Case(short(11)).refined(1, 16)
+    growth = [dense_growth(case, 11.0, order) for order in (38, 46)]
+    assert growth == pytest.approx([growth[0]] * 2, rel=1e-3)
+    assert growth[0] > 10 * NEGLIGIBLE
+    # and at 0.3 it would take a billion oscillations to see it
+    assert dense_growth(case, 0.3, 46) < NEGLIGIBLE
+
+
+@pytest.mark.parametrize("viscous", [2e-7, 2e-5])
+def test_with_viscous_damping_the_limit_is_that_of_dense_matrices(viscous):
+    case = Case(short(1.0, viscous=viscous)).refined(1, 16)
+    limit = case.plant.largest_gain
+    for order in (38, 46):
+        assert dense_growth(case, limit * (1 - 1e-3), order) < 0 < dense_growth(case, limit * (1 + 1e-3), order)
+
+
+def test_the_largest_gain_has_the_error_that_it_states():
+    columns = [find("largest_gain"), find("error_estimate")]
+    exact = evaluate(short(1.0, 1e-8, viscous=2e-6), columns).cells["largest_gain_rad_per_s"]
+    for accuracy in (1e-3, 1e-5, 1e-7):
+        cells = evaluate(short(1.0, accuracy, viscous=2e-6), columns).cells
+        assert cells["status"] == "ok"
+        assert cells["error_estimate"] <= accuracy
+        assert cells["largest_gain_rad_per_s"] == pytest.approx(exact, rel=3 * accuracy)
+
+
+def test_a_gain_from_a_margin_is_refused_where_undamped_modes_decide_and_has_the_margin_otherwise():
+    auto = {"auto": {"gain_margin": 6}}
+    column = [find("gain_margin"), find("gondola_rms")]
+    assert "cable.damping.viscous" in evaluate(short(auto), column).cells["status"]
+    cells = evaluate(short(auto, viscous=2e-6), column).cells
+    assert cells["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
+    assert cells["gondola_rms_mm"] > 0
+
+
+def test_the_bound_on_what_can_be_driven_holds_for_every_mode_above_it():
+    """Of a taut inclined cable: the first-order drive of each mode beyond the bound is below what is allowed."""
+    case = Case(short(11)).refined(4, 40)
+    plant, gain = case.plant, 11.0
+    bound = driven_up_to(plant, _waves(case), gain)
+    cable, modes = plant.cable, case.felt.modes(case.felt.dof)
+    known = (cable.omega > bound) & (2 * np.pi * modes.frequency < 4 * bound) & (modes.errors < 1e-6)
+    assert known.sum() >= 3
+    force = np.abs(cable.participation[known, 3])
+    drive = gain * np.abs(plant.controller(1j * cable.omega[known])) * force**2
+    drive /= 2 * plant.mass * cable.omega[known] ** 3
+    assert (drive < cable.decay[known] + NEGLIGIBLE * cable.omega[known]).all()
+
+
+def test_too_many_modes_are_refused_with_their_number():
+    slack = scene("cable.damping={loss_factor: 0.02}", "model.accuracy=1e-3", "gondola.mass=0.05 kg",
+                  "winch.controller.gain=3", "cable.unstretched_length=186 m")  # fmt: skip
+    with pytest.raises(NoSolutionError, match=r"could drive about \d+ modes of the cable.*cable\.damping\.viscous"):
+        Loop.of(Case(slack).refined(1, 30).plant, 3.0).check_stable()
+
+
+def test_a_damped_gondola_on_an_undamped_cable_is_not_called_undamped():
+    case = Case(scene("cable.damping={loss_factor: 0.02}"))
+    assert -case.loop.gondola_pole.real > UNDAMPED * abs(case.loop.gondola_pole)
+    case.loop.at_rest.check_stable()
+    replace(case.loop, gain=0.1).check_stable()

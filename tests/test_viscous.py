@@ -1,0 +1,109 @@
+"""Viscous damping per length of the cable: dense bars, closed forms, state space, loop and wind."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
+from references import bars
+from scenes import SAGGING, cells, scene
+
+from cablestudy.control import statespace
+from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
+from cablestudy.study import windrms
+from cablestudy.study.case import Case
+
+VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
+RATE = VISCOUS / MASS
+LAWS = ("ratio: 0.0", "ratio: 0.02", "loss_factor: 0.02", "time: 1 ms")
+
+
+def damped(law, viscous=VISCOUS):
+    return f"cable.damping={{{law}, viscous: {viscous} N s/m^2}}"
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_dynamic_stiffness_of_the_ends_is_that_of_dense_bars(law):
+    chain = bars.solve_spatial((PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS * G, 40)
+    K, M = bars.matrices(chain, PAPER_LENGTH, EA, MASS)
+    elastic = np.zeros_like(K)
+    for bar, along in enumerate(chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]):
+        place = np.s_[3 * bar : 3 * bar + 6]
+        elastic[place, place] += np.kron([[1, -1], [-1, 1]], EA / (PAPER_LENGTH / 40) * np.outer(along, along))
+    ends, inner = np.r_[0:3, 120:123], np.s_[3:120]
+    root = np.sqrt(M[inner])
+    square, psi = np.linalg.eigh(K[inner, inner] / np.outer(root, root))
+    modal = root[:, None] * psi
+    modal = modal * (2 * 0.02 * np.sqrt(square)) @ modal.T  # damping matrix of a ratio for each mode with fixed ends
+    model = Case(scene(damped(law))).end_model
+    for s in (0.7j, 10j, 3 + 60j, 400j):
+        whole = K + np.diag(M * (s**2 + RATE * s)).astype(complex)
+        whole = whole + {"loss_factor: 0.02": 0.02j, "time: 1 ms": 1e-3 * s}.get(law, 0.0) * elastic
+        if law == "ratio: 0.02":
+            whole[inner, inner] += s * modal
+        condensed = whole[np.ix_(ends, ends)]
+        condensed = condensed - whole[ends, inner] @ np.linalg.solve(whole[inner, inner], whole[inner, ends])
+        found = model.dynamic_stiffness(np.array([s]))[0]
+        # the plane of the cable; across it elements have no part in damped strain
+        assert np.abs(found - condensed).max() < 1e-7 * np.abs(condensed).max()
+
+
+def test_every_mode_of_the_bare_cable_decays_alike():
+    model = Case(scene(damped("ratio: 0.0"))).end_model
+    assert model.poles.real == pytest.approx(np.full(len(model.poles), -RATE / 2), rel=1e-9)
+    assert -model.poles.real[0] / np.abs(model.poles[0]) == pytest.approx(
+        0.2, abs=0.02
+    )  # the first mode: docs/physics.md
+
+
+def test_viscous_damping_alone_has_no_modal_ratio_and_goes_with_accuracy():
+    wanted = ("gondola_damping_ratio", "gondola_rms", "largest_gain", "error_estimate")
+    fine, finer = (
+        cells(scene("cable.damping={viscous: 0.016 N s/m^2}", f"model.accuracy={a}"), *wanted) for a in (1e-3, 1e-6)
+    )
+    for name in wanted[:3]:
+        assert fine[name] == pytest.approx(finer[name], rel=1e-3)
+    assert finer["error_estimate"] < 1e-6
+
+
+def test_the_gondola_on_a_light_straight_cable_in_closed_form():
+    # the static shape is a straight line: a third of the cable moves, and a third of the force per length acts
+    found = cells(scene("cable.damping={viscous: 1e-3 N s/m^2}", "gravity=0.01", "model.accuracy=1e-7"),
+                  "gondola_damping_ratio", "gondola_frequency", "mass", "unstretched_length")  # fmt: skip
+    omega, third = 2 * np.pi * found["gondola_frequency"], found["mass"] / 3
+    expected = 1e-3 * found["unstretched_length"] / 3 / (2 * (50 + third) * omega)
+    assert found["gondola_damping_ratio"] == pytest.approx(expected, rel=3e-3)  # (w/W)^2 of the first axial mode
+
+
+@pytest.mark.parametrize("law", LAWS[2:])
+@pytest.mark.parametrize("sets", [(), ("cable.area=24.2 mm^2", "cable.unstretched_length=186 m")])
+def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
+    case = Case(scene(damped(law, 1e-3), *sets, "model.accuracy=1e-8")).refined(1, 40)
+    pole, omega = case.plant.gondola_pole, 2 * np.pi * case.gondola_frequency
+    damping = case.scene.cable.damping
+    stiffness = ComplexStiffness(case.felt, case.frame[:, 0], case.plant.cable.viscous)
+    found = damping_ratio(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
+    assert found == pytest.approx(-pole.real / abs(pole), rel=1e-8)
+
+
+@pytest.mark.parametrize("law", ["ratio: 0.01", "time: 1 ms"])
+@pytest.mark.parametrize("where", ["ground", "gondola"])
+def test_the_state_space_has_the_poles_of_the_loop(law, where):
+    loop = Case(SAGGING.scene(damped(law), f"winch.location={where}", "model.elements=20")).loop
+    loop = replace(loop, cable=loop.excited, gain=0.1)
+    fixed, scaled = loop.plant.closed_of(loop.cable)
+    found = np.linalg.eigvals(fixed + loop.gain * scaled)
+    for pole in np.linalg.eigvals(statespace.closed(loop).a):
+        assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()
+
+
+def test_white_noise_is_lyapunov_s_equation():
+    loop = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1")).loop
+    loop = replace(loop, cable=loop.excited.select(np.arange(20)))
+    system = statespace.closed(loop)
+    level = 3.0  # one-sided
+    P = scipy.linalg.solve_continuous_lyapunov(system.a, -np.outer(system.b[:, 0], system.b[:, 0]) * level / 2)
+    expected = np.sqrt(system.c[0] @ P @ system.c[0])
+    found = windrms.respond(loop, lambda frequency: level + 0 * frequency, 1.0)
+    assert found.displacement == pytest.approx(expected, rel=1e-6)
