@@ -176,12 +176,12 @@ def pareto(times, errors):
     list of int
         Their indices, ascending.
     """
-    found, best, last = [], np.inf, None
-    for k in sorted(range(len(times)), key=lambda k: (times[k], errors[k])):
-        if errors[k] < best or (times[k], errors[k]) == last:
-            found.append(k)
-            best, last = errors[k], (times[k], errors[k])
-    return sorted(found)
+    points = list(zip(times, errors, strict=True))
+    return [
+        k
+        for k, (time, error) in enumerate(points)
+        if not any(t <= time and e <= error and (t, e) != (time, error) for t, e in points)
+    ]
 
 
 # ------------------------------------------------------------------------------------------------------------ columns
