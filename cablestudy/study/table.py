@@ -256,35 +256,37 @@ def read_csv(path):
 
 def stream_csv(path):
     """As `read_csv`, with an iterator of rows."""
-    rows = _names_and_rows(path)
-    return next(rows), rows
+    lines = _cells(path)
+    names = [name.strip() for name in next(lines, ())]
+    if not names:
+        raise SceneError(f"{path}: {NO_TABLE} (it is empty)")
+    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+    if twice:
+        raise SceneError(*(f"{path}: column {name!r} is there twice" for name in twice))
+    return names, _rows(path, names, lines)
 
 
-def _names_and_rows(path):
-    """Yield the names, then each row as a dict; rows with a wrong number of cells raise SceneError at the end."""
-    names, mistakes = None, []
+def _cells(path):
+    """Yield the cells of each line that is neither empty nor a comment."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = (line for line in file if line.strip() and not line.startswith("#"))
-            for place, row in enumerate(csv.reader(lines, strict=True)):
-                if names is None:
-                    names = [name.strip() for name in row]
-                    twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
-                    if twice:
-                        raise SceneError(*(f"{path}: column {name!r} is there twice" for name in twice))
-                    yield names
-                elif len(row) != len(names):
-                    mistakes.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
-                elif not mistakes:
-                    yield dict(zip(names, row, strict=True))
+            yield from csv.reader((line for line in file if line.strip() and not line.startswith("#")), strict=True)
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror or error})") from None
     except (csv.Error, UnicodeError) as error:
         raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
-    if names is None:
-        raise SceneError(f"{path}: {NO_TABLE} (it is empty)")
-    if mistakes:
-        raise SceneError(*mistakes)
+
+
+def _rows(path, names, lines):
+    """Yield rows as dicts; raise SceneError at the end for those with a wrong number of cells."""
+    wrong = []
+    for place, row in enumerate(lines, 1):
+        if len(row) != len(names):
+            wrong.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
+        elif not wrong:
+            yield dict(zip(names, row, strict=True))
+    if wrong:
+        raise SceneError(*wrong)
 
 
 def number(text):
