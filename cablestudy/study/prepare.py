@@ -112,26 +112,8 @@ def tolerances_of(study):
     return found
 
 
-def printed_values(study, columns):
-    """The printed values of a study's reference table, row by row.
-
-    Parameters
-    ----------
-    study : Study
-    columns : list of Column
-
-    Returns
-    -------
-    names : list of str
-        Headers of the columns that have printed values.
-    rows : list of dict
-        Header -> number or None.
-
-    Raises
-    ------
-    SceneError
-        The table does not fit the study.
-    """
+def _printed_values(study, columns):
+    """As the last result of `prepare`; a table that does not fit the study raises SceneError."""
     if study.reference_path is None:
         return [], []
     names, rows = read_csv(study.reference_path)
@@ -167,7 +149,8 @@ def prepare(study):
     -------
     columns : list of Column
     reference : tuple
-        As from `printed_values`.
+        Of the study's table of printed values: headers of its columns, and for each row a dict of header -> number or
+        None; two empty lists without such a table.
 
     Raises
     ------
@@ -182,4 +165,4 @@ def prepare(study):
             _listed(study, name)
         except ValueError as error:
             raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
-    return columns, printed_values(study, columns)
+    return columns, _printed_values(study, columns)

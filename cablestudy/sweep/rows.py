@@ -22,7 +22,7 @@ class Rows(Sequence):
     study : Study
     columns : list of Column
     reference : tuple
-        From `printed_values`.
+        Printed values, from `prepare`.
     store : RowStore
         With every one of the cases.
     cases : range
@@ -114,7 +114,7 @@ def table_of(study, columns, reference, store, cases):
     study : Study
     columns : list of Column
     reference : tuple
-        From `printed_values`.
+        Printed values, from `prepare`.
     store : RowStore
     cases : range
         From 0.
