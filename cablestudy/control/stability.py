@@ -35,7 +35,9 @@ SCAN = np.array([0.3, 0.8, 1.2, 3.0])  # gains over the first-order limit
 WIDE = np.array([2.0, 5.0, 12.0, 30.0])  # further ones, over the last
 LEAST, MOST = 1e-15, 1e9  # gains over the gondola's frequency between which a limit is looked for
 BELOW, SETTLED = 0.02, 1e-12  # by which a gain below the limit must be stable; step after which the limit is known
+BEYOND = 0.005  # by which a gain above a crossing of the imaginary axis is judged
 STEPS = 60
+BISECTIONS = 30  # for the frequency of a crossing: enough to judge its gain, which is polished afterwards
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
 PER_DECADE = 40
 BESIDE = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
@@ -238,7 +240,14 @@ def largest_gain(plant):
         It depends on modes that are as good as undamped, or on too many.
     """
     found, pole, high = _unstable(plant)
-    if found is None:
+    for gain in crossing_gains(plant, found.cable, found.open_poles):  # a loop may be stable again at larger gains
+        if gain >= high:
+            break
+        verdict = found.verdict((1 + BEYOND) * gain)
+        if not verdict.stable:
+            pole, high = verdict.pole, (1 + BEYOND) * gain
+            break
+    if pole is None:
         return None
     for _ in range(STEPS):
         limit, pole, ratio = _polished(found, pole, high)
@@ -254,7 +263,7 @@ def largest_gain(plant):
 
 
 def _unstable(plant):
-    """The closed loop, a pole that is out and its gain, the least of those that are looked at; None without any."""
+    """The closed loop, an unstable pole and its gain, the least of those looked at; None and infinity without one."""
     main = plant.main
     found = _Found(plant, main * 1e-3)
     gains = SCAN * min(max(_first_order(found), 10 * LEAST * main), main * 1e3)
@@ -271,7 +280,7 @@ def _unstable(plant):
         else:
             low = float(gains[-1])
             gains = low * WIDE
-    return None, None, None
+    return found, None, np.inf
 
 
 def _as_far_as_possible(plant, gains):
@@ -353,14 +362,44 @@ def complaint(plant, gain, verdict):
 # ------------------------------------------------------------------------------------------------- over frequency
 
 
-def frequencies(plant):
-    """Frequencies at which a loop gain is looked at: all decades, and beside each pole. [rad/s]"""
-    poles = [plant.open_poles, plant.responding.poles]
+def crossing_gains(plant, cable, poles):
+    """Gains at which a pole of the closed loop crosses the imaginary axis: where L is real and negative, L = -1.
+
+    Parameters
+    ----------
+    plant : Plant
+    cable : Superelement
+        Model of the cable.
+    poles : ndarray
+        Poles without control of the plant with this model. [rad/s]
+
+    Returns
+    -------
+    ndarray
+        Ascending. [rad/s]
+    """
+    omega = frequencies(plant, np.concatenate([poles, cable.poles]))
+    with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
+        value = plant.unit_gain_of(cable, 1j * omega)
+    there = np.isfinite(value)
+    omega, value = omega[there], value[there]
+    crosses = (value.imag[:-1] * value.imag[1:] < 0) & (np.minimum(value.real[:-1], value.real[1:]) < 0)
+    where = np.flatnonzero(crosses)
+    low, high, sign = omega[where], omega[where + 1], np.sign(value.imag[where])
+    for _ in range(BISECTIONS if len(where) else 0):
+        middle = (low + high) / 2
+        same = np.sign(plant.unit_gain_of(cable, 1j * middle).imag) == sign
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    real = plant.unit_gain_of(cable, 1j * low).real if len(where) else np.zeros(0)
+    return np.sort(-1 / real[real < 0])
+
+
+def frequencies(plant, poles):
+    """Frequencies at which a loop gain is evaluated: all decades, and beside poles and notch. [rad/s]"""
     notch = plant.notch
     if notch is not None:
-        poles.append([notch.omega * (1j - notch.damping_ratio)])
-        poles.append([notch.rolloff_omega * (1j - notch.rolloff_damping_ratio)])
-    poles = np.concatenate(poles)
+        own = notch.omega * (1j - notch.damping_ratio), notch.rolloff_omega * (1j - notch.rolloff_damping_ratio)
+        poles = np.concatenate([poles, own])
     poles = poles[np.abs(poles) > 0]
     centre = np.abs(poles)
     low, high = 1e-4 * centre.min(), 1e3 * centre.max()
@@ -393,7 +432,7 @@ def bandwidth(loop):
 def _zeros(loop, size, chosen):
     """Frequencies at which a real function of the loop gain is zero, by bisection. [rad/s]"""
     plant = loop.plant
-    omega = frequencies(plant)
+    omega = frequencies(plant, np.concatenate([plant.open_poles, plant.responding.poles]))
     with np.errstate(divide="ignore", invalid="ignore"):  # upon the pole of an undamped mode
         value = loop.gain * plant.unit_gain(1j * omega)
     there = np.isfinite(value)
