@@ -16,26 +16,13 @@ MOST_ROWS = 1000  # of a table in Markdown
 
 @dataclass(frozen=True)
 class Field:
-    """One column of a table.
+    """One column of a table."""
 
-    Attributes
-    ----------
-    name : str
-        In CSV and JSON, unit included.
-    title : str
-        In Markdown.
-    unit : str
-    beside : str
-        Of a difference from a printed value: the name of the printed value's field, shown in the same cell of Markdown.
-    hidden : bool
-        Whether Markdown leaves the column out.
-    """
-
-    name: str
-    title: str
+    name: str  # in CSV and JSON, unit included
+    title: str  # in Markdown
     unit: str = ""
-    beside: str = ""
-    hidden: bool = False
+    beside: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
+    hidden: bool = False  # whether Markdown leaves the column out
 
 
 @dataclass(frozen=True)

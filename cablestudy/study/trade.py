@@ -32,24 +32,12 @@ INTEGRATION_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # of the RMS integrals
 
 @dataclass(frozen=True)
 class Reference:
-    """Values of the continuous cable; each dict has the names of columns as keys.
-
-    Attributes
-    ----------
-    values : dict
-        Number.
-    errors : dict
-        Its estimated relative error. [-]
-    notes : dict
-        How it was computed.
-    failures : dict
-        Why there is none.
-    """
+    """Values of the continuous cable; each dict has the names of columns as keys."""
 
     values: dict = field(default_factory=dict)
-    errors: dict = field(default_factory=dict)
-    notes: dict = field(default_factory=dict)
-    failures: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)  # estimated relative errors of the values [-]
+    notes: dict = field(default_factory=dict)  # how the values were computed
+    failures: dict = field(default_factory=dict)  # why there is no value
 
 
 class Measurement:
@@ -130,19 +118,11 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Trade:
-    """Error against time.
+    """Error against time."""
 
-    Attributes
-    ----------
-    columns : list of Column
-        Those that have a reference.
-    reference : Reference
-    entries : list of Measurement
-    """
-
-    columns: list
+    columns: list  # of Column: those that have a reference
     reference: Reference
-    entries: list
+    entries: list  # of Measurement
 
     @cached_property
     def front(self):

@@ -34,21 +34,11 @@ BLOCK = 4096  # frequencies at once, to limit memory
 
 @dataclass(frozen=True)
 class Answer:
-    """What a model computes.
+    """What a model computes, by names of columns."""
 
-    Attributes
-    ----------
-    values : dict
-        Column name -> number, of the columns that it has.
-    failures : dict
-        Column name -> reason, of the others.
-    count_dof : callable
-        Returns the number of free displacements, or None where no model was made; default: 0. Not called while timed.
-    """
-
-    values: dict
-    failures: dict = field(default_factory=dict)
-    count_dof: Callable = lambda: 0
+    values: dict  # numbers, of the columns that it has
+    failures: dict = field(default_factory=dict)  # reasons, of the others
+    count_dof: Callable = lambda: 0  # not called while timed; returns None where no model was made
 
     @property
     def dof(self):
@@ -61,23 +51,12 @@ class Answer:
 
 @dataclass(frozen=True)
 class Model:
-    """A model that a user can choose.
+    """A model that a user can choose."""
 
-    Attributes
-    ----------
-    family : str
-        Models of one family differ in one number.
-    name : str
-    solve : callable
-        Scene, columns -> Answer; everything from the scene on, nothing cached.
-    needs : tuple of str
-        The kinds of columns (`Column.needs`) whose values depend on it.
-    """
-
-    family: str
+    family: str  # models of one family differ in one number
     name: str
-    solve: Callable
-    needs: tuple = ("statics", "stiffness", *DISCRETE)
+    solve: Callable  # scene, columns -> Answer; everything from the scene on, nothing cached
+    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns (`Column.needs`) that depend on it
 
     def concerns(self, column):
         """Whether the value of a column depends on the model."""
