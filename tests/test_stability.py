@@ -64,7 +64,7 @@ def random_scene(seed):
 def dense_growth(case, gain, order):
     """Largest growth over frequency among the resolved poles of the closed loop with every mode of one element."""
     finer = case.refined(2, order)
-    modes = finer.felt.modes(finer.felt.dof)
+    modes = finer.excited.modes(finer.excited.dof)
     resolved = 2 * np.pi * modes.frequency[np.maximum.accumulate(modes.errors) < 1e-6].max(initial=0.0)
     fixed, scaled = case.plant.closed_of(finer.end_model_along_x)
     poles = np.linalg.eigvals(fixed + gain * scaled)
@@ -153,7 +153,7 @@ def test_the_bound_on_what_can_be_driven_holds_for_every_mode_above_it():
     case = Case(short(11)).refined(4, 40)
     plant, gain = case.plant, 11.0
     bound = driven_up_to(plant, _waves(case), gain)
-    cable, modes = plant.cable, case.felt.modes(case.felt.dof)
+    cable, modes = plant.cable, case.excited.modes(case.excited.dof)
     known = (cable.omega > bound) & (2 * np.pi * modes.frequency < 4 * bound) & (modes.errors < 1e-6)
     assert known.sum() >= 3
     force = np.abs(cable.participation[known, 3])

@@ -82,7 +82,7 @@ def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
     case = Case(scene(damped(law, 1e-3), *sets, "model.accuracy=1e-8")).refined(1, 40)
     pole, omega = case.plant.gondola_pole, 2 * np.pi * case.gondola_frequency
     damping = case.scene.cable.damping
-    stiffness = ComplexStiffness(case.felt, case.frame[:, 0], case.plant.cable.viscous)
+    stiffness = ComplexStiffness(case.excited, case.frame[:, 0], case.plant.cable.viscous)
     found = damping_ratio(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
     assert found == pytest.approx(-pole.real / abs(pole), rel=1e-8)
 

@@ -320,7 +320,7 @@ def test_an_extreme_scene_has_an_answer_or_says_why_not(sets):
                   code=None)  # fmt: skip
     row = rows_of(outcome.out, "json")[0]
     if outcome.code == 3:
-        assert len(outcome.lines) == 1
+        assert len([line for line in outcome.lines if not line.startswith("warning: tensions or sag of")]) == 1
         assert row["status"] in outcome.err
         assert row["gondola_rms_mm"] is None
         if "unstable" in row["status"]:

@@ -178,15 +178,13 @@ def _rows_alike(scenes, required, exact, cache, estimate):
     closed = closed_form(results, required, breakable=exact)
     cells = closed.cells()
     closed_time = (time.perf_counter() - begin) / len(scenes)
-    solve = _solve_to_accuracy if exact else _solve_fixed
-    if required.scene_only or (exact and not required.motion and not required.single):
-        solve = None
+    solve = _solver(required, exact)
+    if not (solve or required.run):
+        yield from _closed_rows(results, closed, cells, required, cache)
+        return
     width = 1 if required.clock else AT_ONCE  # a time is that of a row alone
     for first in range(0, len(scenes), width):
         begin, indices = time.perf_counter(), range(first, min(first + width, len(scenes)))
-        if not (solve or required.run):
-            yield from _closed_rows(indices, results, closed, cells, required, cache)
-            continue
         answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
                    for index in indices]  # fmt: skip
         if solve:
@@ -198,10 +196,17 @@ def _rows_alike(scenes, required, exact, cache, estimate):
             yield answer.row(required, seconds)
 
 
-def _closed_rows(indices, results, closed, cells, required, cache):
+def _solver(required, exact):
+    """What computes the columns that are no closed form of many cases; None where there are none."""
+    if required.scene_only or (exact and not required.motion and not required.single):
+        return None
+    return _solve_to_accuracy if exact else _solve_fixed
+
+
+def _closed_rows(results, closed, cells, required, cache):
     """Yield the rows of cases of which nothing but closed forms is wanted."""
     notes = NOTHING if required.scene_only else STATIC
-    for index in indices:
+    for index in range(len(results.values)):
         failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
         if failures:
             errors = {name: error for name, error in errors.items() if name not in failures}

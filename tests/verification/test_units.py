@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cablestudy.control.transfer import dynamic_stiffness
 from random_scenes import scene_data, scene_of
 
 from cablestudy.cable import catenary, equilibrium
@@ -67,7 +66,7 @@ def numbers(span, length, mass, force):
         ends = Ends(dynamics, span.frame, dynamics.dof)
         for damping in DAMPINGS:
             omega = 2 * np.pi * modes.frequency[0] * np.array([0.3, 1.1, 3.1])
-            results.append(dynamic_stiffness(ends.model(damping), 1j * omega) * length / force)
+            results.append(ends.model(damping).dynamic_stiffness(1j * omega) * length / force)
     return results
 
 
