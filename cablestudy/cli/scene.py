@@ -23,14 +23,14 @@ def static(scene, sets, shape, style, plot, explain, quiet):
     from cablestudy.study import report
 
     _, model = load_scene(scene, sets)
-    row, columns = report.static_row(model)
+    table, row = report.static_table(model)
     echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
     else:
         save_plot(plot, lambda plots: plots.static_form(row.case))
     if not shape:
-        show(report.static_table(row, columns), style)
+        show(table, style)
     elif not row.failed:
         show(report.shape_table(row.case), style)
     return NO_ANSWER if row.failed else 0
