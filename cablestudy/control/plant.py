@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.control.stability import UNDAMPED, largest_gain
+from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import assemble
 from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
@@ -81,6 +81,9 @@ class Plant:
     resolved : callable or None
         For stability: (Plant, gain [rad/s]) -> Superelement whose modes are right as far as the gain could drive them,
         and the frequency up to which they are [rad/s]. Without it all modes of `cable` count.
+    known : dict
+        Verdicts by gain, and "limit": the largest gain. Models of the same plant at several levels of refinement share
+        it: verdicts do not depend on the level, and the largest gain of one is near that of another.
     """
 
     cable: Superelement
@@ -90,6 +93,7 @@ class Plant:
     natural: float | None = None
     tolerance: float = 0.0
     resolved: Callable | None = field(default=None, compare=False)
+    known: dict = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def winch_end(self):
@@ -103,18 +107,29 @@ class Plant:
 
     @cached_property
     def _limit(self):
-        """The largest gain, or the error that says why there is none."""
+        """`stability.Limit` or None, or the error that says why there is none."""
+        known = self.known.get("limit")
         try:
-            return largest_gain(self)
+            if isinstance(known, Limit):
+                return limit_near(self, known)
+            if "limit" not in self.known:
+                self.known["limit"] = largest_gain(self)
         except NoSolutionError as error:
-            return error
+            self.known["limit"] = error
+        return self.known["limit"]
 
     @property
     def largest_gain(self):
-        """See `stability.largest_gain`. [rad/s]"""
+        """Below it the loop is stable; None when it always is; see `stability.largest_gain`. [rad/s]"""
         if isinstance(self._limit, NoSolutionError):
             raise self._limit
-        return self._limit
+        return self._limit and self._limit.gain
+
+    def verdict(self, gain):
+        """See `stability.judge`."""
+        if gain not in self.known:
+            self.known[gain] = judge(self, gain)
+        return self.known[gain]
 
     def controller(self, s):
         """C over its gain. [s]"""

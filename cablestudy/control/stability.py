@@ -16,6 +16,7 @@ UNDAMPED and which the gain drives by more is refused by name: cable.damping.vis
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,6 +38,8 @@ LEAST, MOST = 1e-15, 1e9  # gains over the gondola's frequency between which a l
 BELOW, SETTLED = 0.02, 1e-12  # by which a gain below the limit must be stable; step after which the limit is known
 BEYOND = 0.005  # by which a gain above a crossing of the imaginary axis is judged
 STEPS = 60
+NARROW, CLOSE = 3, 0.7  # a crossing is sought within so many half-widths of a pole, and such a share of a gain beside it
+EPSILON = 1e-14  # relative step in frequency after which it is found
 BISECTIONS = 30  # for the frequency of a crossing: enough to judge its gain, which is polished afterwards
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
 PER_DECADE = 40
@@ -59,6 +62,25 @@ class Waves:
     along: float
     time_across: float
     time_along: float
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest gain.
+
+    Attributes
+    ----------
+    gain : float
+        [rad/s]
+    pole : complex
+        The one that it brings to the imaginary axis. [rad/s]
+    open_ratio : float
+        Damping ratio without control of the mode that it belongs to. [-]
+    """
+
+    gain: float
+    pole: complex
+    open_ratio: float
 
 
 @dataclass(frozen=True)
@@ -150,10 +172,22 @@ class _Found:
         chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
         if chosen.sum() > MOST_MODES:
             raise too_many(gain, int(chosen.sum()), float(whole.omega[chosen].max()))
-        self.cable = whole.condense(np.flatnonzero(chosen))
         self._whole, self._chosen, self._exact = whole, chosen, {}
-        self.fixed, self.scaled = plant.closed_of(self.cable)
-        self.open_poles = plant.system_of(self.cable).poles
+
+    @cached_property
+    def cable(self):
+        """The cable with the modes that are taken along."""
+        return self._whole.condense(np.flatnonzero(self._chosen))
+
+    @cached_property
+    def _closed(self):
+        """A of the closed loop as A0 + gain A1."""
+        return self.plant.closed_of(self.cable)
+
+    @cached_property
+    def open_poles(self):
+        """Poles without control, upper half plane and real axis. [rad/s]"""
+        return self.plant.system_of(self.cable).poles
 
     def exact(self, pole):
         """The cable with every mode that matters for a pole."""
@@ -168,7 +202,8 @@ class _Found:
 
     def poles(self, gains):
         """Eigenvalues for some gains, shape (k,) -> (k, n). [rad/s]"""
-        every = np.linalg.eigvals(self.fixed + np.asarray(gains)[:, None, None] * self.scaled)
+        fixed, scaled = self._closed
+        every = np.linalg.eigvals(fixed + np.asarray(gains)[:, None, None] * scaled)
         return np.where(every.imag >= 0, every, -1.0)  # of hysteretic damping only the upper half plane counts
 
     def growth(self, gains):
@@ -231,8 +266,8 @@ def largest_gain(plant):
 
     Returns
     -------
-    float or None
-        None when it always is. [rad/s]
+    Limit or None
+        None when it always is.
 
     Raises
     ------
@@ -250,14 +285,14 @@ def largest_gain(plant):
     if pole is None:
         return None
     for _ in range(STEPS):
-        limit, pole, ratio = _polished(found, pole, high)
+        limit, pole, ratio = _polished(found, pole, high, found.open_ratio(pole))
         # just below it another pole may be out already, or one that came back before the next gain that was looked at
         high = (1 - BELOW) * min(limit, high)
         verdict = found.verdict(high)
         if verdict.stable:
             if ratio < UNDAMPED:
                 raise undamped(pole, ratio, f"no largest gain: at {limit:.4g} rad/s ")
-            return limit
+            return Limit(limit, pole, ratio)
         pole = verdict.pole
     raise NoSolutionError("no largest gain: the search for it does not settle")
 
@@ -308,9 +343,32 @@ def _first_order(found):
     return float(limits.min(initial=np.inf)) if len(limits) else found.plant.main
 
 
-def _polished(found, pole, gain):
+def limit_near(plant, known):
+    """The largest gain of a plant that differs little from another one, whose largest gain is known.
+
+    Parameters
+    ----------
+    plant : Plant
+    known : Limit
+
+    Returns
+    -------
+    Limit
+
+    Raises
+    ------
+    NoSolutionError
+        The gain could drive too many modes.
+    """
+    return Limit(*_polished(_Found(plant, known.gain), known.pole, known.gain, known.open_ratio))
+
+
+def _polished(found, pole, gain, ratio):
     """The gain that makes a pole unstable, with all modes that matter; the pole, and its open damping ratio."""
-    ratio, cable = found.open_ratio(pole), found.exact(pole)
+    cable = found.exact(pole)
+    crossing = _crossing(found.plant, cable, pole, gain, allowed(ratio))
+    if crossing:
+        return *crossing, ratio
 
     def excess(gain, near):
         pole = found.plant.pole_near(near, cable, gain)
@@ -327,6 +385,35 @@ def _polished(found, pole, gain):
         if abs(step) <= SETTLED * here:
             return float(here), pole, ratio
     return float(gain), pole, ratio
+
+
+def _crossing(plant, cable, pole, gain, growth):
+    """The gain near another one at which a pole grows by a share of its frequency, and that pole; None if not found.
+
+    There the loop gain is real along s = (growth + i) w, which the secant method solves for w alone.
+    """
+    along = complex(growth, 1.0) / abs(complex(growth, 1.0))
+
+    def unit_gain(omega):
+        return complex(plant.unit_gain_of(cable, np.array([along * omega]))[0])
+
+    begin = abs(pole)
+    reach = max(NARROW * abs(pole.real), 1e-6 * begin)
+    before, here = begin, begin + reach / NARROW * 0.1
+    last = unit_gain(before).imag
+    for _ in range(STEPS):
+        value = unit_gain(here)
+        if value.imag == last:
+            return None
+        step = value.imag * (here - before) / (value.imag - last)
+        before, last, here = here, value.imag, here - step
+        if not abs(here - begin) <= reach:
+            return None
+        if abs(step) <= EPSILON * here:
+            found = -1 / value.real if value.real else np.inf
+            near = abs(found - gain) <= CLOSE * gain
+            return (float(found), along * here) if near else None
+    return None
 
 
 def undamped(pole, ratio, begin=""):

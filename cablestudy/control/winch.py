@@ -57,7 +57,7 @@ class Loop:
     @cached_property
     def whole(self):
         """The same with every mode in its response."""
-        return Loop.of(replace(self.plant, tolerance=0.0), self.gain) if self.plant.tolerance else self
+        return Loop.of(replace(self.plant, tolerance=0.0, known={}), self.gain) if self.plant.tolerance else self
 
     @property
     def excited(self):
@@ -152,7 +152,7 @@ class Loop:
     @cached_property
     def verdict(self):
         """`stability.Verdict` of the gain."""
-        return stability.judge(self.plant, self.gain)
+        return self.plant.verdict(self.gain)
 
     @property
     def stable(self):
