@@ -39,7 +39,7 @@ BELOW, SETTLED = 0.02, 1e-12  # by which a gain below the limit must be stable; 
 BEYOND = 0.005  # by which a gain above a crossing of the imaginary axis is judged
 STEPS = 60
 NARROW, CLOSE = 3, 0.7  # a crossing is sought within so many half-widths of a pole, and such a share of a gain beside it
-EPSILON = 1e-14  # relative step in frequency after which it is found
+LINE_ROUNDING = 1e-15  # relative step in frequency after which nothing is left but rounding
 BISECTIONS = 30  # for the frequency of a crossing: enough to judge its gain, which is polished afterwards
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
 PER_DECADE = 40
@@ -390,29 +390,27 @@ def _polished(found, pole, gain, ratio):
 def _crossing(plant, cable, pole, gain, growth):
     """The gain near another one at which a pole grows by a share of its frequency, and that pole; None if not found.
 
-    There the loop gain is real along s = (growth + i) w, which the secant method solves for w alone.
+    There -1/L is real along s = (growth + i) w. It is about linear in w, and the secant method needs few steps.
     """
     along = complex(growth, 1.0) / abs(complex(growth, 1.0))
 
-    def unit_gain(omega):
-        return complex(plant.unit_gain_of(cable, np.array([along * omega]))[0])
+    def needed_gain(omega):
+        return -1 / complex(plant.unit_gain_of(cable, np.array([along * omega]))[0])
 
-    begin = abs(pole)
-    reach = max(NARROW * abs(pole.real), 1e-6 * begin)
-    before, here = begin, begin + reach / NARROW * 0.1
-    last = unit_gain(before).imag
+    begin = before = abs(pole)
+    least = LINE_ROUNDING * begin
+    reach = NARROW * abs(pole.real) + 1e-6 * begin
+    here, last = begin + max(0.1 * abs(pole.real), 10 * least), needed_gain(begin).imag
     for _ in range(STEPS):
-        value = unit_gain(here)
-        if value.imag == last:
+        found = needed_gain(here)
+        if found.imag == last:
             return None
-        step = value.imag * (here - before) / (value.imag - last)
-        before, last, here = here, value.imag, here - step
+        step = found.imag * (here - before) / (found.imag - last)
+        if abs(step) <= max(least, SETTLED * abs(pole.real)):
+            return (found.real, along * here) if abs(found.real - gain) <= CLOSE * gain else None
+        before, last, here = here, found.imag, here - step
         if not abs(here - begin) <= reach:
             return None
-        if abs(step) <= EPSILON * here:
-            found = -1 / value.real if value.real else np.inf
-            near = abs(found - gain) <= CLOSE * gain
-            return (float(found), along * here) if near else None
     return None
 
 
