@@ -17,7 +17,7 @@ import numpy as np
 from cablestudy.control.gondola import gondola_mode
 from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.linear import assemble
+from cablestudy.system.linear import assemble, upper
 from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
 
 POLES = 1e-5, 1e-9  # error of the poles by modes that are left out, and variance that these have at resonance
@@ -142,8 +142,11 @@ class Plant:
 
     def closed_of(self, cable):
         """A of the closed loop with a model of the cable, as A0 + gain A1."""
+        return self._feedback(self.system_of(cable))
+
+    def _feedback(self, system):
         measured = np.array([[1.0 if self.location == "gondola" else -1.0]])
-        return self.system_of(cable).feedback(measured, self.notch.state_space if self.notch else NO_NOTCH)
+        return system.feedback(measured, self.notch.state_space if self.notch else NO_NOTCH)
 
     def balance_of(self, cable, s, gain):
         """M s^2 + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""
@@ -189,9 +192,18 @@ class Plant:
         return cable.select(self.needed(cable, self.tolerance, self.tolerance))
 
     @cached_property
+    def _pole_modes(self):
+        """Modes of `excited` that matter for where poles are."""
+        return self.needed(self.excited, *POLES)
+
+    @cached_property
     def _pole_model(self):
-        """The cable with the modes that matter for where poles are."""
-        return self.excited.condense(self.needed(self.excited, *POLES))
+        """The cable with these modes."""
+        return self.excited.condense(self._pole_modes)
+
+    @cached_property
+    def _pole_system(self):
+        return self.system_of(self._pole_model)
 
     @property
     def coupled(self):
@@ -250,12 +262,23 @@ class Plant:
     @cached_property
     def closed(self):
         """A of the closed loop as A0 + gain A1, with the modes that matter for where poles are."""
-        return self.closed_of(self._pole_model)
+        return self._feedback(self._pole_system)
+
+    @cached_property
+    def _closed_poles(self):
+        return {}
+
+    def closed_poles(self, gain):
+        """Poles with control, upper half plane and real axis, shape (k,). [rad/s]"""
+        if gain not in self._closed_poles:
+            fixed, scaled = self.closed
+            self._closed_poles[gain] = upper(np.linalg.eigvals(fixed + gain * scaled))
+        return self._closed_poles[gain]
 
     @cached_property
     def _open(self):
         """Poles without control, and the share of each in the static compliance of the gondola."""
-        poles, shares = self.system_of(self._pole_model).pole_shares
+        poles, shares = self._pole_system.pole_shares
         return poles, shares[0]
 
     @property

@@ -8,7 +8,6 @@ import numpy as np
 from cablestudy.control import stability
 from cablestudy.control.plant import Notch, Plant
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.linear import upper
 from cablestudy.system.superelement import Superelement
 
 __all__ = ["Loop", "Notch", "Plant"]
@@ -104,11 +103,10 @@ class Loop:
     def _squares(self):
         return {}
 
-    @cached_property
+    @property
     def closed_poles(self):
         """Poles with control, upper half plane and real axis, shape (k,). [rad/s]"""
-        fixed, scaled = self.plant.closed
-        return upper(np.linalg.eigvals(fixed + self.gain * scaled))
+        return self.plant.closed_poles(self.gain)
 
     @cached_property
     def observable_poles(self):
