@@ -14,7 +14,7 @@ from cablestudy.sweep.chunks import Chunks
 from cablestudy.sweep.driver import compute_here
 from cablestudy.sweep.fingerprint import identity
 from cablestudy.sweep.rows import table_of
-from cablestudy.sweep.store import RowStore
+from cablestudy.sweep.store import open_store
 
 AREA, DENSITY, MODULUS, CHORD, LENGTH, GONDOLA = 2.69e-6, 1440.0, 70.3e9, 185.8, 184.4883, 50.0  # Table 1
 G = 9.81
@@ -103,7 +103,7 @@ def computed(study):
     """The table of a study, nothing written."""
     columns, reference = prepare(study)
     cases = range(study.count)
-    store = RowStore.temporary(identity(study, columns), study.count)
+    store = open_store("", identity(study, columns), study.count)
     headers = [column.header for column in columns]
     for done in compute_here(Chunks(study, [(cases, headers)], study.count), jobs=1):
         store.add(done.headers, done.records)

@@ -19,16 +19,11 @@ from cablestudy import __version__
 from cablestudy.cli import main
 from cablestudy.study import report
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 PRELOAD = str(CONFIGS / "preload.yaml")
 BROKEN = ("--set", "cable.preload=100 kN")  # aramid breaks at 8 kN
 HEAVY = ("numpy", "scipy", "pandas", "pydantic", "pint", "matplotlib", "yaml", "tabulate")
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.mark.parametrize(

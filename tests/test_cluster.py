@@ -11,16 +11,11 @@ from command import SLACK, process, run, start, stored_rows, study_file, wait_fo
 
 from cablestudy.sweep import cluster as module
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 STUDY = (
     "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 300}}]\ncolumns: [preload, cable_frequency]\n"
 )
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.fixture

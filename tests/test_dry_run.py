@@ -10,7 +10,9 @@ from command import CONFIGS, rows_of, run, study_file
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.table import Field, Table
-from cablestudy.sweep.dry_run import cases_table
+from cablestudy.sweep.rows import cases_table
+
+pytestmark = pytest.mark.usefixtures("folder")
 
 VARY = """\
 vary:
@@ -19,13 +21,6 @@ vary:
   - {winch.controller.notch: [none, {frequency: static}]}
 columns: [mass, sag]
 """
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def cases(*arguments, text=VARY, code=0):

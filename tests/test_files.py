@@ -12,12 +12,7 @@ from cablestudy.scene.study import read_study
 from cablestudy.study.files import TableFiles
 from cablestudy.sweep.check import Tolerance, compare
 
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 @pytest.mark.parametrize(

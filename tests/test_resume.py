@@ -13,29 +13,25 @@ from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from command import SLACK, edit_rows, process, run, start, stored_rows, study_file, wait_for_rows
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study.case_table import tables_of
+from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
 from cablestudy.sweep import chunks, driver, row_reuse
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import RESULTS_VERSION, digest, identity, versions
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 ROWS = Path("results/study.rows.sqlite")
 TABLE = Path("results/study.csv")
 FEW = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
 LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]\ncolumns: [sag, cable_frequency]\n"
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.fixture
@@ -281,8 +277,14 @@ def test_what_can_be_used_again():
 
 def test_a_key_is_of_the_resolved_scene(folder):
     study_file(folder, "vary: [{cable.unstretched_length: [186 m, 18600 cm, 187 m]}]\ncolumns: [sag]\n", SLACK)
-    keys = [chunks.key_of(scene) for _, scene in read_study("study.yaml").cases()]
+    keys = [key_alone(read_study("study.yaml"), case) for case in range(3)]
     assert keys[0] == keys[1] != keys[2]
+
+
+def key_alone(study, case):
+    """The key of a case that is read alone."""
+    (key,) = chunks.keys_of(CaseTable(np.array([case]), study.case(case)[1], {}))
+    return key
 
 
 def test_keys_of_many_cases_are_those_of_each(folder):
@@ -297,7 +299,7 @@ def test_keys_of_many_cases_are_those_of_each(folder):
         case: key for table in tables for case, key in zip(table.cases.tolist(), chunks.keys_of(table), strict=True)
     }
     assert len(found) > 20
-    assert found == {case: chunks.key_of(study.case(case)[1]) for case in found}
+    assert found == {case: key_alone(study, case) for case in found}
     assert len(set(found.values())) == len(found)
 
 

@@ -24,19 +24,14 @@ from cablestudy.sweep.check import Difference, Tolerance, compare, read_toleranc
 from cablestudy.sweep.fingerprint import RESULTS_VERSION
 from cablestudy.sweep.run import read_shard
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 VARY = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m, 190 m]}, {cable.area: [20 mm^2, 24 mm^2]}]\n"
 SHARDED = VARY + "columns: [preload, sag, area]\n"
 FAILING = (
     "vary: [{cable.preload: [1345 N, 1 N, 100 kN, 110 kN, 2000 N]}, {gondola.mass: [5 kg, '7 kg']}]\n"
     "columns: [preload, sag, cable_frequency]\nset: {model: null}\n"
 )
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def test_failures_are_counted_by_kind_and_each_can_be_seen_alone(folder):
@@ -376,7 +371,7 @@ def test_a_terminal_has_a_bar_and_anything_else_a_line_now_and_then(monkeypatch)
     now = [0.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
     terminal, plain = Terminal(), io.StringIO()
-    bars = [progress.Progress(1000, 100, stream) for stream in (terminal, plain)]
+    bars = [progress.Progress(1000, 100, stream=stream) for stream in (terminal, plain)]
     for second in range(1, 62):
         now[0] = float(second) if second > 1 else 0.9
         for bar in bars:
@@ -384,13 +379,32 @@ def test_a_terminal_has_a_bar_and_anything_else_a_line_now_and_then(monkeypatch)
     for bar in bars:
         bar.close()
     assert plain.getvalue().splitlines() == [
-        "400 of 1000 rows, 10 rows/s, 60 s left",
-        "700 of 1000 rows, 10 rows/s, 30 s left",
+        "130 of 1000 rows, 10 rows/s, 87 s left",  # early, since it will take more than a minute
+        "430 of 1000 rows, 10 rows/s, 57 s left",
     ]
     drawn = terminal.getvalue()
     assert drawn.startswith("\r[##......................] 120 of 1000 rows, 10 rows/s, 88 s left\x1b[K\r[")
     assert drawn.endswith("\r\x1b[K")
     assert "\n" not in drawn
+
+
+@pytest.mark.parametrize(
+    ("total", "rate", "lines"),
+    [
+        (600, 10, []),  # less than a minute is left after 3 s
+        (1000, 5, []),  # only 15 rows after 3 s, and then a line in any case after 30 s
+        (128_991, 10, ["30 of 128991 rows, 10 rows/s, 3.6 h left"]),
+    ],
+)
+def test_a_long_sweep_is_announced_early(monkeypatch, total, rate, lines):
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    stream = io.StringIO()
+    report = progress.Progress(total, stream=stream)
+    for second in (1, 2, 3, 4):
+        now[0] = float(second)
+        report(rate * second)
+    assert stream.getvalue().splitlines() == lines
 
 
 def test_what_takes_no_time_shows_no_progress():

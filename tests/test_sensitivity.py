@@ -12,12 +12,7 @@ from scipy.stats import sobol_indices
 from cablestudy.scene.sampling import Sample
 from cablestudy.sweep.sensitivity import indices
 
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def design(count, keys, seed=1):

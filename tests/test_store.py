@@ -20,18 +20,13 @@ from cablestudy.sweep import chunks
 from cablestudy.sweep.fingerprint import digest
 from cablestudy.sweep.record import check_sum, pack, unpack
 
+pytestmark = pytest.mark.usefixtures("folder")
+
 ROWS = Path("results/study.rows.sqlite")
 TABLE = Path("results/study.csv")
 FOUR = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
 LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 600}}]\ncolumns: [sag, cable_frequency]\n"
 UNFINISHED = "UPDATE about SET value = '0' WHERE name = 'finished'"
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.fixture
@@ -385,6 +380,7 @@ def test_a_record_is_read_as_it_was_packed():
     assert (record.case, record.key, record.status) == (6, "0a", "broken \\udcff")
     assert repr(record.cells) == "[None, 1, 0.1, -0.0, 1e-308]"
     assert (record.errors, record.notes) == ({"sag_m": 1e-9}, ["a note"])
+    assert unpack(pack(0, "", "ok", []), 0).errors == {}
     assert unpack(pack(0, "", "ok", [1.0], {"sag_m": None}), 1).errors == {"sag_m": None}  # not known
     assert unpack(stored, 4) is None
     assert unpack((0, *stored[1:]), 5) is None

@@ -21,7 +21,7 @@ class OneLine(click.Group):
         if not standalone_mode:
             return super().main(*arguments, standalone_mode=False, **options)
         try:
-            code = super().main(*arguments, standalone_mode=False, **options)
+            sys.exit(super().main(*arguments, standalone_mode=False, **options) or 0)
         except click.exceptions.NoArgsIsHelpError as error:
             error.show()
             code = WRONG_USE
@@ -33,7 +33,7 @@ class OneLine(click.Group):
         except click.Abort:
             click.echo("interrupted", err=True)
             code = INTERRUPTED
-        sys.exit(code if isinstance(code, int) else 0)
+        sys.exit(code)
 
 
 @click.group(cls=OneLine, context_settings={"help_option_names": ["-h", "--help"]})

@@ -1,7 +1,8 @@
-"""Errors become lines and exit codes; notes go to standard error and tables to standard output."""
+"""Errors and signals become lines and exit codes; notes go to standard error and tables to standard output."""
 
 import os
 import sys
+from contextlib import contextmanager
 from functools import wraps
 from math import isfinite
 
@@ -13,16 +14,9 @@ FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
 
 def handle_errors(command):
-    """Print the errors of a command as lines on standard error and exit with their code.
+    """Print the errors of a command as lines on standard error; the command returns its exit code.
 
-    Parameters
-    ----------
-    command : callable
-        A click command; an option `scene` is named in messages that name no file themselves.
-
-    Returns
-    -------
-    callable
+    An option `scene` is named in messages that name no file themselves.
     """
 
     @wraps(command)
@@ -32,23 +26,24 @@ def handle_errors(command):
                 raise SceneError("standard output: closed")
             if hasattr(sys.stdout, "reconfigure"):  # the encoding of a terminal may lack characters of a table
                 sys.stdout.reconfigure(errors="backslashreplace")
-            command(*arguments, **options)
+            code = command(*arguments, **options)
             sys.stdout.flush()
+            return code
         except SceneError as error:
             for mistake in error.mistakes:
                 click.echo(str(mistake), err=True)
-            sys.exit(error.exit_code)
+            return error.exit_code
         except CablestudyError as error:
             where = f"{options['scene']}: " if "scene" in options else ""
             click.echo(where + " ".join(str(error).split()), err=True)
-            sys.exit(error.exit_code)
+            return error.exit_code
         except BrokenPipeError:  # the reader has closed the pipe, `| head` for example
             _discard_output()
-            sys.exit(0)
+            return 0
         except OSError as error:  # the disk is full, for example
             click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
             _discard_output()
-            sys.exit(WRONG_USE)
+            return WRONG_USE
 
     return run
 
@@ -56,6 +51,20 @@ def handle_errors(command):
 def _discard_output():
     """Redirect standard output to the null device, so that flushing its buffer at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def interruptible(explanation):
+    """The first Ctrl-C or SIGTERM ends the block: prints the lines that `explanation` returns, and exits."""
+    from cablestudy.sweep.interrupt import Interrupts
+
+    try:
+        with Interrupts():
+            yield
+    except KeyboardInterrupt:
+        echo_notes(explanation())
+        exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
+        sys.exit(INTERRUPTED)
 
 
 def echo_notes(lines, quiet=False):
@@ -66,11 +75,6 @@ def echo_notes(lines, quiet=False):
 
 def show(table, style):
     """Print a table on standard output.
-
-    Parameters
-    ----------
-    table : Table
-    style : {"md", "csv", "json", "jsonl"}
 
     Raises
     ------

@@ -1,7 +1,5 @@
 """The commands that compute nothing: validate, schema, columns."""
 
-import sys
-
 import click
 
 from cablestudy.cli.error_handling import WRONG_USE, echo_notes, handle_errors, show
@@ -23,9 +21,7 @@ def validate(files, sets, style, quiet):
     for mistake in mistakes:
         click.echo(str(mistake), err=True)
     show(table, style)
-    if mistakes:
-        sys.stdout.flush()
-        sys.exit(WRONG_USE)
+    return WRONG_USE if mistakes else 0
 
 
 @click.command()

@@ -45,16 +45,7 @@ OUT = click.option("--out", default="results", metavar="DIR", help="Where the fi
 
 
 def check_picture(path):
-    """Refuses a picture of unknown kind or in a folder that is not writable.
-
-    Parameters
-    ----------
-    path : str or None
-
-    Raises
-    ------
-    SceneError
-    """
+    """Refuse a picture of unknown kind, or in a folder that is not writable."""
     if path is None:
         return
     if not path.lower().endswith(PICTURES):
@@ -65,16 +56,12 @@ def check_picture(path):
 
 
 def exclude(*pairs):
-    """Refuses options that exclude each other.
+    """Refuse options that exclude each other.
 
     Parameters
     ----------
     pairs : tuple of 2 dict
         Name of an option -> its value; no option of one dict may be given with one of the other.
-
-    Raises
-    ------
-    SceneError
     """
     wrong = {}
     for pair in pairs:
@@ -86,18 +73,15 @@ def exclude(*pairs):
 
 
 def refuse(options, reason):
-    """Refuses options that would have no effect.
-
-    Parameters
-    ----------
-    options : dict
-        Name -> value.
-    reason : str
-
-    Raises
-    ------
-    SceneError
-    """
+    """Refuse options (name -> value) that would have no effect."""
     given = [name for name, value in options.items() if value]
     if given:
         raise SceneError(f"{', '.join(given)}: no effect: {reason}")
+
+
+def save_plot(path, draw):
+    """Save the picture that `draw` makes by the module `study.plots`; nothing without a path."""
+    if path:
+        from cablestudy.study import plots
+
+        plots.save(draw(plots), path)

@@ -1,11 +1,9 @@
 """The commands for one scene: static, modes, windrms."""
 
-import sys
-
 import click
 
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture
+from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, save_plot
 from cablestudy.errors import SceneError
 
 
@@ -25,18 +23,17 @@ def static(scene, sets, shape, style, plot, explain, quiet):
     from cablestudy.study import report
 
     _, model = load_scene(scene, sets)
-    row, columns = report.static_row(model)
+    table, row = report.static_table(model)
     echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
-        if not shape:
-            show(report.static_table(row, columns), style)
-        sys.exit(NO_ANSWER)
-    if plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.static_form(row.case), plot)
-    show(report.shape_table(row.case) if shape else report.static_table(row, columns), style)
+    else:
+        save_plot(plot, lambda plots: plots.static_form(row.case))
+    if not shape:
+        show(table, style)
+    elif not row.failed:
+        show(report.shape_table(row.case), style)
+    return NO_ANSWER if row.failed else 0
 
 
 @click.command()
@@ -65,10 +62,7 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
     echo_notes((*(notes if explain else ()), *warnings), quiet)
     if limit is None and len(found) < (count or 12):
         echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)
-    if plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.mode_shapes(case, found), plot)
+    save_plot(plot, lambda plots: plots.mode_shapes(case, found))
     show(report.mode_table(case, found), style)
 
 
@@ -98,11 +92,7 @@ def windrms(scene, sets, style, plot, on, explain, quiet):
     echo_notes((*(row.notes if explain else ()), *row.warnings, *remarks), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
-    elif plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.wind_response(row.case, on), plot)
+    else:
+        save_plot(plot, lambda plots: plots.wind_response(row.case, on))
     show(table, style)
-    if row.failed:
-        sys.stdout.flush()
-        sys.exit(NO_ANSWER)
+    return NO_ANSWER if row.failed else 0

@@ -3,7 +3,7 @@
 import click
 
 from cablestudy.cli.error_handling import echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, refuse
+from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, refuse, save_plot
 from cablestudy.errors import SceneError
 
 ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
@@ -73,8 +73,5 @@ def _show_response(choice, span, style, plot):
     from cablestudy.study import ssm_tables as tables
 
     curves = tables.curves(choice)
-    if plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.bode(curves, *tables.drawn(span, curves)), plot)
+    save_plot(plot, lambda plots: plots.bode(curves, *tables.drawn(span, curves)))
     show(tables.response_table(span, curves), style)

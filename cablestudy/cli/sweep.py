@@ -1,11 +1,10 @@
 """The commands sweep and merge."""
 
 import itertools
-import sys
 
 import click
 
-from cablestudy.cli.error_handling import FAILED_CHECK, INTERRUPTED, NO_ANSWER, echo_notes, handle_errors, show
+from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, handle_errors, interruptible, show
 from cablestudy.cli.options import (
     EXPLAIN,
     FORMAT,
@@ -19,6 +18,7 @@ from cablestudy.cli.options import (
     complete_column,
     exclude,
     refuse,
+    save_plot,
 )
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
@@ -82,53 +82,45 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
         *(({one: alone[one]}, {other: alone[other]}) for one, other in itertools.combinations(alone, 2)),
     )
     refuse({"--rtol": rtols and not check}, "for --check only")
-    from cablestudy.sweep.interrupt import Interrupts
+    keep, typed, work = not any(silent.values()), context.obj["words"], None
 
-    keep, typed, work, failed = not any(silent.values()), context.obj["words"], None, 0
-    try:
-        with Interrupts():
-            from cablestudy.scene.study import read_study
-            from cablestudy.study.files import TableFiles
-            from cablestudy.sweep import run
-            from cablestudy.sweep.check import read_tolerances
+    def interrupted():
+        return work.interrupted(typed) if work else ["interrupted: nothing is computed yet"]
 
-            parts = run.read_shard(shard)
-            wanted = read_study(study, sets, vary)
-            echo_notes(wanted.notes, quiet)
-            if dry_run:
-                print_cases(wanted, style)
-                return
-            select = selection_of(wanted, where, sort, best, sensitivity)
-            if wanted.asked and keep:
-                keep = False
-                echo_notes([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
-            files = TableFiles(out, wanted.name)
-            if keep:
-                files.check_writable()
-            if check:
-                files.check_stored()
-            tolerance = read_tolerances(rtols, wanted)
-            options = run.Options(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
-            with run.Run(wanted, files, options) as work:
-                compute(work, [] if study == "-" else words_of(study, sets, vary))
-                if parts:
-                    echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
-                else:
-                    finish(work, style, plot, tolerance if check else None, run.command(typed), select)
-                failed = work.failed
-    except KeyboardInterrupt:
-        echo_notes(work.interrupted(typed) if work else ["interrupted: nothing is computed yet"])
-        exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
-        sys.exit(INTERRUPTED)
-    if failed:
-        sys.stdout.flush()
-        sys.exit(NO_ANSWER)
+    with interruptible(interrupted):
+        from cablestudy.scene.study import read_study
+        from cablestudy.study.files import TableFiles
+        from cablestudy.sweep import run
+        from cablestudy.sweep.check import read_tolerances
+
+        parts = run.read_shard(shard)
+        wanted = read_study(study, sets, vary)
+        echo_notes(wanted.notes, quiet)
+        if dry_run:
+            return print_cases(wanted, style)
+        select = selection_of(wanted, where, sort, best, sensitivity)
+        if wanted.asked and keep:
+            keep = False
+            echo_notes([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
+        files = TableFiles(out, wanted.name)
+        if keep:
+            files.check_writable()
+        if check:
+            files.check_stored()
+        tolerance = read_tolerances(rtols, wanted) if check else None
+        options = run.Options(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
+        with run.Run(wanted, files, options) as work:
+            compute(work, [] if study == "-" else words_of(study, sets, vary))
+            if not parts:
+                return finish(work, style, plot, tolerance, run.command(typed), select)
+            echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+            return NO_ANSWER if work.failed else 0
 
 
 def print_cases(study, style):
     """The cases of a study, and nothing computed."""
     from cablestudy.study.prepare import prepare
-    from cablestudy.sweep.dry_run import cases_table
+    from cablestudy.sweep.rows import cases_table
 
     prepare(study)
     show(cases_table(study), style)
@@ -139,19 +131,12 @@ def selection_of(study, where, sort, best, sensitivity):
     if sensitivity:
         from cablestudy.sweep.sensitivity import Sensitivity
 
-        indices = Sensitivity(study)
-        return lambda table: indices.table(table.rows)
+        return Sensitivity(study).table
     if (where, sort, best) == (None, None, None):
         return None
     from cablestudy.sweep.select import read_selection
 
-    selection = read_selection(study, where, sort, best)
-
-    def chosen(table):
-        found = selection.table(table)
-        return found, [f"shown: {len(found.rows)} of {len(table.rows)} rows"]
-
-    return chosen
+    return read_selection(study, where, sort, best).table
 
 
 def words_of(study, sets, vary):
@@ -165,19 +150,16 @@ def compute(work, words):
     options = work.options
     echo_notes(work.reused(), options.quiet)
     work.compute()
-    if options.explain and work.complete:
+    if options.explain:
         echo_notes(work.notes(), options.quiet)
     echo_notes(work.failures(words), options.quiet)
     work.check_complete()
 
 
 def finish(work, style, plot, tolerance, command, select=None):
-    """The table of a complete run: compared, or written and printed."""
+    """The table of a complete run, compared, or written and printed; the exit code."""
     table, files, quiet = work.table(), work.files, work.options.quiet
-    if plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.study_plot(work.study, table), plot)
+    save_plot(plot, lambda plots: plots.study_plot(work.study, table))
     if tolerance is not None:
         from cablestudy.sweep.check import compare
 
@@ -188,7 +170,7 @@ def finish(work, style, plot, tolerance, command, select=None):
         if differences > MOST_DIFFERENCES:
             click.echo(f"{files.csv}: {differences} differences in all", err=True)
         echo_notes([] if differences else [f"{files.csv}: agrees"], quiet)
-        sys.exit(FAILED_CHECK if differences else 0)
+        return FAILED_CHECK if differences else 0
     if work.options.keep:
         work.write(table, command)
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
@@ -196,6 +178,7 @@ def finish(work, style, plot, tolerance, command, select=None):
         table, notes = select(table)
         echo_notes(notes, quiet)
     show(table, style)
+    return NO_ANSWER if work.failed else 0
 
 
 @click.command()
@@ -211,27 +194,17 @@ def finish(work, style, plot, tolerance, command, select=None):
 def merge(context, study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
     check_picture(plot)
-    from cablestudy.sweep.interrupt import Interrupts
+    with interruptible(lambda: ["interrupted: the shards are as they were"]):
+        from cablestudy.scene.study import read_study
+        from cablestudy.study.files import TableFiles
+        from cablestudy.sweep import run
+        from cablestudy.sweep.merge import MergedRun
 
-    try:
-        with Interrupts():
-            from cablestudy.scene.study import read_study
-            from cablestudy.study.files import TableFiles
-            from cablestudy.sweep import run
-            from cablestudy.sweep.merge import MergedRun
-
-            wanted = read_study(study, sets, vary)
-            echo_notes(wanted.notes, quiet)
-            files = TableFiles(out, wanted.name)
-            files.check_writable()
-            words = words_of(study, sets, vary)
-            with MergedRun(wanted, files, words, quiet) as work:
-                echo_notes(work.failures([] if study == "-" else words), quiet)
-                finish(work, style, plot, None, run.command(context.obj["words"]))
-                failed = work.failed
-    except KeyboardInterrupt:
-        echo_notes(["interrupted: the shards are as they were"])
-        sys.exit(INTERRUPTED)
-    if failed:
-        sys.stdout.flush()
-        sys.exit(NO_ANSWER)
+        wanted = read_study(study, sets, vary)
+        echo_notes(wanted.notes, quiet)
+        files = TableFiles(out, wanted.name)
+        files.check_writable()
+        words = words_of(study, sets, vary)
+        with MergedRun(wanted, files, words, quiet) as work:
+            echo_notes(work.failures([] if study == "-" else words), quiet)
+            return finish(work, style, plot, None, run.command(context.obj["words"]))

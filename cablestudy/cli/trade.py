@@ -5,7 +5,7 @@ import sys
 import click
 
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture
+from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, save_plot
 
 
 @click.command()
@@ -45,14 +45,9 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     title = shlex.join([scene, *(word for change in sets for word in ("--set", change))])
     for name, reason in found.reference.failures.items():
         click.echo(f"{scene}: {name}: {reason}", err=True)
-    if plot:
-        from cablestudy.study import plots
-
-        plots.save(plots.trade_plot(found, f"Error against time: {title}"), plot)
+    save_plot(plot, lambda plots: plots.trade_plot(found, f"Error against time: {title}"))
     if place:
         tables.write(found, place, title)
         echo_notes([f"written: {place.csv}, {place.md}"], quiet)
     show(tables.table_of(found, shown=style == "md"), style)
-    if found.reference.failures:
-        sys.stdout.flush()
-        sys.exit(NO_ANSWER)
+    return NO_ANSWER if found.reference.failures else 0

@@ -192,18 +192,18 @@ class Plant:
         return cable.select(self.needed(cable, self.tolerance, self.tolerance))
 
     @cached_property
-    def _pole_modes(self):
+    def pole_modes(self):
         """Modes of `excited` that matter for where poles are."""
         return self.needed(self.excited, *POLES)
 
     @cached_property
-    def _pole_model(self):
+    def pole_model(self):
         """The cable with these modes."""
-        return self.excited.condense(self._pole_modes)
+        return self.excited.condense(self.pole_modes)
 
     @cached_property
     def _pole_system(self):
-        return self.system_of(self._pole_model)
+        return self.system_of(self.pole_model)
 
     @property
     def coupled(self):
@@ -317,7 +317,7 @@ class Plant:
 
     def observable(self, poles):
         """Those poles of x/F that no zero cancels: no pole of the cable with fixed ends. [rad/s]"""
-        zeros = self._pole_model.poles
+        zeros = self.pole_model.poles
         if not len(zeros) or not len(poles):
             return poles
         gap = np.abs(poles[:, None] - zeros).min(axis=1)

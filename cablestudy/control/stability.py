@@ -31,18 +31,20 @@ NEEDED = 1e-4  # error of the poles by modes that are left out,
 EXACT = 0.1  # and where it decides, over that of the response
 TAKEN, FEW = 0.5, 8  # share of its damping that a gain takes from a pole that is looked at again; how many at most
 FEWEST = 5  # times the gondola's frequency up to which modes are always looked at
-MOST_MODES = 200  # that one verdict takes along
-SCAN = np.array([0.3, 0.8, 1.2, 3.0])  # gains over the first-order limit
-WIDE = np.array([2.0, 5.0, 12.0, 30.0])  # further ones, over the last
-LEAST, MOST = 1e-15, 1e9  # gains over the gondola's frequency between which a limit is looked for
-BELOW, SETTLED = 0.02, 1e-12  # by which a gain below the limit must be stable; step after which the limit is known
-BEYOND = 0.005  # by which a gain above a crossing of the imaginary axis is judged
+MOST_MODES = 300  # that one verdict takes along
+WIDER, NARROWER = 30, 3  # factors between the gains up to which modes are resolved, upwards and downwards
+LEAST, MOST = 1e-4, 1e9  # gains over the gondola's frequency between which a limit is looked for
+SETTLED = 1e-12  # relative step after which the limit is known
+BEYOND = 0.03  # by which a gain above a crossing is judged: crossings lack modes that hardly matter
 STEPS = 60
-NARROW, CLOSE = 3, 0.7  # a crossing is sought within so many half-widths of a pole, and such a share of a gain beside it
-LINE_ROUNDING = 1e-15  # relative step in frequency after which nothing is left but rounding
+# a crossing of the axis is taken within so many half-widths of a pole, and so much of its frequency and of the gain
+HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1
+FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # in search of it, over the frequency
 BISECTIONS = 30  # for the frequency of a crossing: enough to judge its gain, which is polished afterwards
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
 PER_DECADE = 40
+REFINEMENTS = 6  # times that the frequencies of a loop gain are refined
+NEAR_AXIS, TURN, COARSE = 0.8, 0.5, 2e-3  # where they are: angle from the negative axis, turn [rad], relative distance
 BESIDE = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
 
 
@@ -74,13 +76,10 @@ class Limit:
         [rad/s]
     pole : complex
         The one that it brings to the imaginary axis. [rad/s]
-    open_ratio : float
-        Damping ratio without control of the mode that it belongs to. [-]
     """
 
     gain: float
     pole: complex
-    open_ratio: float
 
 
 @dataclass(frozen=True)
@@ -167,27 +166,29 @@ class _Found:
     """
 
     def __init__(self, plant, gain):
-        whole, limit = (plant.cable, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
+        whole, limit = (plant.excited, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
         self.plant, self.gain = plant, gain
         chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
         if chosen.sum() > MOST_MODES:
             raise too_many(gain, int(chosen.sum()), float(whole.omega[chosen].max()))
         self._whole, self._chosen, self._exact = whole, chosen, {}
+        self._own = plant.resolved is not None or not np.isin(np.flatnonzero(chosen), plant.pole_modes).all()
 
     @cached_property
     def cable(self):
         """The cable with the modes that are taken along."""
-        return self._whole.condense(np.flatnonzero(self._chosen))
+        # where the plant's own poles have them all, its model serves, whose poles are needed anyway
+        return self._whole.condense(np.flatnonzero(self._chosen)) if self._own else self.plant.pole_model
 
     @cached_property
     def _closed(self):
         """A of the closed loop as A0 + gain A1."""
-        return self.plant.closed_of(self.cable)
+        return self.plant.closed_of(self.cable) if self._own else self.plant.closed
 
     @cached_property
     def open_poles(self):
         """Poles without control, upper half plane and real axis. [rad/s]"""
-        return self.plant.system_of(self.cable).poles
+        return self.plant.system_of(self.cable).poles if self._own else self.plant.open_poles
 
     def exact(self, pole):
         """The cable with every mode that matters for a pole."""
@@ -215,7 +216,7 @@ class _Found:
 
     def verdict(self, gain):
         """See `Verdict`."""
-        (poles,) = self.poles([gain])
+        poles = self.poles([gain])[0] if self._own else self.plant.closed_poles(gain)
         ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
         verdicts = []
         for place in np.argsort(-ratio)[:FEW]:
@@ -274,73 +275,38 @@ def largest_gain(plant):
     NoSolutionError
         It depends on modes that are as good as undamped, or on too many.
     """
-    found, pole, high = _unstable(plant)
-    for gain in crossing_gains(plant, found.cable, found.open_poles):  # a loop may be stable again at larger gains
-        if gain >= high:
-            break
-        verdict = found.verdict((1 + BEYOND) * gain)
-        if not verdict.stable:
-            pole, high = verdict.pole, (1 + BEYOND) * gain
-            break
-    if pole is None:
-        return None
-    for _ in range(STEPS):
-        limit, pole, ratio = _polished(found, pole, high, found.open_ratio(pole))
-        # just below it another pole may be out already, or one that came back before the next gain that was looked at
-        high = (1 - BELOW) * min(limit, high)
-        verdict = found.verdict(high)
-        if verdict.stable:
-            if ratio < UNDAMPED:
-                raise undamped(pole, ratio, f"no largest gain: at {limit:.4g} rad/s ")
-            return Limit(limit, pole, ratio)
-        pole = verdict.pole
-    raise NoSolutionError("no largest gain: the search for it does not settle")
+    low, gain = 0.0, _first_guess(plant)
+    while low < MOST * plant.main:
+        found = _resolved(plant, low, gain)
+        gain, crossings = found.gain, crossing_gains(plant, found.cable, found.open_poles)
+        tried = [crossing for crossing in (1 + BEYOND) * crossings if low < crossing < gain]
+        for higher in [*tried, gain]:
+            verdict = found.verdict(higher)
+            if verdict.stable:
+                continue
+            if verdict.undamped:
+                raise undamped(verdict.pole, verdict.open_ratio, f"no largest gain: at {higher:.4g} rad/s ")
+            return _polished(found, verdict.pole, higher)
+        low, gain = gain, WIDER * gain
+    return None
 
 
-def _unstable(plant):
-    """The closed loop, an unstable pole and its gain, the least of those looked at; None and infinity without one."""
-    main = plant.main
-    found = _Found(plant, main * 1e-3)
-    gains = SCAN * min(max(_first_order(found), 10 * LEAST * main), main * 1e3)
-    low = 0.0
-    while gains[0] < MOST * main:
-        found, gains = _as_far_as_possible(plant, gains)
-        growth, poles = found.growth(gains)
-        out = growth > NEGLIGIBLE
-        place = int(np.argmax(out))
-        if out.any() and (place or low or gains[0] < LEAST * main):
-            return found, complex(poles[place]), float(gains[place])
-        if out.any():
-            gains = gains[0] * SCAN / (2 * SCAN[-1])
-        else:
-            low = float(gains[-1])
-            gains = low * WIDE
-    return found, None, np.inf
-
-
-def _as_far_as_possible(plant, gains):
-    """The closed loop for some gains, without the largest ones where these could drive too many modes."""
+def _resolved(plant, low, gain):
+    """The closed loop for gains up to the one given, or to a lower one where that drives too many modes."""
     while True:
         try:
-            return _Found(plant, gains[-1]), gains
+            return _Found(plant, gain)
         except NoSolutionError:
-            if len(gains) == 1:
+            gain /= NARROWER
+            if gain < max(1.05 * low, LEAST * plant.main):
                 raise
-            gains = gains[:-1]
 
 
-def _first_order(found):
-    """The least gain for which a mode is driven as fast as it decays, to first order. [rad/s]"""
-    step = 1e-4 * found.gain
-    poles, moved = found.poles([0.0, step])
-    poles = poles[(poles.imag > 0)]
-    if not len(poles) or not len(moved):
-        return found.plant.main
-    near = moved[np.argmin(np.abs(moved[:, None] - poles), axis=0)]
-    rate = (near - poles).real / step
-    decay = np.maximum(-poles.real, NEGLIGIBLE * np.abs(poles))
-    limits = decay[rate > 0] / rate[rate > 0]
-    return float(limits.min(initial=np.inf)) if len(limits) else found.plant.main
+def _first_guess(plant):
+    """A gain a little above the least crossing of the imaginary axis, with the modes that hardly any gain needs."""
+    found = _Found(plant, 1e-3 * plant.main)
+    crossings = crossing_gains(plant, found.cable, found.open_poles)
+    return float(np.clip(1.2 * crossings.min(initial=plant.main), 1e-3 * plant.main, 1e3 * plant.main))
 
 
 def limit_near(plant, known):
@@ -360,19 +326,19 @@ def limit_near(plant, known):
     NoSolutionError
         The gain could drive too many modes.
     """
-    return Limit(*_polished(_Found(plant, known.gain), known.pole, known.gain, known.open_ratio))
+    return _polished(_Found(plant, known.gain), known.pole, known.gain)
 
 
-def _polished(found, pole, gain, ratio):
-    """The gain that makes a pole unstable, with all modes that matter; the pole, and its open damping ratio."""
+def _polished(found, pole, gain):
+    """`Limit`: the gain at which a pole becomes unstable, with all modes that matter for it."""
     cable = found.exact(pole)
-    crossing = _crossing(found.plant, cable, pole, gain, allowed(ratio))
+    crossing = _crossing(found.plant, cable, pole, gain)
     if crossing:
-        return *crossing, ratio
+        return crossing
 
     def excess(gain, near):
         pole = found.plant.pole_near(near, cable, gain)
-        return pole.real / abs(pole) - allowed(ratio), pole
+        return pole.real / abs(pole), pole
 
     last, pole = excess(gain, complex(pole))
     before, here = gain, gain * (1.01 if last < 0 else 0.99)
@@ -383,31 +349,29 @@ def _polished(found, pole, gain, ratio):
         step = value * (here - before) / (value - last)
         before, last, here = here, value, here - float(np.clip(step, -0.3 * here, 0.3 * here))
         if abs(step) <= SETTLED * here:
-            return float(here), pole, ratio
-    return float(gain), pole, ratio
+            return Limit(float(here), pole)
+    return Limit(float(gain), pole)
 
 
-def _crossing(plant, cable, pole, gain, growth):
-    """The gain near another one at which a pole grows by a share of its frequency, and that pole; None if not found.
+def _crossing(plant, cable, pole, gain):
+    """The gain near another one at which a pole crosses the imaginary axis: a `Limit`, or None if not found.
 
-    There -1/L is real along s = (growth + i) w. It is about linear in w, and the secant method needs few steps.
+    There -1/L is real. It is about linear in the frequency, and the secant method needs few steps.
     """
-    along = complex(growth, 1.0) / abs(complex(growth, 1.0))
 
     def needed_gain(omega):
-        return -1 / complex(plant.unit_gain_of(cable, np.array([along * omega]))[0])
+        return -1 / complex(plant.unit_gain_of(cable, np.array([1j * omega]))[0])
 
     begin = before = abs(pole)
-    least = LINE_ROUNDING * begin
-    reach = NARROW * abs(pole.real) + 1e-6 * begin
-    here, last = begin + max(0.1 * abs(pole.real), 10 * least), needed_gain(begin).imag
+    reach = HALF_WIDTHS * abs(pole.real) + BESIDE_POLE * begin
+    here, last = begin + max(0.1 * abs(pole.real), FIRST_STEP * begin), needed_gain(begin).imag
     for _ in range(STEPS):
         found = needed_gain(here)
         if found.imag == last:
             return None
         step = found.imag * (here - before) / (found.imag - last)
-        if abs(step) <= max(least, SETTLED * abs(pole.real)):
-            return (found.real, along * here) if abs(found.real - gain) <= CLOSE * gain else None
+        if abs(step) <= max(LAST_STEP * begin, SETTLED * abs(pole.real)):
+            return Limit(found.real, 1j * here) if abs(found.real - gain) <= BESIDE_GAIN * gain else None
         before, last, here = here, found.imag, here - step
         if not abs(here - begin) <= reach:
             return None
@@ -463,11 +427,22 @@ def crossing_gains(plant, cable, poles):
     ndarray
         Ascending. [rad/s]
     """
-    omega = frequencies(plant, np.concatenate([poles, cable.poles]))
-    with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
-        value = plant.unit_gain_of(cable, 1j * omega)
-    there = np.isfinite(value)
-    omega, value = omega[there], value[there]
+    omega, value = frequencies(plant, np.concatenate([poles, cable.poles])), np.zeros(0, dtype=complex)
+    new = omega
+    for _ in range(REFINEMENTS):
+        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
+            found = plant.unit_gain_of(cable, 1j * new)
+        value = np.concatenate([value, found]) if len(value) else found
+        there = np.isfinite(value)
+        order = np.argsort(omega[there])
+        omega, value = omega[there][order], value[there][order]
+        # L may cross the axis and come back between two frequencies: finer where it turns, and near the negative axis
+        near = np.abs(np.angle(-value)) < NEAR_AXIS
+        gap = np.diff(omega) / omega[1:]
+        coarse = (gap > COARSE) & (near[1:] | near[:-1] | (np.abs(np.angle(value[1:] / value[:-1])) > TURN))
+        new = (omega[1:] + omega[:-1])[coarse] / 2
+        omega = np.concatenate([omega, new])
+    omega = omega[: len(value)]
     crosses = (value.imag[:-1] * value.imag[1:] < 0) & (np.minimum(value.real[:-1], value.real[1:]) < 0)
     where = np.flatnonzero(crosses)
     low, high, sign = omega[where], omega[where + 1], np.sign(value.imag[where])

@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from cablestudy.scene.document import read_file
-from cablestudy.scene.fields import Quantity, suggestion, wrong
-from cablestudy.scene.tables import Table
+from cablestudy.scene.fields import Quantity, Table, suggestion, wrong
 from cablestudy.scene.units import show
 
 MAX_LOADS = 1000
@@ -188,31 +187,20 @@ class Cable(Table):
 
     def relations(self):
         """Ends apart, a length that fits them, loads on the cable, products within what the solvers can hold."""
-        chord, length, stiffness, mass = (
-            self.chord_length,
-            self.unstretched_length,
-            self.axial_stiffness,
-            self.mass_per_length,
-        )
+        chord, length, stiffness = self.chord_length, self.unstretched_length, self.axial_stiffness
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
-        yield [
-            (
-                ("ends",),
-                within(chord, CHORD_RANGE),
-                lambda: f"the two ends are {chord:g} m apart: {_out(CHORD_RANGE, 'm')}",
-            )
-        ]
+        yield [_limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
+        product = "times the area of the cross-section is {:g} "
         products = [
-            (
-                ("elastic_modulus",),
-                within(stiffness, STIFFNESS_RANGE),
-                lambda: _product(stiffness, STIFFNESS_RANGE, "N"),
-            ),
-            (("density",), within(mass, MASS_RANGE), lambda: _product(mass, MASS_RANGE, "kg/m")),
+            _limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format),
+            _limited("density", self.mass_per_length, MASS_RANGE, "kg/m", f"{product}kg/m".format),
         ]
         if self.preload is not None:
-            holds = within(self.preload / stiffness, PRESTRAIN_RANGE)
-            products.append((("preload",), holds, lambda: _prestrain(self.preload, stiffness)))
+
+            def strain(ratio):
+                return f"{self.preload:g} N is {ratio:.3g} times the elastic modulus times the area"
+
+            products.append(_limited("preload", self.preload / stiffness, PRESTRAIN_RANGE, "times", strain))
         if length is not None:
             holds = within(length / chord, LENGTH_RATIO)
             products.append((("unstretched_length",), holds, lambda: _length_ratio(length, chord)))
@@ -225,17 +213,10 @@ class Cable(Table):
             ]
 
 
-def _out(limits, unit):
-    return f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
-
-
-def _product(value, limits, unit):
-    return f"times the area of the cross-section is {value:g} {unit}: {_out(limits, unit)}"
-
-
-def _prestrain(preload, stiffness):
-    share = f"{preload:g} N is {preload / stiffness:.3g} times the elastic modulus times the area"
-    return f"{share}: {_out(PRESTRAIN_RANGE, 'times')}"
+def _limited(key, value, limits, unit, text):
+    """The relation that a value is between two limits; `text` says what the value is."""
+    allowed = f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
+    return (key,), within(value, limits), lambda: f"{text(value)}: {allowed}"
 
 
 def _length_ratio(length, chord):

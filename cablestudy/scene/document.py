@@ -2,7 +2,6 @@
 
 import os
 import sys
-from functools import partial
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.layers import merge, prune, put_layer, split_key
@@ -57,7 +56,7 @@ class Document:
             A key that cannot be set.
         """
         try:
-            value = put_layer(self.value, [(key, _pruned(new)) for key, new, _ in items])
+            value = put_layer(self.value, [(key, prune(new)) for key, new, _ in items])
         except ValueError:
             raise self._wrong_keys(items) from None
         overrides = (*self._overrides, *((split_key(key), where) for key, _, where in items))
@@ -71,11 +70,7 @@ class Document:
                 put_layer(self.value, [(key, value)])
             except ValueError as error:
                 mistakes.append(mistake(_as_place(where), key, str(error)))
-        return SceneError(*mistakes) if mistakes else SceneError("these keys cannot be set together")
-
-    def upon(self, lower):
-        """The document merged upon a lower one."""
-        return Document(self.name, prune(merge(lower.value, self.value)), lower._places | self._places)
+        return SceneError(*mistakes or ["these keys cannot be set together"])
 
     def place(self, path, of_key=False):
         """Place of the value (or of its key) at a path, or of its nearest ancestor that is written somewhere.
@@ -101,10 +96,6 @@ class Document:
     def where(self, path, of_key=False):
         """`place` as text: `file:line:column`."""
         return str(self.place(path, of_key))
-
-
-def _pruned(value):
-    return prune(value) if isinstance(value, (dict, list)) else value
 
 
 def _as_place(where):
@@ -136,50 +127,48 @@ def read_file(path):
 
 
 def read_document(path):
-    """Read one YAML file and merge it upon its `base:` files.
+    """Read one YAML file and merge it upon its `base:` files; parameters and errors as of `read_file`."""
+    return resolve_base(read_file(path))
+
+
+def resolve_base(document, chain=()):
+    """Merge a document upon its own `base:` files, to any depth.
 
     Parameters
     ----------
-    path : str or path-like
-        `-` is standard input; its base is relative to the working directory.
+    document : Document
+        Of standard input: its base is relative to the working directory.
+    chain : tuple of str
+        The files that are built on this one, and itself.
+
+    Returns
+    -------
+    Document
 
     Raises
     ------
     SceneError
         A file of the chain cannot be read, or the chain is a circle.
     """
-    return resolve_base(read_file(path))
-
-
-def resolve_base(document):
-    """Merge a document upon its own `base:` files, to any depth."""
-    return _resolved(document, (document.name,))
-
-
-def read_base(document):
-    """The document that the key `base` of another one names, merged upon its own bases."""
-    return _read_lower(document, (document.name,))
-
-
-def _resolved(document, chain):
-    """A document upon its base, without the key `base`."""
     own = {key: value for key, value in document.value.items() if key != "base"}
-    lower = _read_lower(document, chain) if "base" in document.given else Document("", {}, {})
-    return Document(document.name, own, document._places).upon(lower)
+    if "base" not in document.given:
+        return Document(document.name, prune(own), document._places)
+    lower = read_base(document, chain)
+    return Document(document.name, prune(merge(lower.value, own)), lower._places | document._places)
 
 
-def _read_lower(document, chain):
-    """The file that a `base:` names, merged upon its own bases."""
+def read_base(document, chain=()):
+    """The document that the key `base` of another one names, merged upon its own bases; as `resolve_base`."""
     base, place = document.value["base"], document.place(("base",))
     if not isinstance(base, str) or not base or not base.isprintable():
         raise refuse(place, "expected the name of a file", "base")
     name = os.path.join(os.path.dirname(document.name) if document.name != STDIN else "", base)
-    chain = (*chain, name)
+    chain = (*(chain or (document.name,)), name)
     if os.path.realpath(name) in [os.path.realpath(above) for above in chain[:-1] if above != STDIN]:
         raise refuse(place, "base files in a circle: " + " -> ".join(chain), "base")
     if len(chain) > MAX_BASES:
         raise refuse(place, f"more than {MAX_BASES} base files upon each other", "base")
-    return _resolved(_parse(_read_bytes(name, place, "base"), name), chain)
+    return resolve_base(_parse(_read_bytes(name, place, "base"), name), chain)
 
 
 def _read_stdin():
@@ -224,36 +213,51 @@ def _parse(data, name):
     return Document(name, value, places)
 
 
-def parse_set(text):
-    """Read the argument of `--set`: `key=value`, the value as in the files, so that `3 mm` and `{a: 1}` both work.
+def read_option(option, text, usage, read):
+    """Read the argument `key=value` of an option.
+
+    Parameters
+    ----------
+    option, text, usage : str
+        Its name, what the user wrote, and the message when that has no `=`.
+    read : callable
+        Text behind the sign -> value; raises ValueError or SceneError.
 
     Returns
     -------
     key : str
         Dotted.
     value : object
-        Plain; None (written `null`) removes the key.
 
     Raises
     ------
     SceneError
-        Anything else.
+        The text cannot be read.
     """
     key, sign, written = text.partition("=")
     key = key.strip()
-    place = Place(f"--set {key}")
+    place = Place(f"{option} {key}")
     if not sign:
-        raise refuse(Place(f"--set {text}"), "expected key=value, for example cable.area=3 mm^2")
+        raise refuse(Place(f"{option} {text}"), usage)
     try:
         split_key(key)
-        value, places = compose(written, place.name)
+        return key, read(written)
     except ValueError as error:
         raise refuse(place, str(error)) from None
     except SceneError as error:
         raise refuse(place, error.mistakes[0].message) from None
+
+
+def parse_set(text):
+    """Key and value of `--set`, written as in the files: `3 mm`, `{a: 1}`; `null` removes the key."""
+    return read_option("--set", text, "expected key=value, for example cable.area=3 mm^2", _read_value)
+
+
+def _read_value(written):
+    value, places = compose(written, "")
     if not places:
-        raise refuse(place, "no value: expected key=value")
-    return key, value
+        raise ValueError("no value: expected key=value")
+    return value
 
 
 def apply_sets(document, texts):
@@ -283,8 +287,3 @@ def apply_sets(document, texts):
     if mistakes:
         raise SceneError(*mistakes)
     return document.with_sets([(key, value, f"--set {key}") for key, value in values.items()])
-
-
-def lazily(document, path):
-    """A place that is looked up only when it is needed."""
-    return partial(document.place, path)

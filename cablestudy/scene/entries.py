@@ -61,35 +61,27 @@ def entries_of(table, source):
         What is wrong: path and message.
     """
     entries, found, seen = [], [], set()
-
-    def column(path, key, values_of):
-        if key in seen:
-            found.append((path, "varies in an entry above already"))
-        seen.add(key)
-        try:
-            split_key(key)
-            return [(key, values_of(), partial(_value_place, source, path))]
-        except ValueError as error:
-            found.append((path, str(error)))
-            return []
-
-    for number, mapping in enumerate(table.vary):
-        columns = []
+    groups = [(("vary", number), mapping, _values) for number, mapping in enumerate(table.vary)]
+    if table.sample:
+        groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
+    for path, mapping, read in groups:
         if not mapping:
-            found.append((("vary", number), "an entry without a key"))
+            found.append((path, "an entry without a key"))
+        columns = []
         for key, written in mapping.items():
-            columns += column(("vary", number, key), key, partial(_values, written))
+            if key in seen:
+                found.append(((*path, key), "varies in an entry above already"))
+            seen.add(key)
+            try:
+                split_key(key)
+                columns.append((key, read(key, written), partial(_value_place, source, (*path, key))))
+            except ValueError as error:
+                found.append(((*path, key), str(error)))
         lengths = {key: len(values) for key, values, _ in columns}
         if len(set(lengths.values())) > 1:
             listed = ", ".join(f"{key} {length}" for key, length in lengths.items())
-            found.append((("vary", number), f"keys of one entry go together and need equally many values: {listed}"))
+            found.append((path, f"keys of one entry go together and need equally many values: {listed}"))
         elif columns:
-            entries.append(Entry(tuple(columns)))
-    if table.sample:
-        columns = []
-        for number, (key, written) in enumerate(table.sample.over.items()):
-            columns += column(("sample", "over", key), key, partial(_sampled, table.sample, number, written))
-        if columns:
             entries.append(Entry(tuple(columns)))
     count = math.prod(map(len, entries))
     if count > MAX_COUNT:
@@ -102,7 +94,7 @@ def _value_place(source, path, index):
     return source.place((*path, index))
 
 
-def _values(written):
+def _values(key, written):
     """The values of a varied key: a list as it is, a mapping as a range."""
     if isinstance(written, dict):
         return read_range(written)
@@ -113,8 +105,8 @@ def _values(written):
     return written
 
 
-def _sampled(sample, number, written):
-    return Sampled(sample, number, read_interval(written))
+def _sampled(sample, key, written):
+    return Sampled(sample, list(sample.over).index(key), read_interval(written))
 
 
 def with_options(entries, texts):

@@ -4,7 +4,7 @@ A key of the upper layer removes from the lower one the alternatives to it. Two 
 scene refuses them.
 """
 
-from functools import lru_cache
+from functools import lru_cache, reduce
 
 from cablestudy.scene.strict_yaml import MAX_DEPTH
 
@@ -87,54 +87,41 @@ def put(container, path, value, done=()):
     """
     key, rest = path[0], path[1:]
     if isinstance(container, list):
-        return _put_item(container, path, value, done)
-    if not isinstance(container, dict):
+        key = _index(container, key, ".".join(done))
+        inside = container[key]
+    elif isinstance(container, dict):
+        inside = container.get(key, {})
+    else:
         raise ValueError(f"{'.'.join(done)} is {container!r:.60}, which has no key {key:.60}")
-    copy = dict(container)
+    copy = container.copy()
     if rest:
-        copy[key] = put(copy.get(key, {}), rest, value, (*done, key))
-    elif value is None:
+        copy[key] = put(inside, rest, value, (*done, path[0]))
+    elif value is None and isinstance(copy, dict):
         copy.pop(key, None)
     else:
         copy[key] = value
     return copy
 
 
-def _put_item(items, path, value, done):
-    """`put` into a list, whose keys are 0, 1, ..."""
-    key, rest = path[0], path[1:]
-    name = ".".join(done)
+def _index(items, key, name):
+    """Index of an item of a list, whose keys are 0, 1, ..."""
     if not (key.isascii() and key.isdigit() and len(key) < 9):
         raise ValueError(f"{name} is a list: its items are {name}.0, {name}.1, ...")
-    index = int(key)
-    if index >= len(items):
-        raise ValueError(f"{name} has {len(items)} item(s), counted from 0: there is no item {index}")
-    copy = list(items)
-    copy[index] = put(copy[index], rest, value, (*done, key)) if rest else value
-    return copy
+    if int(key) >= len(items):
+        raise ValueError(f"{name} has {len(items)} item(s), counted from 0: there is no item {int(key)}")
+    return int(key)
 
 
 def without(mapping, path):
     """Copy of a plain mapping without one key; the same mapping when the key is not there."""
-    key, rest = path[0], path[1:]
-    if not isinstance(mapping, dict) or key not in mapping:
-        return mapping
-    if rest and (inner := without(mapping[key], rest)) is mapping[key]:
-        return mapping
-    copy = dict(mapping)
-    if rest:
-        copy[key] = inner
-    else:
-        del copy[key]
-    return copy
+    return put(mapping, path, None) if _is_set(mapping, path) else mapping
 
 
 def put_layer(value, items):
     """Copy of a plain mapping with several values set as one layer: `items` is a list of (dotted key, value)."""
     for key, new in items:
         if new is not None:
-            for other in REPLACES.get(key, ()):
-                value = without(value, other)
+            value = reduce(without, REPLACES.get(key, ()), value)
     for key, new in items:
         value = put(value, split_key(key), new)
     return value
@@ -144,8 +131,7 @@ def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
     for key, others in REPLACES.items():
         if _is_set(upper, split_key(key)):
-            for other in others:
-                lower = without(lower, other)
+            lower = reduce(without, others, lower)
     return _merged(lower, upper)
 
 

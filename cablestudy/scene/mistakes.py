@@ -3,9 +3,8 @@
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import suggestion
+from cablestudy.scene.fields import group_mistakes, suggestion
 from cablestudy.scene.strict_yaml import mistake
-from cablestudy.scene.tables import group_mistakes
 from cablestudy.scene.units import show
 
 MAX_SHOWN = 100
@@ -94,14 +93,10 @@ def _missing(path, detail):
     return path[:-1], f"missing key: {path[-1]}{hint}"
 
 
-def _model(path, tables):
-    return tables.get(tuple("*" if isinstance(part, int) else part for part in path))
-
-
 def _keys(path, tables):
     """The keys that the mapping at a path may have."""
-    model = _model(path, tables)
-    return [field.alias or name for name, field in model.model_fields.items()] if model else []
+    model = tables.get(tuple("*" if isinstance(part, int) else part for part in path))
+    return list(model.model_fields) if model else []
 
 
 def _groups(value, tables):

@@ -3,10 +3,8 @@
 import re
 from collections.abc import Sequence
 from decimal import Decimal, InvalidOperation
-from functools import lru_cache
 
-from cablestudy.errors import SceneError
-from cablestudy.scene.layers import split_key
+from cablestudy.scene.document import read_option
 from cablestudy.scene.strict_yaml import Place, compose, refuse, resolve
 from cablestudy.scene.units import common_factor, show, split
 
@@ -25,14 +23,14 @@ class Interval:
     Parameters
     ----------
     first, last : int, float or str
-        As written. Text carries a unit.
+        The ends. Text carries a unit.
     spacing : str
         `linear`, or `log` for equal ratios.
 
     Attributes
     ----------
     low, high : Decimal
-        The ends, `high` in the unit of `low`.
+        The ends in the unit of the first.
 
     Raises
     ------
@@ -52,43 +50,25 @@ class Interval:
             if self.low * self.high <= 0:
                 raise ValueError(f"spacing: log needs ends of one sign, not zero, got {show(first)} and {show(last)}")
             self._ratio = float(self.high / self.low)
-        self._whole = isinstance(first, int) and isinstance(last, int)
-
-    def step(self, number, steps):
-        """Value number 0 to `steps` of equal steps from end to end, int, float or str as the user would write it.
-
-        Each is rounded on its own, linear ones correctly, logarithmic ones to 15 digits.
-        """
-        if number in (0, steps):
-            value = self.high if number else self.low
-        elif self._ratio is None:
-            value = self.low + (self.high - self.low) * number / steps
-        else:
-            value = Decimal(f"{float(self.low) * self._ratio ** (number / steps):.{_DIGITS}g}")
-        is_whole = value == value.to_integral_value()
-        if not self._unit:
-            return int(value) if self._whole and is_whole else float(value)
-        return f"{int(value) if is_whole and abs(value) < 10**_DIGITS else float(value)!r} {self._unit}"
+        self._floats = float(self.low), float(self.high)
 
     def between(self, part):
         """The value at a part of the way, from 0 to 1, float or str."""
-        low, high = float(self.low), float(self.high)
+        low, high = self._floats
         value = low + (high - low) * part if self._ratio is None else low * self._ratio**part
         value = min(max(value, min(low, high)), max(low, high))
         return f"{value!r} {self._unit}" if self._unit else value
 
 
-class Range(Sequence):
-    """The values of a range, computed one by one.
+class Range(Interval, Sequence):
+    """Values at equal steps or ratios, computed one by one; both ends, as written, are values exactly.
 
     Parameters
     ----------
-    first, last : int, float or str
-        The ends as written; both are values of the range, exactly. Text carries a unit.
+    first, last, spacing
+        As of `Interval`.
     count : int
         How many values, ends included. [-]
-    spacing : str
-        `linear`, or `log` for equal ratios.
 
     Attributes
     ----------
@@ -98,37 +78,43 @@ class Range(Sequence):
     Raises
     ------
     ValueError
-        Ends that do not fit each other or the spacing, or a count out of range.
+        As `Interval`, or a count out of range.
     """
 
     def __init__(self, first, last, count, spacing="linear"):
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_COUNT:
             raise ValueError(f"count: expected a whole number from 1 to {MAX_COUNT}, got {show(count)}")
-        self._interval, self._count = Interval(first, last, spacing), count
+        super().__init__(first, last, spacing)
+        self._count, self._is_whole = count, isinstance(first, int) and isinstance(last, int)
         self.written = {"from": first, "to": last, "count": count, "spacing": spacing}
-        if count == 1 and self._interval.low != self._interval.high:
+        if count == 1 and self.low != self.high:
             raise ValueError("count: a range of one value needs equal ends")
 
     def __len__(self):
         return self._count
 
     def __getitem__(self, index):
+        """Int, float or str as the user would write it; linear values correctly rounded, others to 15 digits."""
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(self._count))]
         if not -self._count <= index < self._count:
             raise IndexError(index)
-        return _step(self._interval, index % self._count, self._count - 1)
+        number, steps = index % self._count, self._count - 1
+        if number in (0, steps):
+            value = self.high if number else self.low
+        elif self._ratio is None:
+            value = self.low + (self.high - self.low) * number / steps
+        else:
+            value = Decimal(f"{float(self.low) * self._ratio ** (number / steps):.{_DIGITS}g}")
+        is_integer = value == value.to_integral_value()
+        if not self._unit:
+            return int(value) if self._is_whole and is_integer else float(value)
+        return f"{int(value) if is_integer and abs(value) < 10**_DIGITS else float(value)!r} {self._unit}"
 
     def worth_checking(self, few):
         """Some of the indices, both ends among them: every limit of a quantity is an interval."""
         last = self._count - 1
         return {round(i * last / few) for i in range(few + 1)}
-
-
-@lru_cache(maxsize=65536)
-def _step(interval, number, steps):
-    """`Interval.step`, kept because in a grid each value is met many times."""
-    return interval.step(number, steps)
 
 
 def _end(value, key):
@@ -172,47 +158,25 @@ def _check_keys(mapping, what, needed):
 
 
 def read_vary(text):
-    """Read the argument of `--vary`: `key=from:to:count`, `log` or `linear` after the count, or `key=a,b,c`.
-
-    Returns
-    -------
-    key : str
-        Dotted.
-    values : Sequence
-
-    Raises
-    ------
-    SceneError
-        Anything else.
-    """
-    key, sign, written = text.partition("=")
-    key, written = key.strip(), written.strip()
-    place = Place(f"--vary {key}")
-    if not (sign and key and written):
+    """Key and values of `--vary`: `key=from:to:count`, `log` or `linear` after the count, or `key=a,b,c`."""
+    key, _, written = text.partition("=")
+    if not (key.strip() and written.strip()):
         raise refuse(Place(f"--vary {text}"), _VARY)
-    try:
-        split_key(key)
-        return key, _range(written) if ":" in written and not _BRACKET.search(written) else _list(written)
-    except ValueError as error:
-        raise refuse(place, str(error)) from None
-    except SceneError as error:
-        raise refuse(place, error.mistakes[0].message) from None
+    return read_option("--vary", text, _VARY, _read_values)
 
 
-def _range(written):
+def _read_values(written):
+    if ":" not in written or _BRACKET.search(written):
+        values, _ = compose(f"[{written}]", "")  # a list as in the files
+        if not isinstance(values, list) or not values:
+            raise ValueError(_VARY)
+        return values
     parts = written.split(":")
     if len(parts) != 3:
         raise ValueError(_VARY)
     first, last, number = parts
     count = _COUNT.fullmatch(number)
     if count is None:
-        raise ValueError(f"count: expected a whole number, with log behind it for equal ratios, got {show(number)}")
+        shown = show(number.strip())
+        raise ValueError(f"count: expected a whole number, with log behind it for equal ratios, got {shown}")
     return Range(resolve(first.strip()), resolve(last.strip()), int(count[1]), count[2] or "linear")
-
-
-def _list(written):
-    """Values between commas, as in a list of YAML."""
-    values, _ = compose(f"[{written}]", "")
-    if not isinstance(values, list) or not values:
-        raise ValueError(_VARY)
-    return values

@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from cablestudy.scene.fields import Count
+from cablestudy.scene.fields import Count, Table
 from cablestudy.scene.ranges import MAX_COUNT
-from cablestudy.scene.tables import Table
 
 METHODS = ("sobol", "latin_hypercube", "saltelli")
 MAX_NUMBERS = 50_000_000  # drawn at once: 400 MB
@@ -63,23 +62,25 @@ class Sample(Table):
         return _points(self.method, self.count, self.dimension, self.seed)
 
     def coordinate(self, case, key):
-        """Position of a key in its interval in a case, from 0 to 1.
+        """Position of a key in its interval in one case or many, from 0 to 1.
 
         A Saltelli design has for each point, with a and b its halves, the cases a; a with the first number of b; a with
         the second; ...; b (Saltelli et al., 2010, Computer Physics Communications 181, 259).
 
         Parameters
         ----------
-        case, key : int
+        case : int or ndarray of int, shape (n,)
+            From 0.
+        key : int
             From 0.
 
         Returns
         -------
-        float
+        float or ndarray, shape (n,)
         """
         point, page = divmod(case, self.pages)
-        other = self.method == "saltelli" and page in (key + 1, self.pages - 1)
-        return float(self.points()[point, key + len(self.over) * other])
+        other = (self.method == "saltelli") & ((page == key + 1) | (page == self.pages - 1))
+        return self.points()[point, key + len(self.over) * other]
 
     @property
     def notes(self):
@@ -116,7 +117,11 @@ class Sampled(Sequence):
     def __getitem__(self, index):
         if not 0 <= index < len(self):
             raise IndexError(index)
-        return self._interval.between(self._sample.coordinate(index, self._key))
+        return self._interval.between(float(self._sample.coordinate(index, self._key)))
+
+    def at(self, cases):
+        """List of the values in many cases, an ndarray of int."""
+        return [self._interval.between(part) for part in self._sample.coordinate(cases, self._key).tolist()]
 
     def worth_checking(self, few):
         """Set of indices to check: evenly spread, and those of the smallest and the largest value."""

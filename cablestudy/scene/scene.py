@@ -6,10 +6,9 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from cablestudy.scene.cable_table import Cable, Damping, Load
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import Count, Quantity, QuantityOrTable
+from cablestudy.scene.fields import Count, Quantity, QuantityOrTable, Table
 from cablestudy.scene.mistakes import collect
 from cablestudy.scene.strict_yaml import refuse
-from cablestudy.scene.tables import Table
 
 STUDY_KEYS = ("vary", "columns")
 DEFAULT_ACCURACY = 1e-4

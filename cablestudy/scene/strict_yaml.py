@@ -8,7 +8,6 @@ import re
 from typing import NamedTuple
 
 import yaml
-from yaml.composer import Composer
 
 from cablestudy.errors import Mistake, SceneError
 
@@ -20,6 +19,7 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _CORE = "tag:yaml.org,2002:"
 _PLAIN = ""  # tag of a scalar without quotes, whose type follows from its text
 _DEFAULT_TAGS = {yaml.SequenceNode: _CORE + "seq", yaml.MappingNode: _CORE + "map"}
+_NO_TYPE = re.compile(r"(&\S+\s+)?!(\s|$)")  # `! 5` is text; PyYAML drops the sign
 _UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -45,7 +45,8 @@ _MESSAGES = (
     (r"cannot start any token", "text that begins with this character must be quoted", False),
     (r"node content", "expected a value", False),
     (r"unknown escape", r"unknown \\ escape (use 'single quotes' for text with a backslash)", False),
-    (r"undefined alias '(.*)'", r"alias *\1 has no anchor &\1 above it", False),
+    (r"undefined alias \*(\w*)", r"alias *\1 has no anchor &\1 above it", False),
+    (r"duplicate anchor", "an anchor of this name stands above already", False),
     (r"another document", "a second document ('---'): one file holds one document", False),
     (r"nested more", f"nested more than {MAX_DEPTH} deep", False),
 )
@@ -105,6 +106,8 @@ def resolve(text):
     """
     if text in _WORDS:
         return _WORDS[text]
+    if text[0] not in "+-.0123456789":
+        return text
     if _INFINITE.fullmatch(text):
         return float(text.replace(".", ""))
     kind = int if _INTEGER.fullmatch(text) else float if _FLOAT.fullmatch(text) else None
@@ -149,7 +152,7 @@ def compose(text, name):
         raise _syntax_error(error, text, name) from None
     except (OverflowError, ValueError):  # PyYAML without libyaml, on an escape beyond the last character of Unicode
         raise refuse(Place(name), "an escape in quoted text that stands for no character") from None
-    reader = _Reader(name)
+    reader = _Reader(text, name)
     return (None if node is None else reader.value(node, (), None)), reader.places
 
 
@@ -157,8 +160,11 @@ def _syntax_error(error, text, name):
     """A message of PyYAML, of several lines, as one line that says what to do."""
     problem = f"{getattr(error, 'context', '') or ''}: {getattr(error, 'problem', '') or error}"
     mark, began = getattr(error, "problem_mark", None), getattr(error, "context_mark", None)
-    if mark is not None and "cannot start any token" in problem and _line(text, mark)[mark.column :].startswith("\t"):
+    here = "" if mark is None else (text.splitlines()[mark.line : mark.line + 1] or [""])[0][mark.column :]
+    if "cannot start any token" in problem and here.startswith("\t"):
         problem = "tab character"
+    if "undefined alias" in problem:
+        problem = f"undefined alias {here}"
     message, use_began = "not YAML: " + " ".join(problem.strip(": ").split()), False
     for pattern, template, at_beginning in _MESSAGES:
         if found := re.search(pattern, problem):
@@ -168,51 +174,35 @@ def _syntax_error(error, text, name):
     return refuse(_place(name, mark) if mark is not None else Place(name), message)
 
 
-def _line(text, mark):
-    """The line of a mark (empty past the end)."""
-    return (text.splitlines()[mark.line : mark.line + 1] or [""])[0]
-
-
 def _place(name, mark):
     return Place(name, mark.line + 1, mark.column + 1)
 
 
-class _Composer(Composer):
-    """PyYAML's composer with a limit of depth, on the events of libyaml where PyYAML has it."""
+class _Composer(_LOADER):
+    """PyYAML's composer, of libyaml where PyYAML has it, with a limit of depth and types by YAML 1.2."""
 
-    def __init__(self, text):
-        super().__init__()
-        events, self._depth = _LOADER(text), 0
-        self.check_event, self.peek_event, self.get_event = events.check_event, events.peek_event, events.get_event
+    depth = 0
 
     def descend_resolver(self, parent, index):
-        """Nothing: types do not depend on the path."""
+        """Refuse nodes deeper than MAX_DEPTH, since composing recurses."""
+        self.depth += 1
+        if self.depth > MAX_DEPTH + 1:
+            raise yaml.composer.ComposerError(None, None, "nested more", parent.start_mark)
 
     def ascend_resolver(self):
-        """Nothing."""
+        """Count back."""
+        self.depth -= 1
 
     def resolve(self, kind, value, implicit):
         """Tag of a node without one: text when quoted."""
         return _DEFAULT_TAGS.get(kind) or (_PLAIN if implicit[0] else _CORE + "str")
 
-    def compose_node(self, parent, index):
-        """One node; refused beyond MAX_DEPTH, since composing recurses."""
-        event = self.peek_event()
-        if self._depth > MAX_DEPTH:
-            raise yaml.composer.ComposerError(None, None, "nested more", event.start_mark)
-        if getattr(event, "tag", None) == "!":  # text, whatever it looks like
-            event.implicit = (False, True)
-        self._depth += 1
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
-
 
 class _Reader:
     """Nodes -> plain values; `places` collects where they are. An alias has the place of its anchor."""
 
-    def __init__(self, name):
-        self.name, self.places = name, {}
+    def __init__(self, text, name):
+        self.text, self.name, self.places = text, name, {}
         self._seen, self._open, self._aliased = set(), set(), 0
 
     def value(self, node, path, key_place):
@@ -241,7 +231,10 @@ class _Reader:
         tag = node.tag.removeprefix(_CORE)
         if node.style == '"' and (bad := _UNPRINTABLE.search(node.value)):
             raise refuse(place, f"character U+{ord(bad[0]):04X} is not text")
-        if tag == "str":
+        start = node.start_mark.index
+        if tag == "str" or (
+            self.text[start : start + 1] in ("!", "&") and tag == _PLAIN and _NO_TYPE.match(self.text, start)
+        ):
             return node.value
         if tag not in _TYPES:
             raise refuse(place, f"tag {_written_tag(node.tag)} is not allowed")

@@ -2,21 +2,20 @@
 
 import math
 import os
-from collections.abc import Iterable
+from functools import partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.document import apply_sets, lazily, read_base, read_file
+from cablestudy.scene.document import apply_sets, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
-from cablestudy.scene.fields import Name, Quantity
+from cablestudy.scene.fields import Name, Quantity, Table
 from cablestudy.scene.layers import REPLACES, split_key
 from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.strict_yaml import refuse
-from cablestudy.scene.tables import Table
 
 CHECK_ALL = 1000
 ALL_COLUMNS = "rtol"  # in `check`
@@ -139,12 +138,12 @@ class Study:
         return {key: value for key, value, _ in self._settings(self._steps(index))}
 
     def case(self, index):
-        """One case.
+        """One case. `study.case_table` reads many at once.
 
         Parameters
         ----------
         index : int
-            From 0 to count - 1. `study.case_table` reads many at once.
+            From 0 to count - 1.
 
         Returns
         -------
@@ -248,7 +247,7 @@ def study_of(source, sets=(), vary=()):
         raise located(found, source)
     everything = with_options(entries, vary)
     document = read_base(source)
-    settings = [(key, value, lazily(source, ("set", key))) for key, value in table.set.items()]
+    settings = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
     document = apply_sets(document.with_sets(settings), sets)
     study = Study(source, table, document, entries, everything[len(entries) :])
     _refuse_idle(study, entries, sets)
@@ -260,7 +259,7 @@ def _beside(source, name):
     return os.path.join(os.path.dirname(source.name), name)
 
 
-def _repeated(names: Iterable[str], key):
+def _repeated(names, key):
     """Names that occur twice."""
     first = {}
     return [((key, i), f"{name} is given twice") for i, name in enumerate(names) if first.setdefault(name, i) != i]

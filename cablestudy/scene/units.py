@@ -201,13 +201,7 @@ def factor(name, unit):
 
 
 def common_factor(name, other):
-    """Ratio of one unit to another as written, to 28 digits, as Decimal.
-
-    Raises
-    ------
-    ValueError
-        Unknown unit, or two dimensions.
-    """
+    """Ratio of one unit to another, both as written, as Decimal; ValueError when they do not fit each other."""
     if name == other:
         return Decimal(1)
     try:
@@ -241,8 +235,9 @@ def _root(name):
         ratio, units = registry.get_root_units(parsed)
     except Exception:  # pint raises a dozen kinds, and the tokenizer under it more
         raise _NotAQuantityError(_unknown(name)) from None
-    # pint's base of mass is the gram; the text of the units is what compares equal across its versions.
-    return ratio, "" if units.dimensionless and not units._units else str(units)
+    # The ratio is an int where only base units are multiplied: "m m" is 1 meter ** 2. pint's base of mass is the gram;
+    # the text of the units is what compares equal across its versions.
+    return Decimal(ratio), "" if units.dimensionless and not units._units else str(units)
 
 
 @cache

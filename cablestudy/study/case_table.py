@@ -6,9 +6,10 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.fields import Table
 from cablestudy.scene.layers import split_key
+from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import Scene, quantity_of
-from cablestudy.scene.tables import Table
 
 NOT_COLUMNS = ("cable.inclination",)  # quantities of which a scene takes functions that numpy has no equal of
 
@@ -97,7 +98,8 @@ def _numbers(entry, steps):
     found = {}
     for key, written, _ in entry.columns:
         read = quantity_of(key).read
-        found[key] = np.array([_number(read, written[step]) for step in unique.tolist()])[place]
+        chosen = written.at(unique) if isinstance(written, Sampled) else [written[step] for step in unique.tolist()]
+        found[key] = np.array([_number(read, value) for value in chosen])[place]
     return found
 
 
@@ -148,18 +150,16 @@ def _value(scene, key):
     return scene
 
 
-def _with_values(table, values):
-    """Copy of a table of the file with other numbers at some dotted keys."""
-    updates, inside = {}, {}
+def _with_values(scene, values):
+    """Copy of a scene with other numbers at some dotted keys."""
     for key, value in values.items():
-        name, _, rest = key.partition(".")
-        if rest:
-            inside.setdefault(name, {})[rest] = value
-        else:
-            updates[name] = value
-    for name, below in inside.items():
-        updates[name] = _with_values(getattr(table, name), below)
-    return table.model_copy(update=updates)
+        scene = _with_value(scene, split_key(key), value)
+    return scene
+
+
+def _with_value(table, path, value):
+    name, *rest = path
+    return table.model_copy(update={name: _with_value(getattr(table, name), rest, value) if rest else value})
 
 
 def _tables_in(table):

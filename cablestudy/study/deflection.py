@@ -55,7 +55,7 @@ def nodal_deflections(case):
     forces = external_forces(loads_only, mesh, before.force)[1:-1]
     linear = np.zeros_like(full)
     for axes in (IN_PLANE, OUT_OF_PLANE):
-        if len(forces) and forces[:, axes].any():
+        if forces[:, axes].any():
             moved = System(before, axes).solve(forces[:, axes].reshape(-1, 1))
             linear[1:-1, axes] = moved.reshape(-1, len(axes))
     length = float(span.unstretched_length)

@@ -10,27 +10,17 @@ from cablestudy.study.table import leftovers, write_whole
 
 
 class TableFiles:
-    """The files of a study.
-
-    Parameters
-    ----------
-    folder : str
-    study : str
-        The study file as the user named it.
+    """The files of a study, which is named as the user named it.
 
     Attributes
     ----------
-    csv, md : str
-        The table.
-    run : str
-        Its provenance.
-    rows : str
-        The rows as they are computed.
+    csv, md, run, rows : str
+        The table, its provenance, and the rows as they are computed.
     """
 
     def __init__(self, folder, study):
         stem = os.path.splitext(os.path.basename(study))[0]
-        self.folder, self.study = folder, study
+        self.folder = folder
         self.stem = "stdin" if study == "<stdin>" else stem
         self.csv, self.md, self.run, self.rows = (
             os.path.join(folder, self.stem + end) for end in (".csv", ".md", ".run.yaml", ".rows.sqlite")

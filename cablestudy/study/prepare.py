@@ -29,19 +29,17 @@ def columns_of(study):
     columns, mistakes = [], []
     _, scene = study.case(0)
     for place, name in enumerate(study.columns):
-        asked = place >= len(study.columns) - len(study.asked)
-        about = study.where(("columns", place)), "" if asked else f"columns.{place}"
         try:
             column = find(name)
+            if any(column.header == other.header for other in columns):
+                raise ValueError(f"{column.name} is listed twice")
+            columns.append(column)
+            if lacks(scene, column) and _every_case_lacks(study, column):
+                raise ValueError(f"{column.name} needs the key {lacks(scene, column)}, which the scene does not have")
         except ValueError as error:
-            mistakes.append(Mistake(*about, str(error)))
-            continue
-        if any(column.header == other.header for other in columns):
-            mistakes.append(Mistake(*about, f"{column.name} is listed twice"))
-        elif lacks(scene, column) and _every_case_lacks(study, column):
-            message = f"{column.name} needs the key {lacks(scene, column)}, which the scene does not have"
-            mistakes.append(Mistake(*about, message))
-        columns.append(column)
+            by_option = place >= len(study.columns) - len(study.asked)
+            key = "" if by_option else f"columns.{place}"
+            mistakes.append(Mistake(study.where(("columns", place)), key, str(error)))
     if mistakes:
         raise SceneError(*mistakes)
     return columns
@@ -49,6 +47,14 @@ def columns_of(study):
 
 def _every_case_lacks(study, column):
     return all(lacks(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
+
+
+def _listed(study, name):
+    """The column of a name, with its unit or without; ValueError where the study does not list it."""
+    column = find(name)
+    if not {column.name, column.header}.intersection(study.columns):
+        raise ValueError(f"{name} is not among the study's columns")
+    return column
 
 
 def compared(study, name):
@@ -69,9 +75,7 @@ def compared(study, name):
     ValueError
         The study has no such column, or it is never compared by a tolerance.
     """
-    column = find(name)
-    if not {column.name, column.header}.intersection(study.columns):
-        raise ValueError(f"{name} is not among the study's columns")
+    column = _listed(study, name)
     if column.name in ("status", NEVER_COMPARED):
         raise ValueError(f"{name} {'is text' if column.name == 'status' else 'is never compared'}")
     return column.header
@@ -108,26 +112,8 @@ def tolerances_of(study):
     return found
 
 
-def printed_values(study, columns):
-    """The printed values of a study's reference table, row by row.
-
-    Parameters
-    ----------
-    study : Study
-    columns : list of Column
-
-    Returns
-    -------
-    names : list of str
-        Headers of the columns that have printed values.
-    rows : list of dict
-        Header -> number or None.
-
-    Raises
-    ------
-    SceneError
-        The table does not fit the study.
-    """
+def _printed_values(study, columns):
+    """As the last result of `prepare`; a table that does not fit the study raises SceneError."""
     if study.reference_path is None:
         return [], []
     names, rows = read_csv(study.reference_path)
@@ -163,7 +149,8 @@ def prepare(study):
     -------
     columns : list of Column
     reference : tuple
-        As from `printed_values`.
+        Of the study's table of printed values: headers of its columns, and for each row a dict of header -> number or
+        None; two empty lists without such a table.
 
     Raises
     ------
@@ -175,10 +162,7 @@ def prepare(study):
     tolerances_of(study)
     for name in (study.plot.x, *study.plot.y) if study.plot else ():
         try:
-            header = find(name).header
+            _listed(study, name)
         except ValueError as error:
             raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
-        if header not in {column.header for column in columns}:
-            message = f"{name} is not among the study's columns"
-            raise SceneError(Mistake(study.where(("plot",)), "plot", message))
-    return columns, printed_values(study, columns)
+    return columns, _printed_values(study, columns)

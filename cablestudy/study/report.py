@@ -15,17 +15,10 @@ from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
 
 SHAPE_POINTS = 41  # along a cable in closed form
-MODE_FIELDS = (
-    Field("number", "number"),
-    Field("type", "type"),
-    Field("symmetry", "symmetry"),
-    Field("frequency_Hz", "frequency", "Hz"),
-    Field("participation", "participation", "N/(m sqrt(kg))"),
-)
 
 
-def static_row(scene):
-    """The row of every static and stiffness column that a scene has the keys for.
+def static_table(scene):
+    """The table of every static and stiffness column that a scene has the keys for.
 
     Parameters
     ----------
@@ -33,23 +26,13 @@ def static_row(scene):
 
     Returns
     -------
-    Row
-    list of Column
-    """
-    wanted = [
-        column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness") and not lacks(scene, column)
-    ]
-    return evaluate(scene, wanted), wanted
-
-
-def static_table(row, columns):
-    """The table of `static_row`.
-
-    Returns
-    -------
     Table
+    Row
     """
-    return Table((*map(field_of, columns), STATUS), [row.cells], single=True, errors=row.known_errors)
+    kinds = ("scene", "statics", "stiffness")
+    columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
+    row = evaluate(scene, columns)
+    return Table((*map(field_of, columns), STATUS), [row.cells], single=True, errors=row.known_errors), row
 
 
 def shape_table(case):
@@ -63,31 +46,25 @@ def shape_table(case):
     -------
     Table
     """
-    fields = [
-        Field("s_m", "s", "m"),
-        *(Field(f"{axis}_m", axis, "m") for axis in "xyz"),
-        Field("tension_N", "tension", "N"),
-    ]
-    moved = None
+    moved = {}
     if len(case.span.load_positions):
         from cablestudy.study.deflection import nodal_deflections
 
         mesh, full, linear = nodal_deflections(case)
-        positions = mesh.node_positions
-        moved = [block @ case.span.frame for block in (full, linear)]
-        fields += [Field(f"{word}_{axis}_m", f"{word} {axis}".replace("_", " "), "m")
-                   for word in ("deflection", "linear_deflection") for axis in "xyz"]  # fmt: skip
+        positions, moved = mesh.node_positions, {"deflection": full, "linear_deflection": linear}
     elif case.exact_statics:
         positions = np.linspace(0.0, 1.0, SHAPE_POINTS)
     else:
         positions = case.state.mesh.node_positions
-    length = float(case.span.unstretched_length)
     places, tension = shape(case, positions)
-    data = [positions * length, *places.T, tension]
-    if moved:
-        data += [column for block in moved for column in block.T]
-    names = [field.name for field in fields]
-    rows = [dict(zip(names, map(float, values), strict=True)) for values in zip(*data, strict=True)]
+    data = {"s_m": positions * float(case.span.unstretched_length)}
+    data |= {f"{axis}_m": coordinate for axis, coordinate in zip("xyz", places.T, strict=True)}
+    data["tension_N"] = tension
+    for word, block in moved.items():
+        data |= {f"{word}_{axis}_m": part for axis, part in zip("xyz", (block @ case.span.frame).T, strict=True)}
+    words = [name.rpartition("_") for name in data]
+    fields = [Field(name, word.replace("_", " "), unit) for name, (word, _, unit) in zip(data, words, strict=True)]
+    rows = [dict(zip(data, map(float, values), strict=True)) for values in zip(*data.values(), strict=True)]
     return Table(tuple(fields), rows)
 
 
@@ -124,7 +101,12 @@ def mode_table(case, modes):
         }
         for i in range(len(modes))
     ]
-    return Table(MODE_FIELDS, rows)
+    plain = [Field(name, name) for name in ("number", "type", "symmetry")]
+    frequency, driven = (
+        Field("frequency_Hz", "frequency", "Hz"),
+        Field("participation", "participation", "N/(m sqrt(kg))"),
+    )
+    return Table((*plain, frequency, driven), rows)
 
 
 def columns_table():
@@ -134,12 +116,11 @@ def columns_table():
     -------
     Table
     """
-    fields = tuple(Field(name, name) for name in ("column", "unit", "meaning", "needs", "key"))
     rows = [
         {"column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": c.key}
         for c in (*COLUMNS, *FAMILIES)
     ]
-    return Table(fields, rows)
+    return Table(tuple(Field(name, name) for name in rows[0]), rows)
 
 
 def shape_positions(case):

@@ -5,7 +5,6 @@ import json
 import os
 import tempfile
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import dataclass
 
 from cablestudy.errors import SceneError
@@ -17,26 +16,13 @@ MOST_ROWS = 1000  # of a table in Markdown
 
 @dataclass(frozen=True)
 class Field:
-    """One column of a table.
+    """One column of a table."""
 
-    Attributes
-    ----------
-    name : str
-        In CSV and JSON, unit included.
-    title : str
-        In Markdown.
-    unit : str
-    beside : str
-        Of a difference from a printed value: the name of the printed value's field, shown in the same cell of Markdown.
-    hidden : bool
-        Whether Markdown leaves the column out.
-    """
-
-    name: str
-    title: str
+    name: str  # in CSV and JSON, unit included
+    title: str  # in Markdown
     unit: str = ""
-    beside: str = ""
-    hidden: bool = False
+    beside: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
+    hidden: bool = False  # whether Markdown leaves the column out
 
 
 @dataclass(frozen=True)
@@ -210,32 +196,22 @@ def write_whole(path, text):
     SceneError
         The folder cannot be written to.
     """
-    folder = os.path.dirname(path) or "."
+    pieces = [text] if isinstance(text, str | bytes) else text
     temporary = None
     try:
-        handle, temporary = tempfile.mkstemp(dir=folder, prefix=leftovers(path))
+        handle, temporary = tempfile.mkstemp(dir=os.path.dirname(path) or ".", prefix=leftovers(path))
         with os.fdopen(handle, "wb", buffering=1 << 20) as file:
-            if isinstance(text, bytes):
-                file.write(text)
-            else:
-                pieces = [text] if isinstance(text, str) else text
-                file.writelines(
-                    piece.encode(errors="backslashreplace") for piece in pieces
-                )  # a file name may be no valid text
-        give_rights(temporary)
+            for piece in pieces:  # a file name in it may be no valid text
+                file.write(piece if isinstance(piece, bytes) else piece.encode(errors="backslashreplace"))
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)  # the permissions of an ordinary file
         os.replace(temporary, path)
     except OSError as error:
         raise SceneError(f"{path}: cannot be written ({error.strerror or error})") from None
     finally:
         if temporary and os.path.exists(temporary):
             os.unlink(temporary)
-
-
-def give_rights(path):
-    """Set the permissions of a temporary file to those of an ordinary one."""
-    mask = os.umask(0)
-    os.umask(mask)
-    os.chmod(path, 0o666 & ~mask)
 
 
 def leftovers(path):
@@ -267,44 +243,35 @@ def read_csv(path):
 
 def stream_csv(path):
     """As `read_csv`, with an iterator of rows."""
-    lines = _lines(path)
-    try:
-        reader = csv.reader(lines, strict=True)
-        names = [name.strip() for name in next(reader)]
-    except StopIteration:
-        raise SceneError(f"{path}: {NO_TABLE} (it is empty)") from None
-    except csv.Error as error:
-        raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
+    lines = _cells(path)
+    names = [name.strip() for name in next(lines, ())]
+    if not names:
+        raise SceneError(f"{path}: {NO_TABLE} (it is empty)")
     twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
     if twice:
-        lines.close()
         raise SceneError(*(f"{path}: column {name!r} is there twice" for name in twice))
-    return names, _rows(path, names, reader, lines)
+    return names, _rows(path, names, lines)
 
 
-def _lines(path):
-    """Lines of a file that are neither empty nor comments."""
+def _cells(path):
+    """Yield the cells of each line that is neither empty nor a comment."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            yield from (line for line in file if line.strip() and not line.startswith("#"))
+            yield from csv.reader((line for line in file if line.strip() and not line.startswith("#")), strict=True)
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except UnicodeError as error:
+    except (csv.Error, UnicodeError) as error:
         raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
 
 
-def _rows(path, names, reader, lines):
+def _rows(path, names, lines):
     """Yield rows as dicts; raise SceneError at the end for those with a wrong number of cells."""
     wrong = []
-    with closing(lines):
-        try:
-            for place, row in enumerate(reader, 1):
-                if len(row) != len(names):
-                    wrong.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
-                elif not wrong:
-                    yield dict(zip(names, row, strict=True))
-        except csv.Error as error:
-            raise SceneError(f"{path}: {NO_TABLE} ({error})") from None
+    for place, row in enumerate(lines, 1):
+        if len(row) != len(names):
+            wrong.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
+        elif not wrong:
+            yield dict(zip(names, row, strict=True))
     if wrong:
         raise SceneError(*wrong)
 

@@ -1,53 +1,114 @@
 """Command `trade`: error against time, for every model that a user can choose.
 
-The error is relative to the continuous cable (`trade_reference`). The time is what one more case of a sweep costs:
+The error is relative to the continuous cable (`reference_of`). The time is what one more case of a sweep costs:
 processor time from the scene to the numbers, statics included, on one thread, after all imports and cached constants.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import ConvergenceError, SceneError
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
+from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.columns import broken, find, lacks
-from cablestudy.study.trade_models import models_of, with_accuracy
-from cablestudy.study.trade_reference import AGREED, Reference, reference_of, relative_error, why_no_reference
+from cablestudy.study.column_requirements import DISCRETE
+from cablestudy.study.columns import ROUNDING, broken, find, lacks, value
+from cablestudy.study.row import MODAL
+from cablestudy.study.trade_models import integrate_by, models_of, one_line, with_accuracy
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 BUDGET = 1.5  # a model whose timings add up to this is not repeated [s]
 BRIEF = 0.1  # a shorter run is repeated and the second timed: other models have displaced the processor's caches [s]
 EQUAL = 1.15  # times whose ratio is below are not told apart
+LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
+AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
+ROUNDED = 1e-8  # a difference that grows again from below this is rounding
+NO_REFERENCE = 1e-3  # smallest relative difference of two levels above which there is no reference
+INTEGRATION_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # of the RMS integrals: the first that converges is taken
 
 
 @dataclass(frozen=True)
+class Reference:
+    """Values of the continuous cable; each dict has the names of columns as keys."""
+
+    values: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)  # estimated relative errors of the values [-]
+    notes: dict = field(default_factory=dict)  # how the values were computed
+    failures: dict = field(default_factory=dict)  # why there is no value
+
+
 class Measurement:
-    """Error and time of one model.
+    """Errors and times of one model.
+
+    Parameters
+    ----------
+    model : Model
+    scene : Scene
+    columns : sequence of Column
+        Those that have a reference.
+    reference : Reference
 
     Attributes
     ----------
     family, name : str
-    dof : int or None
-    time : float or None
-        Median for all columns together. [s]
-    times : dict
-        Column name -> median for this column alone, where the model makes a difference for it. [s]
     errors : dict
         Column name -> relative error, of the columns that have a value; at least the reference's own. [-]
     status : str
         `ok`, or which columns have no value and why.
     """
 
-    family: str
-    name: str
-    dof: int | None
-    time: float | None
-    times: dict
-    errors: dict
-    status: str
+    def __init__(self, model, scene, columns, reference):
+        self.family, self.name = model.family, model.name
+        self._model, self._scene, self._columns = model, scene, columns
+        self._answer, seconds = self._run(columns)  # to warm up; this time counts where the model is slow
+        values = self._answer.values
+        self._seconds = {"": [seconds] if seconds > BUDGET else []}  # all columns together, then each alone
+        if len(columns) > 1:
+            self._seconds |= {column.name: [] for column in columns if column.name in values and model.concerns(column)}
+        self.errors = {
+            name: max(relative_error(number, reference.values[name]), reference.errors[name])
+            for name, number in values.items()
+        }
+        reasons = {}
+        for name, reason in self._answer.failures.items():
+            reasons.setdefault(reason, []).append(name)
+        self.status = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items()) or "ok"
+
+    def repeat(self):
+        """Time all columns together and each alone once more."""
+        for name, times in self._seconds.items():
+            if not times or sum(times) < BUDGET:
+                columns = [column for column in self._columns if name in ("", column.name)]
+                _, seconds = self._run(columns)
+                if seconds < BRIEF:
+                    _, seconds = self._run(columns)
+                times.append(seconds)
+
+    def _run(self, columns):
+        """The answer, and its processor time [s], which other programs on the machine do not change."""
+        begin = time.process_time()
+        answer = self._model.solve(self._scene, columns)
+        return answer, time.process_time() - begin
+
+    @cached_property
+    def dof(self):
+        """Number of free displacements, or None. [-]"""
+        return self._answer.dof
+
+    @cached_property
+    def time(self):
+        """Median time for all columns together, None where there is no value. [s]"""
+        return float(np.median(self._seconds[""])) if self.errors else None
+
+    @cached_property
+    def times(self):
+        """Column name -> median time for this column alone, where the model makes a difference for it. [s]"""
+        if len(self._columns) == 1:
+            return dict.fromkeys(self.errors, self.time)
+        return {name: float(np.median(seconds)) for name, seconds in self._seconds.items() if name}
 
     @property
     def largest(self):
@@ -57,19 +118,11 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Trade:
-    """Error against time.
+    """Error against time."""
 
-    Attributes
-    ----------
-    columns : list of Column
-        Those that have a reference.
-    reference : Reference
-    entries : list of Measurement
-    """
-
-    columns: list
+    columns: list  # of Column: those that have a reference
     reference: Reference
-    entries: list
+    entries: list  # of Measurement
 
     @cached_property
     def front(self):
@@ -103,13 +156,15 @@ def pareto(times, errors):
     list of int
         Their indices, ascending.
     """
-    order = sorted(range(len(times)), key=lambda k: (times[k], errors[k]))
-    found, best, last = [], np.inf, None
-    for k in order:
-        if errors[k] < best or (times[k], errors[k]) == last:
-            found.append(k)
-            best, last = errors[k], (times[k], errors[k])
-    return sorted(found)
+    points = list(zip(times, errors, strict=True))
+    return [
+        k
+        for k, (time, error) in enumerate(points)
+        if not any(t <= time and e <= error and (t, e) != (time, error) for t, e in points)
+    ]
+
+
+# ------------------------------------------------------------------------------------------------------------ columns
 
 
 def columns_to_compare(document, scene, names=None):
@@ -134,25 +189,21 @@ def columns_to_compare(document, scene, names=None):
     SceneError
         Unknown or repeated columns, or one that needs a key which the scene lacks.
     """
-    if names is None:
-        columns = [find(name) for name in DEFAULT]
-        reasons = {column.name: _why_left_out(scene, column) for column in columns}
-        notes = [f"left out: {name}: {reason}" for name, reason in reasons.items() if reason]
-        return [column for column in columns if not reasons[column.name]], notes
-    columns = []
-    for name in names.split(","):
-        column = _named(name.strip())
-        if column.name in [other.name for other in columns]:
+    columns, notes = [], []
+    for name in DEFAULT if names is None else names.split(","):
+        column = find(name) if names is None else _named(name.strip())
+        key = lacks(scene, column)
+        if names is None:
+            reason = f"needs the key {key}" if key else _why_no_reference(scene, column)
+            if reason:
+                notes.append(f"left out: {name}: {reason}")
+                continue
+        elif column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
-        if lacks(scene, column):
-            raise missing(document, lacks(scene, column), "trade")
+        elif key:
+            raise missing(document, key, "trade")
         columns.append(column)
-    return columns, []
-
-
-def _why_left_out(scene, column):
-    key = lacks(scene, column)
-    return f"needs the key {key}" if key else why_no_reference(scene, column)
+    return columns, notes
 
 
 def _named(name):
@@ -168,7 +219,95 @@ def _named(name):
     return column
 
 
-def compare(scene, columns, repeats=5, models=None, progress=None):
+# ---------------------------------------------------------------------------------------------------------- reference
+
+
+def reference_of(scene, columns):
+    """Values of the continuous cable.
+
+    Statics and end stiffness have a closed form. For everything that moves, elements of high order about that closed
+    form are refined until the values of two successive levels agree.
+
+    Parameters
+    ----------
+    scene : Scene
+    columns : sequence of Column
+
+    Returns
+    -------
+    Reference
+    """
+    case = Case(with_accuracy(scene, AGREED))
+    levels = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    reference = Reference()
+    for column in columns:
+        name = column.name
+        try:
+            if _why_no_reference(scene, column):
+                raise NoSolutionError(_why_no_reference(scene, column))
+            if column.needs in DISCRETE:
+                error, number, note = _converged(levels, column)
+            else:
+                error, number, note = ROUNDING, value(column, case), "closed form"
+        except CablestudyError as failure:
+            reference.failures[name] = one_line(failure)
+        else:
+            reference.values[name], reference.errors[name], reference.notes[name] = number, error, note
+    return reference
+
+
+def _why_no_reference(scene, column):
+    """Why a column has no value for the continuous cable, or an empty text."""
+    modal = column.needs in ("loop", "wind") and scene.cable.damping.model == "modal"
+    return MODAL.partition(", or fixed")[0] if modal else ""
+
+
+def _converged(levels, column):
+    """Estimated error of a value that moves, the value, and its model: where two successive levels differ least."""
+    steps, before, failure = [], (), "none"
+    for note, case in levels:
+        try:
+            integration = _integrate(case, column) if column.needs == "wind" else 0.0
+            now = (value(column, case),)
+        except CablestudyError as error:
+            before, failure = (), one_line(error)
+            continue
+        if before:
+            difference = max(relative_error(now[0], before[0]), ROUNDING)
+            steps.append((difference, max(difference, integration), now[0], note))
+            if difference <= AGREED or min(steps)[0] < min(difference, ROUNDED):
+                break
+        before, failure = now, "none"
+    if not steps:
+        raise ConvergenceError(f"no reference: {failure}")
+    difference, *best = min(steps)
+    if difference > NO_REFERENCE:
+        raise ConvergenceError(f"no reference: the finest models differ by {difference:.1e}")
+    return best
+
+
+def _integrate(case, column):
+    """Integrate the response to the wind as accurately as converges; relative error of the RMS. [-]"""
+    for tolerance in INTEGRATION_TOLERANCES:
+        try:
+            integrate_by(case, [column], lambda c, loop, t=tolerance: windrms.response_of(c, loop, t))
+        except ConvergenceError:
+            continue
+        return tolerance / 2  # an RMS is the square root of an integral
+    return windrms.TOLERANCE / 2
+
+
+def relative_error(value, truth):
+    """Error relative to the truth; where that is zero or None, 0 for the same value and 1 for any other. [-]"""
+    if value is None or truth is None or truth == 0:
+        return float(value != truth)
+    return abs(value - truth) / abs(truth)
+
+
+# -------------------------------------------------------------------------------------------------------- measurement
+
+
+def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
     """Measure models.
 
     Parameters
@@ -198,66 +337,12 @@ def compare(scene, columns, repeats=5, models=None, progress=None):
     known = [column for column in columns if column.name in reference.values]
     if not known:
         raise ConvergenceError("; ".join(f"{name}: {why}" for name, why in reference.failures.items()))
-    timings = [_Timing(model, scene, known) for model in (models_of(known) if models is None else models)]
-    for turn in range(repeats + 1):  # in rounds, so that a disturbance does not fall on one model alone
-        for timing in timings:
-            timing.warm_up() if turn == 0 else timing.repeat()
-            if progress:
-                progress(1)
-    return Trade(known, reference, [timing.measurement(reference) for timing in timings])
-
-
-class _Timing:
-    """Repeated runs of one model."""
-
-    def __init__(self, model, scene, columns):
-        self._model, self._scene, self._columns = model, scene, columns
-
-    def warm_up(self):
-        """First run; its time counts where the model is slow."""
-        self._answer, seconds = self._run(self._columns)
-        alone = [c for c in self._columns if c.name in self._answer.values and self._model.concerns(c)]
-        self._asked = {"": self._columns}  # all columns together, then each alone
-        if len(self._columns) > 1:
-            self._asked |= {column.name: [column] for column in alone}
-        self._times = {name: [] for name in self._asked}
-        if seconds > BUDGET:
-            self._times[""].append(seconds)
-
-    def repeat(self):
-        """One more timing of all columns together and of each alone."""
-        for name, columns in self._asked.items():
-            times = self._times[name]
-            if not times or sum(times) < BUDGET:
-                _, seconds = self._run(columns)
-                if seconds < BRIEF:
-                    _, seconds = self._run(columns)
-                times.append(seconds)
-
-    def _run(self, columns):
-        """The answer, and its processor time [s], which other programs on the machine do not change."""
-        begin = time.process_time()
-        answer = self._model.solve(self._scene, columns)
-        return answer, time.process_time() - begin
-
-    def measurement(self, reference):
-        """Medians of the times, and errors."""
-        answer, model = self._answer, self._model
-        times = {name: float(np.median(seconds)) for name, seconds in self._times.items()}
-        together = times.pop("")
-        if len(self._columns) == 1:
-            times = dict.fromkeys(answer.values, together)
-        errors = {
-            name: max(relative_error(number, reference.values[name]), reference.errors[name])
-            for name, number in answer.values.items()
-        }
-        whole = together if answer.values else None
-        return Measurement(model.family, model.name, answer.dof, whole, times, errors, _status(answer.failures))
-
-
-def _status(failures):
-    """`ok`, or the columns without a value, those with the same reason together."""
-    reasons = {}
-    for name, reason in failures.items():
-        reasons.setdefault(reason, []).append(name)
-    return "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items()) or "ok"
+    entries = []
+    for model in models_of(known) if models is None else models:
+        entries.append(Measurement(model, scene, known, reference))
+        progress(1)
+    for _ in range(repeats):  # in rounds, so that a disturbance does not fall on one model alone
+        for entry in entries:
+            entry.repeat()
+            progress(1)
+    return Trade(known, reference, entries)

@@ -30,26 +30,15 @@ TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8)
 POINTS = (100, 1000, 10_000, 100_000)
 GRID = (1e-5, 1e2)  # ends of a frequency grid, over the static frequency of the gondola
 BLOCK = 4096  # frequencies at once, to limit memory
-OPEN = "open_loop"  # in the names of the columns with the winch at rest
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a model computes.
+    """What a model computes, by names of columns."""
 
-    Attributes
-    ----------
-    values : dict
-        Column name -> number, of the columns that it has.
-    failures : dict
-        Column name -> reason, of the others.
-    count_dof : callable
-        Returns the number of free displacements, or None where no model was made; default: 0. Not called while timed.
-    """
-
-    values: dict
-    failures: dict = field(default_factory=dict)
-    count_dof: Callable = lambda: 0
+    values: dict  # numbers, of the columns that it has
+    failures: dict = field(default_factory=dict)  # reasons, of the others
+    count_dof: Callable = lambda: 0  # not called while timed; returns None where no model was made
 
     @property
     def dof(self):
@@ -62,23 +51,12 @@ class Answer:
 
 @dataclass(frozen=True)
 class Model:
-    """A model that a user can choose.
+    """A model that a user can choose."""
 
-    Attributes
-    ----------
-    family : str
-        Models of one family differ in one number.
-    name : str
-    solve : callable
-        Scene, columns -> Answer; everything from the scene on, nothing cached.
-    needs : tuple of str
-        The kinds of columns (`Column.needs`) whose values depend on it.
-    """
-
-    family: str
+    family: str  # models of one family differ in one number
     name: str
-    solve: Callable
-    needs: tuple = ("statics", "stiffness", *DISCRETE)
+    solve: Callable  # scene, columns -> Answer; everything from the scene on, nothing cached
+    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns (`Column.needs`) that depend on it
 
     def concerns(self, column):
         """Whether the value of a column depends on the model."""
@@ -101,59 +79,49 @@ def models_of(columns):
         Model("closed form", "Irvine", _irvine, ("modes",)),
         *(Model("error control", f"accuracy {_power(a)}", partial(_controlled, a)) for a in ACCURACIES),
     ]
+
+    def add(family, name, build, *needs):
+        found.append(Model(family, name, partial(solve_case, build), *needs))
+
     for mass in MASSES:
-        found += [_of_case(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass)) for n in BARS]
-    found += [_of_case("high order", f"1 x order {p}", partial(_spectral, 1, p)) for p in ORDERS]
-    found += [_of_case("several of high order", f"{n} x order {p}", partial(_spectral, n, p)) for n, p in SEVERAL]
+        for n in BARS:
+            add(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass))
+    for n, p in [(1, order) for order in ORDERS] + list(SEVERAL):
+        add("high order" if n == 1 else "several of high order", f"{n} x order {p}", partial(_spectral, n, p))
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
-        found += [_of_case(family, f"{n} {family}", partial(build, n), DISCRETE[1:]) for n in MODES]
+        for n in MODES:
+            add(family, f"{n} {family}", partial(build, n), DISCRETE[1:])
     rules = [("adaptive", f"adaptive {_power(t)}", partial(windrms.response_of, tolerance=t)) for t in TOLERANCES]
     for family, space in (("uniform grid", np.linspace), ("log grid", np.geomspace)):
         rules += [(family, f"{family.split()[0]} {n} points", partial(_on_grid, space, n)) for n in POINTS]
-    found += [_of_case(family, name, partial(_integrated, rule), DISCRETE[-1:]) for family, name, rule in rules]
+    for family, name, rule in rules:
+        add(family, name, partial(_integrated, rule), DISCRETE[-1:])
     return [model for model in found if any(model.concerns(column) for column in columns)]
-
-
-def _of_case(family, name, build, *needs):
-    return Model(family, name, partial(solve_case, build), *needs)
 
 
 def _power(number):
     return f"{number:.0e}".replace("e-0", "e-")
 
 
-def read(case, columns):
-    """Numbers of a case.
-
-    Parameters
-    ----------
-    case : Case
-    columns : sequence of Column
-
-    Returns
-    -------
-    values : dict
-        Column name -> number.
-    failures : dict
-        Column name -> why there is none.
-    """
-    return _each(columns, lambda column: value(column, case))
+def one_line(text):
+    """A message without line breaks."""
+    return " ".join(str(text).split())
 
 
-def _each(columns, compute):
-    """Values and failures of a function of a column."""
+def _answer(columns, case, compute=value, count_dof=lambda: 0):
+    """The answer of a function of a column and a case; columns without a value fail."""
     values, failures = {}, {}
     for column in columns:
         try:
-            values[column.name] = compute(column)
+            values[column.name] = compute(column, case)
         except CablestudyError as failure:
-            failures[column.name] = " ".join(str(failure).split())
-    return values, failures
+            failures[column.name] = one_line(failure)
+    return Answer(values, failures, count_dof)
 
 
-def _none(columns, reason):
+def _no_answer(columns, reason):
     """Answer of a model that cannot be made."""
-    return Answer({}, {column.name: " ".join(reason.split()) for column in columns}, lambda: None)
+    return Answer({}, dict.fromkeys([column.name for column in columns], one_line(reason)), lambda: None)
 
 
 # ------------------------------------------------------------------------------------------------ models of elements
@@ -176,14 +144,22 @@ def solve_case(build, scene, columns):
     try:
         case = build(scene, columns)
     except CablestudyError as failure:
-        return _none(columns, str(failure))
-    return Answer(*read(case, columns), lambda: case.dof or case.dynamics.dof)
+        return _no_answer(columns, failure)
+    return _answer(columns, case, count_dof=lambda: case.dof or case.dynamics.dof)
 
 
 def fixed(elements, order, mass, scene, _=()):
     """The case of so many elements, as `model: {elements: ..., order: ..., mass: ...}` asks for."""
-    model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
-    return Case(scene.model_copy(update={"model": scene.model.model_copy(update=model)}))
+    return Case(_modelled(scene, accuracy=None, elements=elements, order=order, mass=mass))
+
+
+def with_accuracy(scene, accuracy):
+    """The same scene with error control."""
+    return _modelled(scene, accuracy=accuracy, elements=None, order=1, mass="lumped")
+
+
+def _modelled(scene, **model):
+    return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
 
 def _spectral(elements, order, scene, _):
@@ -191,60 +167,59 @@ def _spectral(elements, order, scene, _):
     return fixed(elements * segments, order, "lumped", scene)
 
 
-def _base(scene):
-    return Case(with_accuracy(scene, ACCURACIES[-1])).refined(*BASE)
-
-
-def with_accuracy(scene, accuracy):
-    """The same scene with error control."""
-    model = scene.model.model_copy(update={"accuracy": accuracy, "elements": None, "order": 1, "mass": "lumped"})
-    return scene.model_copy(update={"model": model})
-
-
 def _controlled(accuracy, scene, columns):
     row = evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
     if row.failed:
-        return _none(columns, row.cells["status"])
+        return _no_answer(columns, row.cells["status"])
     return Answer({column.name: row.cells[column.header] for column in columns}, {}, lambda: row.cells["dof"])
 
 
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 
+def _accurate(scene):
+    return Case(with_accuracy(scene, ACCURACIES[-1]))
+
+
 def _catenary(scene, columns):
-    static = [column for column in columns if column.needs not in DISCRETE]
-    values, failures = read(Case(with_accuracy(scene, ACCURACIES[-1])), static)
-    moving = {column.name: "statics alone" for column in columns if column not in static}
-    return Answer(values, failures | moving)
+    def compute(column, case):
+        if column.needs in DISCRETE:
+            raise NoSolutionError("statics alone")
+        return value(column, case)
+
+    return _answer(columns, _accurate(scene), compute)
 
 
 def _irvine(scene, columns):
-    case = Case(with_accuracy(scene, ACCURACIES[-1]))
-    return Answer(*_each(columns, lambda column: _irvine_frequency(case, column.name)))
+    return _answer(columns, _accurate(scene), _irvine_frequency)
 
 
-def _irvine_frequency(case, name):
+def _irvine_frequency(column, case):
     """Frequency of the taut cable in closed form (Irvine, 1981, chapter 3). [Hz]"""
-    match = re.fullmatch(r"(inplane|outofplane|symmetric|axial)_frequency_(\d+)", name)
+    match = re.fullmatch(r"(inplane|outofplane|symmetric|axial)_frequency_(\d+)", column.name)
     family, count = (match[1], int(match[2])) if match else ("inplane", 1)
-    if not match and name != "cable_frequency":
+    if not match and column.name != "cable_frequency":
         raise NoSolutionError("no formula of Irvine's")
     if case.scene.cable.loads:
         raise NoSolutionError("Irvine's cable carries no point loads")
     span, tension = case.span, case.catenary.mean_tension
     if family == "axial":
         return float(taut.axial_frequencies(count, span)[-1])
-    if family == "symmetric":
-        return float(taut.symmetric_frequencies(count, span, tension)[-1])
     mass, _ = taut.per_deformed_length(span)
+    string = taut.string_frequencies(2 * count, span.chord, tension, mass)
     if family == "outofplane":
-        return float(taut.string_frequencies(count, span.chord, tension, mass)[-1])
+        return float(string[count - 1])
     symmetric = taut.symmetric_frequencies(count, span, tension)
-    antisymmetric = taut.string_frequencies(2 * count, span.chord, tension, mass)[1::2]
-    return float(np.sort(np.concatenate([symmetric, antisymmetric]))[count - 1])
+    if family == "symmetric":
+        return float(symmetric[-1])
+    return float(np.sort(np.concatenate([symmetric, string[1::2]]))[count - 1])
 
 
 # ----------------------------------------------------------------------------------------------------- reduced modes
+
+
+def _base(scene):
+    return _accurate(scene).refined(*BASE)
 
 
 def _with_residual(count, scene, _):
@@ -273,7 +248,9 @@ def _with_ends(case, model):
 
 
 def _integrated(rule, scene, columns):
-    return integrate_by(_base(scene), columns, rule)
+    case = _base(scene)
+    integrate_by(case, columns, rule)
+    return case
 
 
 def integrate_by(case, columns, rule):
@@ -283,20 +260,15 @@ def integrate_by(case, columns, rule):
     ----------
     case : Case
     columns : sequence of Column
+        Those of the open loop alone do not need a stable loop.
     rule : callable
         Case, loop -> Response.
-
-    Returns
-    -------
-    Case
-        The given one.
     """
     names = [column.name for column in columns if column.needs == "wind"]
-    if any(OPEN not in name for name in names):
+    if any("open_loop" not in name for name in names):
         case.response = rule(case, case.loop)
     elif names:
         case.open_response = rule(case, case.loop.at_rest)
-    return case
 
 
 def _on_grid(space, points, case, loop):

@@ -64,17 +64,8 @@ def _rounded(row, limits):
     return texts
 
 
-def fastest_table(trade):
-    """The fastest model below each error, for each column alone.
-
-    Parameters
-    ----------
-    trade : Trade
-
-    Returns
-    -------
-    Table
-    """
+def _fastest_table(trade):
+    """The fastest model below each error, for each column alone."""
     fields = [Field("column", "column"), *(Field(f"{t:.0e}", f"error below {t:.0e}") for t in TARGETS)]
     rows = [
         {"column": column.name, **{f"{target:.0e}": _fastest(trade, column, target) for target in TARGETS}}
@@ -129,6 +120,6 @@ def write(trade, place, title):
         f"# Error against time: {title}\n\n{table_of(trade, shown=True).render('md')}\n"
         f"Times: Python {platform.python_version()}, {libraries}, {platform.machine()}, one thread; "
         f"processor time. Read the ratios: another machine has other milliseconds.\n\n"
-        f"## The fastest model below an error\n\n{fastest_table(trade).render('md')}"
+        f"## The fastest model below an error\n\n{_fastest_table(trade).render('md')}"
     )
     place.write_texts(table_of(trade).render("csv"), text)

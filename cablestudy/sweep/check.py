@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 from decimal import Decimal
-from itertools import zip_longest
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import ALL_COLUMNS
@@ -35,14 +34,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Relative difference up to which numbers agree.
-
-    Attributes
-    ----------
-    usual : float
-    columns : dict
-        Header -> tolerance of that column, where it is another.
-    """
+    """Relative difference up to which numbers agree: as usual, and of columns (by header) where it is another."""
 
     usual: float = RTOL
     columns: dict = None
@@ -53,17 +45,9 @@ class Tolerance:
 
 
 def read_tolerances(texts, study):
-    """The tolerances of a study file and of `--rtol` options, which take precedence.
+    """The tolerances of a study file, and of `--rtol` options: `1e-6` for all columns, `sag=1e-4` for one.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        `1e-6` for all columns, `sag=1e-4` for one.
-    study : Study
-
-    Returns
-    -------
-    Tolerance
+    Options take precedence.
 
     Raises
     ------
@@ -101,12 +85,6 @@ def _tolerance(text):
 def compare(table, path, tolerance):
     """Compare a table with a stored CSV, cell by cell.
 
-    Parameters
-    ----------
-    table : Table
-    path : str
-    tolerance : Tolerance
-
     Yields
     ------
     Difference or str
@@ -117,18 +95,13 @@ def compare(table, path, tolerance):
     yield from (f"column {name}: stored, not computed" for name in names if name not in wanted)
     yield from (f"column {name}: computed, not stored" for name in wanted if name not in names)
     owner = _owners(table.fields)
-    common = [name for name in wanted if name in names and name != find(NEVER_COMPARED).header]
-    cells = [(name, owner[name], tolerance.of(owner[name])) for name in common]
+    cells = [(name, owner[name]) for name in wanted if name in names and name != find(NEVER_COMPARED).header]
     count = 0
-    for place, (old_row, row) in enumerate(zip_longest(stored, table.rows), 1):
-        count += old_row is not None
-        if old_row is None or row is None:
-            continue
-        for name, column, rtol in cells:
-            old, new = old_row[name], row.get(name)
-            scale = 0.0 if name == column else row.get(column) or 0.0
-            if not (_same_status(old, exact(new)) if name == "status" else _agree(old, new, rtol, scale)):
-                yield Difference(place, name, old, exact(new))
+    for count, (row, old_row) in enumerate(zip(table.rows, stored, strict=False), 1):
+        for name, column in cells:
+            if not _agree(name, old_row[name], row.get(name), column, row.get(column), tolerance):
+                yield Difference(count, name, old_row[name], exact(row.get(name)))
+    count += sum(1 for _ in stored)
     if count != len(table.rows):
         yield f"{count} rows stored, {len(table.rows)} computed"
 
@@ -142,14 +115,17 @@ def _owners(fields):
     return found
 
 
-def _agree(old, new, rtol, scale):
-    """Whether a stored text and a computed cell agree, relative to the largest of them and `scale`."""
+def _agree(name, old, new, column, value, tolerance):
+    """Whether a stored text and a computed cell agree, relative to the largest of both and of their column."""
+    if name == "status":
+        return _same_status(old, exact(new))
     if not isinstance(new, float) and old == exact(new):
         return True
     a, b = number(old), new if isinstance(new, float) else number(exact(new))
     if a is None or b is None:
         return False
-    return a == b or abs(a - b) <= rtol * max(abs(a), abs(b), abs(scale))
+    scale = abs(value or 0.0) if name != column else 0.0
+    return a == b or abs(a - b) <= tolerance.of(column) * max(abs(a), abs(b), scale)
 
 
 def _same_status(old, new):

@@ -25,48 +25,23 @@ MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be
 
 @dataclass(frozen=True)
 class Chunk:
-    """What a worker receives.
+    """What a worker receives."""
 
-    Attributes
-    ----------
-    study : bytes
-        The study, pickled: a few kilobytes whatever the number of its cases.
-    versions : dict
-        That the rows must be computed with.
-    columns : tuple of str
-        Names of the columns to compute.
-    cases : tuple of int
-        Cases to compute, from 0.
-    explain : bool
-        Keep the notes too.
-    """
-
-    study: bytes
-    versions: dict
-    columns: tuple
-    cases: tuple
-    explain: bool = False
+    study: bytes  # pickled: a few kilobytes whatever the number of its cases
+    versions: dict  # that the rows must be computed with
+    columns: tuple  # names of those to compute
+    cases: tuple  # from 0
+    explain: bool = False  # keep the notes too
 
 
 @dataclass(frozen=True)
 class Done:
-    """What a worker returns.
+    """What a worker returns."""
 
-    Attributes
-    ----------
-    headers : list of str
-        Of the cells that were computed.
-    records : list of tuple
-        One for each case, from `record.pack`.
-    failed : int
-        How many of them have no answer.
-    seconds : float
-    """
-
-    headers: list
-    records: list
-    failed: int
-    seconds: float
+    headers: list  # of the cells that were computed
+    records: list  # one for each case, from `record.pack`
+    failed: int  # how many of them have no answer
+    seconds: float  # of computing
 
 
 class Chunks:
@@ -80,31 +55,16 @@ class Chunks:
     count : int
         How many cases that are.
     explain : bool
-        Keep the notes of the rows.
 
-    Attributes
-    ----------
-    left : int
-        Cases not yet handed out.
-    size : int
-        Cases of the next chunk.
-    seconds_per_case : float or None
-        As measured last.
     """
 
     def __init__(self, study, work, count, explain=False):
         self._pickled, self._explain = pickle.dumps(study), explain
         self._work = [(iter(cases), tuple(columns)) for cases, columns in work]
-        self.left, self.size, self.seconds_per_case = count, 1, None
+        self.left, self.size, self.seconds_per_case = count, 1, None  # not handed out; of the next; as measured last
 
     def next(self, workers=1):
-        """The next chunk, or None when all cases are handed out.
-
-        Parameters
-        ----------
-        workers : int
-            Towards the end chunks become smaller, so that so many workers finish at about the same time.
-        """
+        """The next chunk, or None when all cases are handed out; towards the end smaller ones, for so many workers."""
         while self._work:
             cases, columns = self._work[0]
             share = -(-self.left // (2 * workers)) if workers > 1 else self.left
@@ -131,28 +91,13 @@ class Chunks:
 
 
 def compute(chunk):
-    """Compute a chunk: in this process, in another, or on another machine.
-
-    Parameters
-    ----------
-    chunk : Chunk
-
-    Returns
-    -------
-    Done
-
-    Raises
-    ------
-    SceneError
-        This worker has other versions than the run.
-    """
+    """Compute a chunk, in this process or in another: Done; raises SceneError if this worker has other versions."""
     begin = time.perf_counter()
     _freeze()
     if versions() != chunk.versions:
-        differing = [name for name in versions() if versions()[name] != chunk.versions.get(name)]
-        raise SceneError("a worker has " + ", ".join(
-            f"{name} {versions()[name]}, not {chunk.versions.get(name)}" for name in differing
-        ))  # fmt: skip
+        there = [(name, own, chunk.versions.get(name)) for name, own in versions().items()]
+        differing = [f"{name} {own}, not {other}" for name, own, other in there if own != other]
+        raise SceneError("a worker has " + ", ".join(differing))
     study = _study(chunk.study)
     columns = [find(name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
@@ -184,13 +129,8 @@ def _study(pickled):
     return pickle.loads(pickled)
 
 
-def key_of(scene):
-    """Hash of a resolved scene: the same wherever and whenever it is computed."""
-    return _hash(scene.model_dump_json().encode())
-
-
 def keys_of(table):
-    """Hashes of the scenes of many cases; see `key_of`.
+    """Hashes of the scenes of many cases, which identify them in later runs.
 
     Parameters
     ----------
@@ -199,7 +139,7 @@ def keys_of(table):
     Returns
     -------
     list of str
-        What `key_of` gives for the scene of each case: only the varied numbers are put into the JSON of one scene.
+        Of the JSON of each scene: the varied numbers are put into that of one scene.
     """
     marks = {key: np.array([-1e-300 / (place + 1)]) for place, key in enumerate(table.values)}
     text = CaseTable(table.cases[:1], table.scene, marks).scene_of(0).model_dump_json().encode()
@@ -209,13 +149,6 @@ def keys_of(table):
         parts.append(text[end:begin])
         numbers.append(to_json(table.values[key].tolist())[1:-1].split(b","))
         end = begin + len(to_json(marks[key][0].item()))
-    if not places:
-        return [_hash(text)] * len(table.cases)
-    rest = text[end:]
-    return [
-        _hash(b"".join(chain.from_iterable(zip(parts, row, strict=True))) + rest) for row in zip(*numbers, strict=True)
-    ]
-
-
-def _hash(text):
-    return blake2b(text, digest_size=12).hexdigest()
+    end_of_text = text[end:]
+    texts = [b"".join(chain.from_iterable(zip(parts, row, strict=True))) for row in zip(*numbers, strict=True)]
+    return [blake2b(text + end_of_text, digest_size=12).hexdigest() for text in texts or [b""] * len(table.cases)]

@@ -15,7 +15,7 @@ SAME_VERSIONS = "the scheduler and its workers need the same cablestudy, Python 
 
 
 def compute_on_cluster(chunks, address, say=None):
-    """Compute chunks on the workers of a dask scheduler; those of a worker that is lost are computed by another.
+    """Compute chunks on the workers of a dask scheduler, those of a lost worker on another: yields Done, in any order.
 
     Parameters
     ----------
@@ -24,11 +24,6 @@ def compute_on_cluster(chunks, address, say=None):
         `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
     say : callable, optional
         Is called with notes for the user.
-
-    Yields
-    ------
-    Done
-        In any order.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The condition of --where: comparisons joined by and, or, not; text -> function of a row.
+"""The condition of --where: comparisons joined by and, or, not; text -> function of a pandas.DataFrame.
 
     operand = column | varied key | number [unit] | "text" | 'text'
 
@@ -13,8 +13,11 @@ import ast
 import operator
 import re
 from bisect import bisect_right
+from functools import reduce
 from itertools import pairwise
 from typing import NamedTuple
+
+import pandas
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.units import common_factor, factor, show, split
@@ -52,18 +55,12 @@ class Token(NamedTuple):
 
 
 def parse(text, study):
-    """Read a condition.
-
-    Parameters
-    ----------
-    text : str
-    study : Study
-        Columns of the condition that it does not have are added to it.
+    """Read a condition; columns of it that the study does not have are added to it.
 
     Returns
     -------
     callable
-        Row -> True, False or None (unknown).
+        pandas.DataFrame of rows -> Series of True, False or NA (unknown).
 
     Raises
     ------
@@ -96,13 +93,7 @@ def _tokens(text):
 
 
 class _Translator:
-    """Syntax tree of a condition -> function of a row.
-
-    Parameters
-    ----------
-    tokens : list of Token
-    study : Study
-    """
+    """Syntax tree of a condition -> function of a pandas.DataFrame."""
 
     def __init__(self, tokens, study):
         self.tokens, self.study = tokens, study
@@ -143,9 +134,11 @@ class _Translator:
         match node:
             case ast.BoolOp():
                 conditions = [self.condition(value, depth + 1) for value in node.values]
-                return joined(conditions, decisive=isinstance(node.op, ast.Or))
+                join = operator.or_ if isinstance(node.op, ast.Or) else operator.and_
+                return lambda frame: reduce(join, [condition(frame) for condition in conditions])
             case ast.UnaryOp(op=ast.Not()):
-                return negated(self.condition(node.operand, depth + 1))
+                condition = self.condition(node.operand, depth + 1)
+                return lambda frame: ~condition(frame)
             case ast.Compare():
                 return self.comparison(node)
         self.refuse_node(node)
@@ -213,7 +206,7 @@ class _Translator:
             _refuse(token.column, f"not a number: {show(token.text)}")
 
     def getter(self, operand, token, unit):
-        """Function of a row: the value in a unit (None: SI)."""
+        """Function of a frame: the value in a unit (None: SI), as a Series."""
         try:
             if isinstance(operand, Variable):
                 return operand.getter(unit)
@@ -222,7 +215,8 @@ class _Translator:
             _refuse(token.column, str(error).replace('""', "no unit"))
         except OverflowError:
             _refuse(token.column, f"out of range: {show(token.text)}")
-        return lambda row: value
+        kind = object if isinstance(value, str) else "Float64"
+        return lambda frame: pandas.Series(value, frame.index, dtype=kind)
 
 
 def is_text(operand):
@@ -256,47 +250,27 @@ def _number(number, own, unit):
 
 
 def chain(getters, tests):
-    """Function of a row: whether each value compares with the next, for example `1 < sag <= 2`.
+    """Function of a frame: whether each value compares with the next, for example `1 < sag <= 2`."""
 
-    Parameters
-    ----------
-    getters : list of callable
-        Row -> float, text or None.
-    tests : list of callable
-        Two values -> bool; one fewer.
-    """
-
-    def holds(row):
-        values = [getter(row) for getter in getters]
-        if None in values:
-            return None
-        for (first, second), test in zip(pairwise(values), tests, strict=True):
-            if isinstance(first, str) != isinstance(second, str):
-                if test is operator.ne:
-                    continue
-                return False if test is operator.eq else None
-            if not test(first, second):
-                return False
-        return True
+    def holds(frame):
+        pairs = pairwise([getter(frame) for getter in getters])
+        return reduce(operator.and_, [compare(*pair, test) for pair, test in zip(pairs, tests, strict=True)])
 
     return holds
 
 
-def joined(conditions, decisive):
-    """`or` (True is decisive) or `and` (False is) in three-valued logic."""
-
-    def holds(row):
-        found = [condition(row) for condition in conditions]
-        return decisive if decisive in found else None if None in found else not decisive
-
-    return holds
+def compare(first, second, test):
+    """Nullable boolean Series: how two Series of numbers, or of numbers and texts, compare cell by cell."""
+    if first.dtype == second.dtype == "Float64":
+        return test(first, second)
+    found = [compare_cells(*pair, test) for pair in zip(first, second, strict=True)]
+    return pandas.Series(found, first.index, dtype="boolean")
 
 
-def negated(condition):
-    """`not` in three-valued logic."""
-
-    def holds(row):
-        found = condition(row)
-        return None if found is None else not found
-
-    return holds
+def compare_cells(first, second, test):
+    """True, False or None (unknown); a number and a text are unequal, and have no order."""
+    if not (isinstance(first, str | float) and isinstance(second, str | float)):
+        return None
+    if isinstance(first, str) == isinstance(second, str):
+        return bool(test(first, second))
+    return test is operator.ne if test in EQUALITY else None

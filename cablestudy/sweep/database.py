@@ -25,10 +25,6 @@ class Database:
     path : str
         "" for a database that vanishes with the process: in memory, and in a temporary file once it is large.
 
-    Attributes
-    ----------
-    path : str
-
     Raises
     ------
     SceneError
@@ -87,13 +83,7 @@ class Database:
 
     @contextmanager
     def transaction(self):
-        """All statements inside take effect together, or none.
-
-        Raises
-        ------
-        SceneError
-            The disk is full, the file is damaged.
-        """
+        """All statements inside take effect together, or none; SceneError if the disk is full or the file damaged."""
         with self.reported():
             self.execute("BEGIN")
             try:

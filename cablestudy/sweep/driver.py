@@ -17,7 +17,6 @@ WORTHWHILE = 3.0  # seconds of work that are worth the start of other processes
 AHEAD = 2  # chunks in flight for each worker, so that none waits for the next
 PER_CORE = 4  # processes at most: more of them only take memory
 MAX_DEATHS = 3  # of workers, one after the other without a result between them
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class WorkerDeathError(Exception):
@@ -25,18 +24,13 @@ class WorkerDeathError(Exception):
 
 
 def compute_here(chunks, jobs=None):
-    """Compute chunks on this machine.
+    """Compute chunks on this machine: yields Done, in any order.
 
     Parameters
     ----------
     chunks : Chunks
     jobs : int, optional
         Processes, at most PER_CORE for each core. Default: all cores if the estimated work is worth their start.
-
-    Yields
-    ------
-    Done
-        In any order.
 
     Raises
     ------
@@ -61,7 +55,7 @@ def compute_here(chunks, jobs=None):
 
 
 def retry(chunks, open_executor, workers):
-    """Compute all chunks, those of workers that died again.
+    """Compute all chunks, those of workers that died again: yields Done.
 
     Parameters
     ----------
@@ -70,10 +64,6 @@ def retry(chunks, open_executor, workers):
         Context manager of an executor; called again after the death of a worker.
     workers : callable
         How many workers there are now.
-
-    Yields
-    ------
-    Done
     """
     deaths = 0
     while chunks.left:
@@ -90,25 +80,15 @@ def retry(chunks, open_executor, workers):
 
 
 def submit_all(chunks, executor, workers=lambda: 1):
-    """The loop of every sweep: submit chunks, a few ahead of the workers, and yield what is done.
+    """The loop of every sweep: submit chunks, a few ahead of the workers, and yield what is done, in any order.
 
-    Parameters
-    ----------
-    chunks : Chunks
-        Those in flight are put back if the loop is left early.
-    executor : concurrent.futures.Executor
-    workers : callable
-        How many workers there are now.
-
-    Yields
-    ------
-    Done
-        In any order.
+    Those in flight are put back if the loop is left early. Parameters as of `retry`.
     """
     flying = {}
     try:
         while True:
-            while len(flying) < _ahead(workers()) and (chunk := chunks.next(workers())):
+            most = AHEAD * workers() if workers() > 1 else 1
+            while len(flying) < most and (chunk := chunks.next(workers())):
                 flying[executor.submit(compute, chunk)] = chunk
             if not flying:
                 return
@@ -120,10 +100,6 @@ def submit_all(chunks, executor, workers=lambda: 1):
     finally:
         for chunk in flying.values():
             chunks.put_back(chunk)
-
-
-def _ahead(workers):
-    return AHEAD * workers if workers > 1 else 1
 
 
 class SerialExecutor(Executor):
@@ -163,8 +139,6 @@ def cores():
 
 def _context():
     """How processes are started: from a server that has imported what they need, where there can be one."""
-    for name in THREADS:  # processes in parallel: one thread of linear algebra each
-        os.environ.setdefault(name, "1")
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     from multiprocessing import forkserver, resource_tracker

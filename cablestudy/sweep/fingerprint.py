@@ -20,18 +20,7 @@ def versions():
 
 
 def identity(study, columns):
-    """What the rows of a study depend on, as plain values.
-
-    Parameters
-    ----------
-    study : Study
-    columns : sequence of Column
-
-    Returns
-    -------
-    dict
-        `versions`, `scene`, `vary`, `columns`.
-    """
+    """What the rows of a study depend on, as plain values: dict of `versions`, `scene`, `vary`, `columns`."""
     headers = [column.header for column in columns]
     plain = {"versions": versions(), **study.resolved(), "columns": headers}
     return json.loads(json.dumps(plain))  # as it is read back from a file: lists instead of tuples
@@ -43,43 +32,25 @@ def digest(identity):
 
 
 def differences(stored, current):
-    """The versions and keys of the scene because of which stored rows cannot be used in a run.
+    """The versions and keys of the scene because of which stored rows cannot be used in a run: a line for each.
 
     What varies and which columns are asked for may differ: each row is identified by its own scene.
-
-    Parameters
-    ----------
-    stored, current : dict
-        From `identity`.
-
-    Returns
-    -------
-    list of str
-        One line for each key that differs.
     """
     lines = []
-    for part in ("versions", "scene"):
+    for part, prefix in (("versions", "version of "), ("scene", "")):
         old, new = _flat(stored[part]), _flat(current[part])
         for key in sorted(old.keys() | new.keys()):
+            there, now = (str(flat[key]) if key in flat else "not given" for flat in (old, new))
             if old.get(key) != new.get(key):
-                name = key if part == "scene" else f"version of {key}"
-                lines.append(f"{name}: {_text(old, key)} there, {_text(new, key)} now")
+                lines.append(f"{prefix}{key}: {there} there, {now} now")
     return lines
 
 
 def _flat(value, path=""):
     """Dotted key -> plain value."""
-    if isinstance(value, dict):
-        items = value.items()
-    elif isinstance(value, list):
-        items = enumerate(value)
-    else:
+    if not isinstance(value, dict | list):
         return {path: value}
     flat = {}
-    for key, item in items:
-        flat.update(_flat(item, f"{path}.{key}" if path else str(key)))
+    for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+        flat |= _flat(item, f"{path}.{key}" if path else str(key))
     return flat
-
-
-def _text(flat, key):
-    return str(flat[key]) if key in flat else "not given"

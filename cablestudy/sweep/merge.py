@@ -8,23 +8,13 @@ from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
 from cablestudy.sweep.record import unpack
 from cablestudy.sweep.run import Options, Run, command
-from cablestudy.sweep.store import COLUMNS, RowStore
-from cablestudy.sweep.store_files import is_empty, open_store, stored_description
+from cablestudy.sweep.store import COLUMNS, MISSING, is_empty, open_store, stored_description
 
 SHOWN = 10  # missing rows that are named
 
 
 class MergedRun(Run):
-    """A run whose rows come from the shards of its study.
-
-    Parameters
-    ----------
-    study : Study
-    files : TableFiles
-    words : sequence of str
-        The command that computes the study, for hints; `--shard` is added.
-    quiet : bool
-    """
+    """A run whose rows come from the shards of its study; `words` are the command that computes it, for hints."""
 
     def __init__(self, study, files, words, quiet=False):
         super().__init__(study, files, Options(keep=True, quiet=quiet))
@@ -46,14 +36,14 @@ class MergedRun(Run):
         if len(counts) > 1:
             kinds = " and of ".join(map(str, counts))
             raise SceneError(f"--out {self.files.folder}: shards of {kinds} lie there: move one kind away")
-        merged, mistakes = RowStore.temporary(self.identity, self.study.count), []
+        merged, mistakes = open_store("", self.identity, self.study.count), []
         for path in shards.values():
             mistakes += _take(path, merged)
         merged.load()
         mistakes = mistakes or self._missing(counts[0], {number for number, _ in shards}, merged)
         if mistakes:
             raise SceneError(*mistakes)
-        store = open_store(self.path, self.identity, self.study.count, None, restart=True)
+        store = open_store(self.path, self.identity, self.study.count, restart=True)
         store.insert(merged.stored(self.cases))
         store.load()
         return store
@@ -62,7 +52,8 @@ class MergedRun(Run):
         """What is missing of each shard, and how to get it."""
         found = []
         for number in range(1, shards + 1):
-            lacking = [case + 1 for case in range(number - 1, self.study.count, shards) if case not in merged]
+            cases = range(number - 1, self.study.count, shards)
+            lacking = [case + 1 for case in merged.select(cases, MISSING)]
             if lacking or number not in there:
                 what = "not complete" if number in there else "no such shard"
                 listed = ", ".join(map(str, lacking[:SHOWN])) + (", ..." if len(lacking) > SHOWN else "")
@@ -73,13 +64,7 @@ class MergedRun(Run):
 
 
 def _take(path, merged):
-    """Add the rows of a shard that are as they were written to a store.
-
-    Returns
-    -------
-    list of str
-        Why they do not belong to the study of the store.
-    """
+    """Add the rows of a shard that are as they were written to a store; list of lines why they do not belong to it."""
     with closing(Database(path)) as shard:
         try:
             if is_empty(shard):

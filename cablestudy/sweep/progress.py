@@ -1,39 +1,34 @@
-"""Progress of a sweep on standard error: a bar on a terminal, else a line every 30 s."""
+"""Progress of a sweep on standard error: a bar on a terminal, else a line every 30 s, the first early if it is long."""
 
 import sys
 import time
 
 DELAY = 1.0  # before the first bar [s]
 BAR_INTERVAL, LINE_INTERVAL = 0.2, 30.0  # between two bars, and between two lines [s]
+# A sweep with more than LONG left has its first line once so many seconds and rows give a fair estimate.
+LONG, EARLY, EARLY_ROWS = 60.0, 3.0, 20  # [s], [s], [-]
 WIDTH = 24
 
 
 class Progress:
-    """Writes the progress of a sweep to a stream.
+    """Writes the progress of a sweep of so many rows, some `known` from earlier runs, to a stream."""
 
-    Parameters
-    ----------
-    total : int
-        Rows.
-    known : int
-        Rows of earlier runs.
-    stream : text file, optional
-        Default: standard error.
-    """
-
-    def __init__(self, total, known=0, stream=None):
-        self._total, self._known = total, known
+    def __init__(self, total, known=0, quiet=False, stream=None):
+        self._total, self._known, self._quiet = total, known, quiet
         self._stream = stream or sys.stderr
         self._bar = self._stream.isatty()
         self._begin = time.monotonic()
         self._next = self._begin + (DELAY if self._bar else LINE_INTERVAL)
-        self._shown = False
+        self._shown = self._announced = False
 
     def __call__(self, done):
         """Report the number of rows done."""
         now = time.monotonic()
-        if now < self._next or done == self._total:
+        if self._quiet or done == self._total:
             return
+        if now < self._next and not self._is_early(done, now - self._begin):
+            return
+        self._announced = True
         self._next = now + (BAR_INTERVAL if self._bar else LINE_INTERVAL)
         text = self.line(done, now - self._begin)
         if self._bar:
@@ -42,6 +37,12 @@ class Progress:
             self._shown = True
         self._stream.write(text if self._bar else text + "\n")
         self._stream.flush()
+
+    def _is_early(self, done, seconds):
+        """Whether to write the first line now, since the sweep will take long."""
+        rows = done - self._known
+        enough = seconds >= EARLY and rows > EARLY_ROWS and not (self._announced or self._bar)
+        return enough and (self._total - done) * seconds > LONG * rows
 
     def line(self, done, seconds):
         """Rows done, rate and remaining time."""
@@ -54,7 +55,6 @@ class Progress:
         if self._shown:
             self._stream.write("\r\x1b[K")
             self._stream.flush()
-            self._shown = False
 
 
 def rounded_duration(seconds):

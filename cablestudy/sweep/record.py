@@ -1,12 +1,17 @@
 """One row of a table as it is stored: a tuple of plain values with a check sum."""
 
 import json
-from math import isfinite
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 from zlib import crc32
 
+from pydantic import Field, FiniteFloat, Strict, StrictInt, StrictStr, TypeAdapter
+
 OK = "ok"
-MAX_INTEGER = 2**53  # beyond, a float does not hold it exactly
+EXACT = 2**53  # beyond, a float does not hold an integer exactly
+
+Number = Annotated[StrictInt, Field(gt=-EXACT, lt=EXACT)] | Annotated[FiniteFloat, Strict()]
+CELLS, ERRORS = TypeAdapter(list[Number | None]), TypeAdapter(dict[str, Number | None])
+NOTES = TypeAdapter(list[StrictStr])
 
 
 class Record(NamedTuple):
@@ -82,30 +87,12 @@ def unpack(stored, width):
         None if it is not a row as `pack` makes them.
     """
     row, key, status, cells, errors, notes, total = stored
-    texts = (key, cells, errors, notes)
-    if type(row) is not int or row < 1 or not all(isinstance(text, str) for text in texts):
-        return None
-    if not (status is None or isinstance(status, str)) or check_sum(*stored[:-1]) != total:
+    if check_sum(*stored[:-1]) != total:
         return None
     try:
-        known = json.loads(cells), json.loads(errors) if errors else {}, json.loads(notes) if notes else []
-    except (ValueError, RecursionError):
+        cells = CELLS.validate_json(cells)
+        errors, notes = ERRORS.validate_json(errors or "{}"), NOTES.validate_json(notes or "[]")
+    except ValueError:
         return None
-    record = Record(row - 1, key, status, *known)
-    return record if _plausible(record, width) else None
-
-
-def _plausible(record, width):
-    """Whether cells, errors and notes are of the types that they should be."""
-    cells, errors, notes = record.cells, record.errors, record.notes
-    if not isinstance(cells, list) or len(cells) != width or not all(map(_number_or_none, cells)):
-        return False
-    if errors is not None and not (isinstance(errors, dict) and all(map(_number_or_none, errors.values()))):
-        return False
-    return isinstance(notes, list) and all(isinstance(note, str) for note in notes)
-
-
-def _number_or_none(value):
-    if type(value) is int:
-        return abs(value) < MAX_INTEGER
-    return value is None or (type(value) is float and isfinite(value))
+    valid = type(row) is int and row >= 1 and isinstance(key, str) and isinstance(status, str | None)
+    return Record(row - 1, key, status, cells, errors, notes) if valid and len(cells) == width else None

@@ -36,18 +36,7 @@ def usable(old, new):
 
 
 def reuse_rows(store, study, cases, identity):
-    """Give a store the rows of an edited study, as far as those of an earlier run are the same.
-
-    Parameters
-    ----------
-    store : RowStore
-        With the rows of the earlier run.
-    study : Study
-    cases : sequence of int
-        Of the new run, from 0.
-    identity : dict
-        Of the new run.
-    """
+    """Give a store with the rows of an earlier run those cases (from 0) of the edited study that are the same."""
     headers = [header for header in identity["columns"] if header != "status"]
     names = usable(store.headers, headers)
     partial = [header for header in headers if header in names] if not names.issuperset(headers) else []

@@ -7,89 +7,80 @@ from collections.abc import Sequence
 from functools import lru_cache
 from itertools import islice, product
 
+import numpy as np
+
 from cablestudy.study.fields import beside, fields_of
-from cablestudy.study.table import Table, exact
+from cablestudy.study.table import Field, Table, exact
 from cablestudy.sweep.record import OK
 
 CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more than any grid has along one axis
 
 
-class Rows(Sequence):
-    """The rows of a table.
+class LazyRows(Sequence):
+    """Rows that are made when they are asked for: `row_at` of each place; a slice has a slice of the places."""
 
-    Parameters
-    ----------
-    study : Study
-    columns : list of Column
-    reference : tuple
-        From `printed_values`.
-    store : RowStore
-        With every one of the cases.
-    cases : range
-        From 0.
-    """
+    def __init__(self, places, row_at):
+        self._places, self._row_at = places, row_at
+
+    def __len__(self):
+        return len(self._places)
+
+    def __getitem__(self, index):
+        if isinstance(index, slice):
+            return LazyRows(self._places[index], self._row_at)
+        return self._row_at(self._places[index])
+
+
+class Rows(LazyRows):
+    """The rows of a study's table; `reference` is from `prepare`, the store has all of the cases (from 0)."""
 
     def __init__(self, study, columns, reference, store, cases):
+        super().__init__(cases, lambda case: self._row(store.row(case)))
         self._study, self._columns, self._reference = study, columns, reference
         self._store, self._cases = store, cases
 
-    def __len__(self):
-        return len(self._cases)
-
-    def __getitem__(self, place):
-        if isinstance(place, slice):
-            return Rows(self._study, self._columns, self._reference, self._store, self._cases[place])
-        return self._row(self._store.row(self._cases[place]))
-
     def __iter__(self):
-        yield from map(self._row, self._records())
-
-    def _records(self):
-        if self._cases.step == 1:
-            return self._store.read(self._cases)
-        return map(self._store.row, self._cases)
+        return map(self._row, self._store.read(self._cases))
 
     def _row(self, record):
         cells = {**dict(zip(self._store.headers, record.cells, strict=True)), "status": record.status}
-        return {
-            **written(self._study.overrides(record.case)),
-            **cells,
-            **_printed(cells, self._reference, record.case),
-        }
+        varied = written(self._study.overrides(record.case))
+        return {**varied, **cells, **_printed(cells, self._reference, record.case)}
 
     def errors(self, places=None):
         """Yield the estimated error of each cell that has one, of all rows or of some: header -> number."""
-        records = self._records() if places is None else (self._store.row(self._cases[place]) for place in places)
-        rounding = {c.header: c.least_error for c in self._columns if c.least_error is not None}
-        for record in records:
-            cells = dict(zip(self._store.headers, record.cells, strict=True))
-            errors = {header: record.errors.get(header, error) for header, error in rounding.items()}
-            yield {
-                header: errors[header]
-                for header in cells
-                if cells[header] is not None and errors.get(header) is not None
-            }
+        chosen = (self._store.row(self._cases[place]) for place in places or ())
+        least = {c.header: c.least_error for c in self._columns if c.least_error is not None}
+        for record in self._store.read(self._cases) if places is None else chosen:
+            errors = {header: record.errors.get(header, error) for header, error in least.items()}
+            cells = zip(self._store.headers, record.cells, strict=True)
+            yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
+
+    def frame(self):
+        """The rows as a pandas.DataFrame: numbers as floats, what varies as it is written, the status."""
+        import pandas
+
+        texts = list(self._store.read_texts(self._cases))
+        numbers = json.loads(f"[{','.join([cells for _, cells in texts])}]")
+        frame = pandas.DataFrame(numbers, columns=self._store.headers, dtype=float)
+        frame["status"] = [status for status, _ in texts]
+        steps = np.unravel_index(self._cases, [len(entry) for entry in self._study.entries] or [1])
+        for entry, taken in zip(self._study.entries, steps, strict=False):
+            unique, places = np.unique(taken, return_inverse=True)
+            for key, values, _ in entry.columns:
+                plain = [written({key: values[step]})[key] for step in unique.tolist()]
+                frame[key] = [plain[place] for place in places.tolist()]
+        return frame
 
     def csv_lines(self, names):
-        """The lines of the CSV below its head; stored numbers are copied as text, which a million rows need.
+        """Iterator of the lines of the CSV below its head, for the table's columns; None if there are printed values.
 
-        Parameters
-        ----------
-        names : list of str
-            Of the table's columns.
-
-        Returns
-        -------
-        iterator of str, or None
-            None if the columns are others than those that vary, those stored, and the status.
+        Stored numbers are copied as text, which a million rows need.
         """
-        headers = self._store.headers
-        varied = names[: len(names) - len(headers) - 1]
-        shown = [key for key in self._study.varied if key in varied]
-        return self._copied(set(varied)) if names == [*shown, *headers, "status"] and self._cases.step == 1 else None
+        return None if self._reference[0] else self._copied(set(names))
 
-    def _copied(self, varied):
-        entries = [[(key, values) for key, values, _ in e.columns if key in varied] for e in self._study.entries]
+    def _copied(self, shown):
+        entries = [[(key, values) for key, values, _ in e.columns if key in shown] for e in self._study.entries]
         varying = [number for number, columns in enumerate(entries) if columns]
 
         @lru_cache(CACHED_STEPS)
@@ -107,38 +98,20 @@ class Rows(Sequence):
 
 
 def table_of(study, columns, reference, store, cases):
-    """The table of cases that are in a store.
-
-    Parameters
-    ----------
-    study : Study
-    columns : list of Column
-    reference : tuple
-        From `printed_values`.
-    store : RowStore
-    cases : range
-        From 0.
-
-    Returns
-    -------
-    Table
-    """
+    """The table of cases that are in a store; parameters as of `Rows`."""
     rows = Rows(study, columns, reference, store, cases)
     return Table(fields_of(study, columns, reference[0]), rows, errors=rows.errors)
 
 
+def cases_table(study):
+    """The table of what varies in each case of a study, for `sweep --dry-run`: nothing is computed or written."""
+    names = ("case", *study.varied)
+    rows = LazyRows(range(study.count), lambda case: {"case": case + 1, **written(study.overrides(case))})
+    return Table(tuple(Field(name, name) for name in names), rows)
+
+
 def written(overrides):
-    """What varies, as the user wrote it: numbers and text, and JSON of anything else.
-
-    Parameters
-    ----------
-    overrides : dict
-        As from `Study.overrides`.
-
-    Returns
-    -------
-    dict
-    """
+    """What varies in a case, from `Study.overrides`: numbers and text as they are, JSON of anything else."""
     plain = {}
     for key, value in overrides.items():
         number_or_text = isinstance(value, (str, int, float)) and not isinstance(value, bool)
@@ -148,19 +121,18 @@ def written(overrides):
 
 def _csv_text(cells):
     line = io.StringIO()
-    csv.writer(line, lineterminator="").writerow(list(cells))
+    csv.writer(line, lineterminator="").writerow(cells)
     return line.getvalue()
 
 
-def _printed(cells, reference, place):
+def _printed(cells, reference, case):
+    """Printed values of a case, and differences of the computed ones from them."""
     names, rows = reference
     added = {}
     for name in names:
-        printed, computed = rows[place][name], cells[name]
-        added[beside(name, "printed")] = printed
-        known = printed is not None and computed is not None
-        difference = computed - printed if known else None
-        if known and abs(difference) < 1e-12 * abs(printed):
+        printed, computed = rows[case][name], cells[name]
+        difference = None if printed is None or computed is None else computed - printed
+        if difference is not None and abs(difference) < 1e-12 * abs(printed):
             difference = 0.0
-        added[beside(name, "difference")] = difference
+        added |= {beside(name, "printed"): printed, beside(name, "difference"): difference}
     return added

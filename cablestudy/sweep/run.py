@@ -1,29 +1,30 @@
 """One run of a study, from the stored rows to the table: what is computed, what is reported, how to go on."""
 
 import os
+import platform
 import re
 import shlex
 import sys
 import time
 from collections import Counter
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import partial
 from itertools import islice
 
+from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
 from cablestudy.sweep.chunks import Chunks
 from cablestudy.sweep.driver import compute_here
-from cablestudy.sweep.fingerprint import identity
+from cablestudy.sweep.fingerprint import digest, identity
 from cablestudy.sweep.interrupt import Interrupts
 from cablestudy.sweep.progress import Progress
-from cablestudy.sweep.provenance import record
 from cablestudy.sweep.row_reuse import reuse_rows
 from cablestudy.sweep.rows import table_of
-from cablestudy.sweep.store import COMPLETE, MISSING, PARTIAL, RowStore
-from cablestudy.sweep.store_files import open_store
+from cablestudy.sweep.store import COMPLETE, MISSING, PARTIAL, open_store
 
 SHOWN = 10  # failures that are listed
 REPLAYED = 3  # failures whose command is given
@@ -33,32 +34,15 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 @dataclass(frozen=True)
 class Options:
-    """What is to be done with a study.
-
-    Attributes
-    ----------
-    keep : bool
-        Keep the rows on disk as they are done.
-    resume, restart : bool
-        Go on with the rows that are there, or forget them.
-    jobs : int or None
-        Processes; None leaves it to the work.
-    scheduler : str or None
-        Of dask: an address, or a file with one.
-    shard : (int, int) or None
-        K of N, from 1.
-    row : int or None
-        Only this row, from 1.
-    fail_fast, explain, quiet : bool
-    """
+    """What is to be done with a study: the options of `cablestudy sweep`; `keep` the rows on disk as they are done."""
 
     keep: bool = False
     resume: bool = False
     restart: bool = False
     jobs: int | None = None
     scheduler: str | None = None
-    shard: tuple[int, int] | None = None
-    row: int | None = None
+    shard: tuple[int, int] | None = None  # K of N, from 1
+    row: int | None = None  # from 1
     fail_fast: bool = False
     explain: bool = False
     quiet: bool = False
@@ -76,12 +60,6 @@ class Options:
 class Run:
     """A study on its way to its table. Use it in a `with`.
 
-    Parameters
-    ----------
-    study : Study
-    files : TableFiles
-    options : Options
-
     Raises
     ------
     SceneError
@@ -98,8 +76,12 @@ class Run:
         self._begin, self._started = time.monotonic(), time.time()
 
     def __enter__(self):
-        self.store = self._open()
-        self._known = self.done
+        with ExitStack() as on_error:
+            self.store = on_error.enter_context(closing(self._open()))
+            if self.store.identity != self.identity:  # rows of the study before it was edited
+                reuse_rows(self.store, self.study, self.cases, self.identity)
+            self._known = self.done
+            on_error.pop_all()
         return self
 
     def __exit__(self, *_):
@@ -108,9 +90,9 @@ class Run:
     def _open(self):
         options = self.options
         if not options.keep:
-            return RowStore.temporary(self.identity, self.study.count)
+            return open_store("", self.identity, self.study.count)
         self.files.make()
-        store = open_store(self.path, self.identity, self.study.count, self._reuse, options.resume, options.restart)
+        store = open_store(self.path, self.identity, self.study.count, options.resume, options.restart)
         if not options.shard:
             self.files.clear()
         before = self.path.removesuffix(".sqlite") + ".jsonl"
@@ -118,42 +100,35 @@ class Run:
             store.warnings.append(f"{before}: rows of an earlier version of cablestudy are not used; it may be deleted")
         return store
 
-    def _reuse(self, store, identity):
-        reuse_rows(store, self.study, self.cases, identity)
-
     def compute(self):
-        """Compute the cases that are missing and store their rows as they are done.
+        """Compute the cases that are missing and store their rows as they are done, whatever ends it.
 
         Raises
         ------
         KeyboardInterrupt
-            Ctrl-C or SIGTERM; what is done is stored.
+            Ctrl-C or SIGTERM.
         NoSolutionError
-            Workers die, or the scheduler is gone; what is done is stored.
+            Workers die, or the scheduler is gone.
         """
         store, options, done = self.store, self.options, self._known
-        progress = None if options.quiet else Progress(len(self.cases), self._known)
         headers = [column.header for column in self.columns]
         work = [
             (store.select(self.cases, MISSING), headers),
             (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
         ]
         chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain)
+        progress = Progress(len(self.cases), self._known, options.quiet)
         try:
-            with Interrupts() as interrupts, closing(self._results(chunks)) as results:
+            with Interrupts() as interrupts, closing(self._results(chunks)) as results, closing(progress):
                 for chunk in results:
                     with interrupts.deferred():
                         store.add(chunk.headers, chunk.records)
                     done += len(chunk.records)
-                    if progress:
-                        progress(done)
+                    progress(done)
                     if options.fail_fast and chunk.failed:
                         return
         except NoSolutionError as error:
             raise NoSolutionError(f"{error}{self._resumable()}") from None
-        finally:
-            if progress:
-                progress.close()
 
     def _results(self, chunks):
         """Iterator of the chunks that are done."""
@@ -177,14 +152,9 @@ class Run:
         """How many rows have no answer."""
         return sum(1 for _ in self.store.failures())
 
-    @property
-    def complete(self):
-        """Whether every row is."""
-        return self.done == len(self.cases)
-
     def check_complete(self):
         """Raise NoSolutionError if `fail_fast` ended the run."""
-        if not self.complete:
+        if self.done < len(self.cases):
             raise NoSolutionError(f"stopped at the first case without an answer (--fail-fast){self._resumable()}")
 
     def table(self):
@@ -192,8 +162,8 @@ class Run:
         return table_of(self.study, self.columns, self._reference, self.store, self.cases)
 
     def notes(self):
-        """Yield what was modelled, row by row."""
-        for case in self.cases:
+        """Yield what was modelled, row by row, of those that are done."""
+        for case in self.store.select(self.cases, COMPLETE):
             yield from (f"row {case + 1}: {note}" for note in self.store.row(case).notes)
 
     def write(self, table, command):
@@ -202,20 +172,27 @@ class Run:
         self.store.set_finished(True)
 
     def finish_shard(self, command):
-        """Write where a shard comes from.
-
-        Returns
-        -------
-        str
-            Its file.
-        """
+        """Write where a shard comes from; return its file."""
         write_whole(self.path.removesuffix(".sqlite") + ".run.yaml", self._record(command))
         self.store.set_finished(True)
         return self.path
 
     def _record(self, command):
-        rows = {"total": len(self.cases), "reused": self._known, "failed": self.failed}
-        return record(self.identity, command, self._started, time.monotonic() - self._begin, rows)
+        """Where the table comes from, as YAML: NAME.run.yaml beside it, never inside."""
+        import yaml
+
+        versions = {"cablestudy": __version__, **self.identity["versions"], "python": platform.python_version()}
+        content = {
+            "command": command,
+            "fingerprint": digest(self.identity),
+            "started": datetime.fromtimestamp(self._started, UTC).isoformat(timespec="seconds"),
+            "duration_s": round(time.monotonic() - self._begin, 3),  # of a run that was resumed, the last part
+            "rows": {"total": len(self.cases), "reused": self._known, "failed": self.failed},
+            "versions": versions,
+            "platform": platform.platform(),
+            "study": {name: self.identity[name] for name in ("scene", "vary", "columns")},
+        }
+        return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
 
     def reused(self):
         """List of lines: what was found damaged, and how many rows are there already."""
@@ -232,10 +209,6 @@ class Run:
         ----------
         words : sequence of str
             The command without what says how to compute; `--row` is added. Empty where nothing can be typed again.
-
-        Returns
-        -------
-        list of str
         """
         first = list(islice(self.store.failures(), SHOWN))
         kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
@@ -267,15 +240,7 @@ def command(words, *more):
 
 
 def read_shard(text):
-    """The `K/N` of `--shard`.
-
-    Parameters
-    ----------
-    text : str or None
-
-    Returns
-    -------
-    (int, int) or None
+    """K and N of the option `--shard K/N`; None of None.
 
     Raises
     ------
@@ -283,9 +248,8 @@ def read_shard(text):
     """
     if text is None:
         return None
-    number, _, count = text.partition("/")
-    if number.isascii() and number.isdigit() and count.isascii() and count.isdigit() and len(number + count) < 16:
-        shard = int(number), int(count)
-        if 1 <= shard[0] <= shard[1]:
-            return shard
-    raise SceneError(f"--shard {text}: expected K/N with K from 1 to N, for example 3/8")
+    match = re.fullmatch("([0-9]{1,9})/([0-9]{1,9})", text)
+    number, count = map(int, match.groups()) if match else (0, 0)
+    if not 1 <= number <= count:
+        raise SceneError(f"--shard {text}: expected K/N with K from 1 to N, for example 3/8")
+    return number, count

@@ -1,105 +1,60 @@
 """Selection of rows: --where, --sort and --best."""
 
-import operator
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import pandas
+
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.sweep.condition import parse
-from cablestudy.sweep.variable import variable
+from cablestudy.sweep.rows import LazyRows
+from cablestudy.sweep.variable import Variable, variable
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Which rows of a table are shown, and in which order.
+    """Which rows of a table are shown, and in which order."""
 
-    Attributes
-    ----------
-    condition : callable or None
-        Row -> True, False or None (unknown).
-    key : Variable or None
-        By which the rows are ordered.
-    descending : bool
-    best : bool
-        Whether only the first row of that order is shown.
-    """
-
-    condition: object = None
-    key: object = None
+    condition: object = None  # DataFrame -> Series of True, False or NA (unknown)
+    key: Variable | None = None  # by which the rows are ordered
     descending: bool = False
-    best: bool = False
+    best: bool = False  # only the first row of that order is shown
 
-    def places(self, rows):
-        """Indices of the rows that are shown.
-
-        Parameters
-        ----------
-        rows : iterable of dict
-            Header or varied key -> cell.
-
-        Returns
-        -------
-        list of int
-            From 0. Equal rows keep their order; those whose cell is empty are last.
+    def table(self, table):
+        """The rows that are shown, equal ones in their order, those with an empty cell last; how many, as a note.
 
         Raises
         ------
         NoSolutionError
             `best`, and no row has a number.
         """
-        condition, key = self.condition, self.key
-        matching = ((place, row) for place, row in enumerate(rows) if condition is None or condition(row) is True)
-        if key is None:
-            return [place for place, _ in matching]
-        value = key.getter()
-        matching = ((value(row), place) for place, row in matching)
-        if self.best:
-            return [self._best(matching)]
-        matching = list(matching)
-        known = [pair for pair in matching if pair[0] is not None]
-        known.sort(key=lambda pair: (isinstance(pair[0], str), pair[0]), reverse=self.descending)
-        return [place for _, place in known] + [place for value, place in matching if value is None]
-
-    def _best(self, values):
-        """Index of the first row with the smallest or largest number."""
-        better = operator.gt if self.descending else operator.lt
-        found, best = None, None
-        for value, place in values:
-            if isinstance(value, float) and (found is None or better(value, best)):
-                found, best = place, value
-        if found is None:
-            where = "" if self.condition is None else " that --where lets pass"
-            raise NoSolutionError(f"--best: no row{where} has a value of {self.key.name}")
-        return found
-
-    def table(self, table):
-        """The table of the rows that are shown."""
-        places = self.places(table.rows)
+        frame = table.rows.frame()
+        if self.condition is not None:
+            frame = frame[self.condition(frame).fillna(False)]
+        if self.key is not None:
+            frame = self._best(frame) if self.best else self._sorted(frame)
+        places = frame.index.tolist()
         errors = partial(table.errors, places) if table.errors else None
-        return replace(table, rows=ChosenRows(table.rows, places), errors=errors)
+        shown = replace(table, rows=LazyRows(places, table.rows.__getitem__), errors=errors)
+        return shown, [f"shown: {len(places)} of {len(table.rows)} rows"]
 
+    def _sorted(self, frame):
+        """Numbers in their order, then texts in theirs."""
+        cells = self.key.getter()(frame)
+        texts = cells.map(lambda cell: isinstance(cell, str)).astype(bool)
+        order = pandas.DataFrame(
+            {"empty": cells.isna(), "is text": texts, "number": cells.mask(texts), "text": cells.where(texts)}
+        )
+        rising = not self.descending
+        return frame.loc[order.sort_values(list(order), ascending=[True, rising, rising, rising]).index]
 
-class ChosenRows(Sequence):
-    """Some rows of a table, not copied.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-    places : list of int
-        From 0, in the order in which they are shown.
-    """
-
-    def __init__(self, rows, places):
-        self._rows, self._places = rows, places
-
-    def __len__(self):
-        return len(self._places)
-
-    def __getitem__(self, place):
-        if isinstance(place, slice):
-            return ChosenRows(self._rows, self._places[place])
-        return self._rows[self._places[place]]
+    def _best(self, frame):
+        """The first row with the smallest or largest number."""
+        numbers = pandas.to_numeric(self.key.getter()(frame), errors="coerce").dropna()
+        if numbers.empty:
+            row = "no row" if self.condition is None else "no row that --where lets pass"
+            raise NoSolutionError(f"--best: {row} has a value of {self.key.name}")
+        return frame.loc[[numbers.idxmax() if self.descending else numbers.idxmin()]]
 
 
 def read_selection(study, where=None, sort=None, best=None):
@@ -110,11 +65,6 @@ def read_selection(study, where=None, sort=None, best=None):
     study : Study
     where, sort, best : str or None
         For example `sag < 0.5 and status == ok`; `COLUMN` or `-COLUMN`; `min COLUMN` or `max COLUMN`.
-
-    Returns
-    -------
-    Selection or None
-        None without options.
 
     Raises
     ------

@@ -82,12 +82,7 @@ def _bootstrap_means(terms, seed):
 
 
 class Sensitivity:
-    """Sobol's indices of a study's columns.
-
-    Parameters
-    ----------
-    study : Study
-        With a `sample` of the method saltelli.
+    """Sobol's indices of the columns of a study that has a `sample` of the method saltelli.
 
     Raises
     ------
@@ -110,23 +105,14 @@ class Sensitivity:
             where = study.where(("columns",))
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
-    def table(self, rows):
-        """The table of the indices.
+    def table(self, table):
+        """The table of the indices, from that of all cases, and lines why columns have none.
 
-        Parameters
-        ----------
-        rows : iterable of dict
-            Of all cases, in the order of the study.
-
-        Returns
-        -------
-        table : Table
-            One row for each step of the other entries, each column, each sampled key; cells without an index are empty.
-        notes : list of str
-            Why columns have no indices.
+        It has one row for each step of the other entries, each column, each sampled key; cells without an index are
+        empty.
         """
         found, notes = [], []
-        groups, values = self._groups(), self._values(rows)
+        groups, values = self._groups(), self._values(table.rows)
         for group, shown in enumerate(groups):
             among = ", ".join(f"{key}={value}" for key, value in shown.items())
             for column, cells in zip(self.columns, values[:, group], strict=True):
@@ -142,13 +128,10 @@ class Sensitivity:
     def _values(self, rows):
         """Cells of the columns, shape (columns, groups, points, pages); nan where they are empty."""
         study, sample = self.study, self.study.sample
-        headers = [column.header for column in self.columns]
-        values = np.full((len(headers), study.count), np.nan)
-        for case, row in enumerate(rows):
-            values[:, case] = [np.nan if row.get(header) is None else row[header] for header in headers]
+        values = rows.frame()[[column.header for column in self.columns]].to_numpy().T
         values = values.reshape(-1, *(len(entry) for entry in study.entries))
         values = np.moveaxis(values, 1 + study.sample_entry, -1)
-        return values.reshape(len(headers), -1, sample.count, sample.pages)
+        return values.reshape(len(self.columns), -1, sample.count, sample.pages)
 
     def _groups(self):
         """Varied values beside the sample, one dict for each of their combinations."""

@@ -1,4 +1,4 @@
-"""The rows of a sweep on disk as they are computed: an SQLite database beside the table.
+"""The rows of a sweep on disk as they are computed: an SQLite database beside the table, opened whatever it holds.
 
 Table `rows` has a line for each row of the study's table (see `record`), table `about` says what they depend on:
 
@@ -11,10 +11,12 @@ SQLite keeps its own structure intact; each row has a check sum because a change
 """
 
 import json
+import sqlite3
 
 from cablestudy.errors import SceneError
+from cablestudy.study.columns import find
 from cablestudy.sweep.database import Database
-from cablestudy.sweep.fingerprint import digest
+from cablestudy.sweep.fingerprint import differences, digest
 from cablestudy.sweep.record import OK, check_sum, pack, unpack
 
 FORMAT = 1  # of the two tables (user_version of SQLite)
@@ -26,43 +28,29 @@ SCHEMA = {
 COLUMNS = "row, key, status, cells, errors, notes, sum"
 INSERT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)"
 MISSING, PARTIAL, COMPLETE = 0, 1, 2  # how much is known of a case
+MAX_LISTED = 5  # rows that are named in a message
 
 
 class RowStore:
-    """The rows of one run.
-
-    Parameters
-    ----------
-    database : Database
-    identity : dict
-        From `fingerprint.identity`.
-    count : int
-        Cases of the study.
+    """The rows of one run; `open_store` makes one.
 
     Attributes
     ----------
     path : str
+        Of the database; "" for one that vanishes with the process.
     identity : dict
-    headers : list of str
-        Of the cells of a row: the columns but `status`.
-    partial : list of str
-        Headers of the cells that are known of partial rows.
+        What the rows that are there depend on, from `fingerprint.identity`.
+    headers, partial : list of str
+        Headers of the cells of a row (the columns but `status`), and of those that are known of partial rows.
     warnings : list of str
         Lines about what was found damaged.
     """
 
-    def __init__(self, database, identity, count):
-        self.database, self.path, self.count = database, database.path, count
+    def __init__(self, path, identity, count):
+        self.database, self.path, self.count = Database(path), path, count
         self._known = bytearray(count)
         self.warnings = []
         self.describe(identity)
-
-    @classmethod
-    def temporary(cls, identity, count):
-        """A store that vanishes with the process: for a run that keeps nothing."""
-        store = cls(Database(""), identity, count)
-        store.begin()
-        return store
 
     def describe(self, identity, partial=()):
         """State what the rows depend on, and which columns are known of partial ones."""
@@ -85,6 +73,11 @@ class RowStore:
         about |= {"finished": int(finished), "partial": json.dumps(list(self.partial))}
         self.database.execute_many("INSERT OR REPLACE INTO about VALUES (?, ?)", about.items())
 
+    def set_finished(self, finished):
+        """Note whether the table of these rows is written."""
+        with self.database.transaction():
+            self._write_description(finished)
+
     def load(self):
         """Take over the rows that the file has."""
         self._known = bytearray(self.count)
@@ -92,9 +85,6 @@ class RowStore:
             for row, complete in self.database.execute("SELECT row, status IS NOT NULL FROM rows"):
                 if row <= self.count:
                     self._known[row - 1] = COMPLETE if complete else PARTIAL
-
-    def __contains__(self, case):
-        return self._known[case] == COMPLETE
 
     def select(self, cases, known):
         """Iterate over those of some cases of which so much is known: MISSING, PARTIAL or COMPLETE."""
@@ -173,6 +163,11 @@ class RowStore:
         errors, notes = old.errors | new.errors, [*old.notes, *new.notes]
         return pack(new.case, new.key, new.status, list(known.values()), errors, notes)
 
+    def insert(self, records):
+        """Add rows as they are: all of them, or none."""
+        with self.database.transaction():
+            self.database.execute_many(INSERT, records)
+
     def replace(self, identity, partial, records):
         """Put rows of another study in place of those that are there.
 
@@ -194,16 +189,160 @@ class RowStore:
             self._write_description()
         self.load()
 
-    def insert(self, records):
-        """Add rows as they are: all of them, or none."""
-        with self.database.transaction():
-            self.database.execute_many(INSERT, records)
+    def resume(self):
+        """Go on with the rows that the file has, or begin if it has none or cannot be read.
 
-    def set_finished(self, finished):
-        """Note whether the table of these rows is written."""
-        with self.database.transaction():
-            self._write_description(finished)
+        `identity` differs from before if the rows are of the study before it was edited; see `row_reuse`.
+
+        Raises
+        ------
+        SceneError
+            The rows are of another scene or version.
+        """
+        try:
+            stored = None if is_empty(self.database) else stored_description(self.database)
+        except sqlite3.Error as error:
+            stored = None
+            self.warnings.append(f"{self.path}: is damaged ({error}); none of its rows could be read")
+        if stored is None:
+            self.begin()
+            return
+        current, identity = self.identity, stored[0]
+        lines = differences(identity, current)
+        if lines:
+            hint = "these rows cannot be used: --restart begins anew, --out DIR begins elsewhere"
+            raise SceneError(*(f"{self.path}: {line}" for line in (*lines, hint)))
+        self.describe(*stored)
+        self._keep_valid_rows(self.count if identity == current else None)
+        self.load()
+        self.set_finished(False)
+
+    def _keep_valid_rows(self, highest):
+        """Check all rows; if something is wrong, begin anew with those that are as they were written."""
+        wrong, damage = [], None
+        try:
+            tables = dict(self.database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
+            structure = self.database.value("PRAGMA quick_check(1)")
+            if structure != "ok" or tables != SCHEMA:
+                damage = "its tables were changed" if structure == "ok" else " ".join(structure.split())
+            wrong = [row for row, stored in self._checked_rows("ASC", highest) if stored is None]
+        except sqlite3.Error as error:
+            damage = str(error)
+        if not (damage or wrong):
+            return
+        valid = {}
+        for order in ("ASC", "DESC"):  # from both ends to where it is damaged
+            try:
+                valid.update((row, stored) for row, stored in self._checked_rows(order, highest) if stored)
+            except sqlite3.Error:
+                continue
+        self.begin()
+        self.insert(valid.values())
+        if damage:
+            self.warnings.append(f"{self.path}: is damaged ({damage}); {len(valid)} of its rows could be read")
+        else:
+            listed = ", ".join(map(str, wrong[:MAX_LISTED])) + (", ..." if len(wrong) > MAX_LISTED else "")
+            rows = f"row{'s' * (len(wrong) > 1)} {listed}"
+            self.warnings.append(f"{self.path}: left out what is not as it was written: {rows}")
+
+    def _checked_rows(self, order, highest):
+        """Yield the number of each row and what is stored of it, None if that is not as it was written."""
+        for stored in self.database.execute(f"SELECT {COLUMNS} FROM rows ORDER BY row {order}"):
+            valid = unpack(stored, len(self.headers)) and (highest is None or stored[0] <= highest)
+            yield stored[0], stored if valid else None
 
     def close(self):
         """Release the file."""
         self.database.close()
+
+
+def open_store(path, identity, count, resume=False, restart=False):
+    """The store of a run: a new one, or the one that is there.
+
+    Parameters
+    ----------
+    path : str
+        "" for a run that keeps nothing.
+    identity : dict
+        From `fingerprint.identity`.
+    count : int
+        Cases of the study.
+    resume, restart : bool
+        Go on with what is there, or begin anew even if it is unfinished.
+
+    Returns
+    -------
+    RowStore
+
+    Raises
+    ------
+    SceneError
+        An unfinished run is there and nothing says what to do with it; its rows are of another scene or version;
+        another process is at work on it; the file is something else.
+    """
+    store = RowStore(path, identity, count)
+    try:
+        if resume:
+            store.resume()
+        else:
+            if not restart:
+                _check_finished(store.database)
+            store.begin()
+    except BaseException:
+        store.close()
+        raise
+    return store
+
+
+def is_empty(database):
+    """Whether a database has no tables; raises SceneError for one of another version."""
+    if not database.value("SELECT count(*) FROM sqlite_master"):
+        return True
+    if database.value("PRAGMA user_version") != FORMAT:
+        raise SceneError(f"{database.path}: is of another version of cablestudy; --restart begins anew")
+    return False
+
+
+def _check_finished(database):
+    """Raise SceneError if there are rows of which no table is written, or which cannot be read."""
+    try:
+        if is_empty(database):
+            return
+        finished = database.execute("SELECT value FROM about WHERE name = 'finished'").fetchone()
+        rows = 0 if finished == ("1",) else database.value("SELECT count(*) FROM rows")
+    except sqlite3.Error as error:
+        hint = "--resume keeps the rows that can be read, --restart begins anew"
+        raise SceneError(f"{database.path}: is damaged ({error}): {hint}") from None
+    if rows:
+        hint = "go on with --resume, or begin anew with --restart"
+        raise SceneError(f"{database.path}: an unfinished run is there, {rows} rows done: {hint}")
+
+
+def stored_description(database):
+    """What the rows of a database depend on, and which columns are known of its partial rows.
+
+    Returns
+    -------
+    identity : dict
+    partial : list of str
+
+    Raises
+    ------
+    SceneError
+        It is not as it was written.
+    sqlite3.Error
+        It cannot be read.
+    """
+    try:
+        about = dict(database.execute("SELECT name, value FROM about"))
+        identity, partial = json.loads(about["study"]), json.loads(about["partial"])
+        kinds = [type(identity[name]) for name in ("versions", "scene", "vary", "columns")]
+        headers = [find(header).header for header in identity["columns"]]
+        intact = kinds == [dict, dict, list, list] and set(partial) <= set(headers)
+        intact = intact and digest(identity) == about["fingerprint"]
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
+        intact = False
+    if not intact:
+        what = "the description of the study that its rows belong to was changed"
+        raise SceneError(f"{database.path}: {what}; --restart begins anew")
+    return identity, partial

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
 
+from pandas.api.types import is_numeric_dtype
+
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import DIMENSIONS, common_factor, factor, split
 from cablestudy.study.columns import find
@@ -11,60 +13,47 @@ from cablestudy.study.columns import find
 
 @dataclass(frozen=True)
 class Variable:
-    """A column or a varied key, as an operand.
+    """A column or a varied key, as an operand."""
 
-    Attributes
-    ----------
-    name : str
-        Key of its cell in a row.
-    unit : str or None
-        Of its numbers, SI for a varied key; None for a varied key that is no quantity.
-    is_text : bool
-        Whether its cells are text, never numbers.
-    is_varied : bool
-        Whether it is a varied key, whose cells are as written.
-    """
-
-    name: str
-    unit: str | None
-    is_text: bool = False
-    is_varied: bool = False
+    name: str  # of its cells in a frame
+    unit: str | None  # of its numbers, SI for a varied key; None for a varied key that is no quantity
+    is_text: bool = False  # never numbers
+    is_varied: bool = False  # its cells are as written
 
     def getter(self, unit=None):
-        """Function of a row that returns the cell: float, text, or None when it is empty.
+        """Function of a frame, from `rows.Rows.frame`, that returns its cells.
 
         Parameters
         ----------
         unit : str or None
             Of the numbers returned; None for the column's own unit, and for SI of a varied key.
 
+        Returns
+        -------
+        callable
+            DataFrame -> Series of Float64, or of objects where some of them are text.
+
         Raises
         ------
         ValueError
             The unit has another dimension.
         """
-        name = self.name
-        if self.is_text:
-            return lambda row: row.get(name)
         ratio = 1.0 if None in (self.unit, unit) else float(common_factor(self.unit, unit))
-        if self.is_varied:
-            return lambda row: _varied_value(row.get(name), unit)
-        return lambda row: None if row.get(name) is None else float(row[name]) * ratio
+
+        def cells(frame):
+            column = frame[self.name]
+            if self.is_text:
+                return column
+            if self.is_varied:
+                column = column.map(lambda cell: _varied_value(cell, unit))
+                return column.astype("Float64") if is_numeric_dtype(column) else column
+            return column.astype("Float64") * ratio
+
+        return cells
 
 
 def variable(name, study, option):
-    """The column or varied key of a name; a column that the study does not have is added to it.
-
-    Parameters
-    ----------
-    name : str
-    study : Study
-    option : str
-        Of the command line, for messages about the added column.
-
-    Returns
-    -------
-    Variable
+    """The Variable of a name; a column that the study does not have is added to it, as `option` asks for it.
 
     Raises
     ------
@@ -87,8 +76,6 @@ def variable(name, study, option):
 @lru_cache(maxsize=65536)
 def _varied_value(cell, unit):
     """A varied value as a float in a unit (None: SI), or unchanged when it is no quantity."""
-    if cell is None:
-        return None
     try:
         number, own = split(cell) if isinstance(cell, str) else (None, "")
         ratio = common_factor(own or si_unit(unit), unit) if unit is not None else factor(own, si_unit(own))

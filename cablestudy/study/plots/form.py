@@ -48,34 +48,23 @@ def static_form(case):
 class Form:
     """The static form in the vertical plane of the chord, with end 1 at the origin.
 
-    Attributes
+    Parameters
     ----------
-    across : ndarray, shape (j,)
-        Distance from the chord. [m]
-    distance, height : ndarray, shape (j,)
-        Horizontal distance and height from end 1. [m]
-    tension : ndarray, shape (j,)
-        [N]
-    reach, rise : float
-        Horizontal distance and height of end 2 from end 1. [m]
-    upright : bool
-        Whether the cable is too steep to be drawn against horizontal distance.
-    load_shares : ndarray, shape (k,)
-        Positions of the point loads, as shares of the unstretched length. [-]
-    load_forces : ndarray, shape (k, 3)
-        In the chord frame. [N]
+    case : Case
     """
 
     def __init__(self, case):
         span = case.span
-        self.case, self.length, self.chord = case, float(span.unstretched_length), float(span.chord)
+        self.case, self.length, self.chord = case, float(span.unstretched_length), float(span.chord)  # lengths [m]
         self.cosine, self.sine = float(span.cosine), float(span.sine)
-        self.positions = shape_positions(case)
-        along, self.across, _, self.tension = self.in_frame(self.positions)
-        self.distance, self.height = self.plane(along, self.across)
-        self.reach, self.rise = self.plane(self.chord, 0.0)
+        self.positions = shape_positions(case)  # over the unstretched length [-], shape (j,)
+        along, self.across, _, self.tension = self.in_frame(self.positions)  # distance from the chord [m]; [N]
+        self.distance, self.height = self.plane(along, self.across)  # horizontally and vertically from end 1 [m]
+        self.reach, self.rise = self.plane(self.chord, 0.0)  # the same of end 2 [m]
         self.sag = float(case.statics.sag)
+        # too steep to be drawn against horizontal distance
         self.upright = np.ptp(self.distance) < 1e-3 * np.ptp(self.height)
+        # positions over the unstretched length [-], shape (k,), and forces in the chord frame [N], shape (k, 3)
         self.load_shares, self.load_forces = span.load_positions / self.length, span.load_forces
         self.loaded = len(self.load_shares) > 0
 

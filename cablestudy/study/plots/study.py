@@ -71,23 +71,7 @@ def _shown(key, headers):
 
 
 class _Abscissa:
-    """The quantity along x.
-
-    Parameters
-    ----------
-    name : str
-        A column or a varied key.
-    table : Table
-
-    Attributes
-    ----------
-    name : str
-        Field of the rows.
-    label : str
-        With unit.
-    categories : list of str or None
-        Values that are not all numbers of one unit; None for numbers.
-    """
+    """The quantity along x: a column or a varied key; values that are not numbers of one unit are `categories`."""
 
     def __init__(self, name, table):
         try:
@@ -136,20 +120,26 @@ def _groups(study, rows, x):
     """Rows with an answer grouped by what varies besides x, one group for each line: list of (label, rows)."""
     headers = [find(name).header for name in study.columns]
     entries = [[key for key, _, _ in entry.columns] for entry in study.entries]
-    along = [entry for entry in entries if any(x.name in (key, _shown(key, headers)) for key in entry)] or entries[-1:]
-    groups, seen = {}, Counter()
-    for row in rows:
-        label = ", ".join(f"{_words(entry[0])} {row.get(entry[0])}" for entry in entries if entry not in along)
-        place = (label, row.get(x.name))
-        turn = seen[place] if x.categories is not None else 0  # a repeated category starts another series
-        seen[place] += 1
-        groups.setdefault((label, turn), []).append(row)
+    along = [entry for entry in entries if x.name in [*entry, *(_shown(key, headers) for key in entry)]] or entries[-1:]
+    groups = _grouped(rows, [entry[0] for entry in entries if entry not in along], x)
     again = any(turn for _, turn in groups)
     companions = [key for entry in along for key in entry if again and key != x.name]
     return [
         (_series_label(label, members, companions), [row for row in members if row["status"] == "ok"])
         for (label, _), members in groups.items()
     ]
+
+
+def _grouped(rows, keys, x):
+    """(label, turn) -> rows that agree on some keys; a category that is repeated starts another turn."""
+    groups, seen = {}, Counter()
+    for row in rows:
+        label = ", ".join(f"{_words(key)} {row.get(key)}" for key in keys)
+        place = (label, row.get(x.name))
+        turn = seen[place] if x.categories is not None else 0
+        seen[place] += 1
+        groups.setdefault((label, turn), []).append(row)
+    return groups
 
 
 def _series_label(label, rows, companions):

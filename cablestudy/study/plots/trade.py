@@ -6,7 +6,7 @@ import textwrap
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import LogLocator, NullLocator
 
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, PINK, RED, SKY, styled
 from cablestudy.study.table import short
@@ -71,73 +71,64 @@ def _panel(axes, trade, column):
     """Draws the models of one column."""
     name, own = column.name, trade.reference.errors[column.name]
     axes.set_title(f"{name.replace('_', ' ')}: {short(trade.reference.values[name])} {column.unit}", loc="left")
-    curves = _curves(trade, name)
+    curves = {}  # family -> its models, in the order of the table
+    for entry in trade.entries:
+        if name in entry.times:
+            curves.setdefault(entry.family, []).append(entry)
     if not curves:
         axes.text(0.5, 0.5, "no model has it", transform=axes.transAxes, ha="center", color=GREY)
         return
-    times, errors = (np.concatenate([curve[k] for curve in curves.values()]) for k in (0, 1))
+    times, errors = np.transpose([_point(entry, name) for entries in curves.values() for entry in entries])
     top = 8 * max(errors.max(), 1e3 * own)
     bottom = own * (own / top) ** (BAND / (1 - BAND))
     right = 1.4 * times.max()
     axes.set(xscale="log", yscale="log", xlim=(times.min() / 1.4, right), ylim=(bottom, top))
     axes.axhspan(bottom, own, color=LIGHT, lw=0, zorder=0)
-    front = trade.front_of(column)
-    time, error = [1e3 * e.times[name] for e in front], [e.errors[name] for e in front]
+    time, error = np.transpose([_point(entry, name) for entry in trade.front_of(column)])
     axes.plot(
         [time[0], *time, right], [top, *error, error[-1]], color="#c4c4c4", lw=5, solid_capstyle="butt",
         drawstyle="steps-post", label="Pareto front", zorder=1,
     )  # fmt: skip
-    for family, (time, error, _) in curves.items():
+    for family, entries in curves.items():
+        time, error = np.transpose([_point(entry, name) for entry in entries])
         colour, marker, line = LOOK[family]
         size = {"*": 8, "P": 7, "2": 8, "+": 6, "x": 5.5}.get(marker, 4.5)
         axes.plot(time, error, color=colour, marker=marker, ms=size, linestyle=line, lw=1.1, label=family, zorder=2)
-    _name_curves(axes, curves)
+    _name_curves(axes, curves, name)
     spread = np.log10(times.max() / times.min())
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if spread < 2.2 else (1,), numticks=20))
-    axes.xaxis.set_major_formatter(FuncFormatter(_milliseconds))
+    axes.xaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_locator(NullLocator())
 
 
-def _milliseconds(value, _):
-    return f"{value:g}"
+def _point(entry, name):
+    """Time [ms] and error of a model in a column."""
+    return 1e3 * entry.times[name], entry.errors[name]
 
 
-def _curves(trade, name):
-    """Family -> times [ms], errors in a column and names of its models, in the order of the table."""
-    curves = {}
-    for entry in trade.entries:
-        if name in entry.times:
-            for values, value in zip(
-                curves.setdefault(entry.family, ([], [], [])),
-                (1e3 * entry.times[name], entry.errors[name], entry.name),
-                strict=True,
-            ):
-                values.append(value)
-    return curves
-
-
-def _name_curves(axes, curves):
+def _name_curves(axes, curves, name):
     """Labels each curve on the right, at the height of its last point where there is room; closed forms at their marks.
 
     The label of a curve of several models has the numbers of the first and the last.
     """
     places = []
-    for family, (time, error, names) in curves.items():
+    for family, entries in curves.items():
         if family == "closed form":
-            for mark in zip(time, error, names, strict=True):
+            for entry in entries:
                 axes.annotate(
-                    mark[2], mark[:2], (6, 5), textcoords="offset points", fontsize=7.5, zorder=4,
+                    entry.name, _point(entry, name), (6, 5), textcoords="offset points", fontsize=7.5, zorder=4,
                     path_effects=[withStroke(linewidth=2, foreground="white")],
                 )  # fmt: skip
             continue
-        first, last = (re.findall(r"\d+(?:e-\d+)?", names[k])[-1] for k in (0, -1))
+        first, last = (re.findall(r"\d+(?:e-\d+)?", entries[k].name)[-1] for k in (0, -1))
         if family == "several of high order":
             words = "2 or 4 elements of high order"
         else:
-            words = f"{WORDS.get(family, family)}, {first} … {last}" if len(names) > 1 else names[0]
-        places.append((axes.transLimits.transform(np.log10((time[-1], error[-1])))[1], words, LOOK[family]))
+            words = f"{WORDS.get(family, family)}, {first} … {last}" if len(entries) > 1 else entries[0].name
+        height = axes.transLimits.transform(np.log10(_point(entries[-1], name)))[1]
+        places.append((height, words, LOOK[family]))
     places.sort(key=lambda place: -place[0])
     for height, (_, words, (colour, marker, _)) in zip(_spread([place[0] for place in places]), places, strict=True):
         axes.plot(1.03, height, color=colour, marker=marker, ms=5, transform=axes.transAxes, clip_on=False)
