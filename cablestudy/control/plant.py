@@ -15,9 +15,9 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.control.stability import UNDAMPED, largest_gain
+from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.linear import assemble
+from cablestudy.system.linear import assemble, upper
 from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
 
 POLES = 1e-5, 1e-9  # error of the poles by modes that are left out, and variance that these have at resonance
@@ -81,6 +81,9 @@ class Plant:
     resolved : callable or None
         For stability: (Plant, gain [rad/s]) -> Superelement whose modes are right as far as the gain could drive them,
         and the frequency up to which they are [rad/s]. Without it all modes of `cable` count.
+    known : dict
+        Verdicts by gain, and "limit": the largest gain. Models of the same plant at several levels of refinement share
+        it: verdicts do not depend on the level, and the largest gain of one is near that of another.
     """
 
     cable: Superelement
@@ -90,6 +93,7 @@ class Plant:
     natural: float | None = None
     tolerance: float = 0.0
     resolved: Callable | None = field(default=None, compare=False)
+    known: dict = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def winch_end(self):
@@ -103,18 +107,29 @@ class Plant:
 
     @cached_property
     def _limit(self):
-        """The largest gain, or the error that says why there is none."""
+        """`stability.Limit` or None, or the error that says why there is none."""
+        known = self.known.get("limit")
         try:
-            return largest_gain(self)
+            if isinstance(known, Limit):
+                return limit_near(self, known)
+            if "limit" not in self.known:
+                self.known["limit"] = largest_gain(self)
         except NoSolutionError as error:
-            return error
+            self.known["limit"] = error
+        return self.known["limit"]
 
     @property
     def largest_gain(self):
-        """See `stability.largest_gain`. [rad/s]"""
+        """Below it the loop is stable; None when it always is; see `stability.largest_gain`. [rad/s]"""
         if isinstance(self._limit, NoSolutionError):
             raise self._limit
-        return self._limit
+        return self._limit and self._limit.gain
+
+    def verdict(self, gain):
+        """See `stability.judge`."""
+        if gain not in self.known:
+            self.known[gain] = judge(self, gain)
+        return self.known[gain]
 
     def controller(self, s):
         """C over its gain. [s]"""
@@ -127,8 +142,11 @@ class Plant:
 
     def closed_of(self, cable):
         """A of the closed loop with a model of the cable, as A0 + gain A1."""
+        return self._feedback(self.system_of(cable))
+
+    def _feedback(self, system):
         measured = np.array([[1.0 if self.location == "gondola" else -1.0]])
-        return self.system_of(cable).feedback(measured, self.notch.state_space if self.notch else NO_NOTCH)
+        return system.feedback(measured, self.notch.state_space if self.notch else NO_NOTCH)
 
     def balance_of(self, cable, s, gain):
         """M s^2 + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""
@@ -174,9 +192,18 @@ class Plant:
         return cable.select(self.needed(cable, self.tolerance, self.tolerance))
 
     @cached_property
-    def _pole_model(self):
-        """The cable with the modes that matter for where poles are."""
-        return self.excited.condense(self.needed(self.excited, *POLES))
+    def pole_modes(self):
+        """Modes of `excited` that matter for where poles are."""
+        return self.needed(self.excited, *POLES)
+
+    @cached_property
+    def pole_model(self):
+        """The cable with these modes."""
+        return self.excited.condense(self.pole_modes)
+
+    @cached_property
+    def _pole_system(self):
+        return self.system_of(self.pole_model)
 
     @property
     def coupled(self):
@@ -235,12 +262,23 @@ class Plant:
     @cached_property
     def closed(self):
         """A of the closed loop as A0 + gain A1, with the modes that matter for where poles are."""
-        return self.closed_of(self._pole_model)
+        return self._feedback(self._pole_system)
+
+    @cached_property
+    def _closed_poles(self):
+        return {}
+
+    def closed_poles(self, gain):
+        """Poles with control, upper half plane and real axis, shape (k,). [rad/s]"""
+        if gain not in self._closed_poles:
+            fixed, scaled = self.closed
+            self._closed_poles[gain] = upper(np.linalg.eigvals(fixed + gain * scaled))
+        return self._closed_poles[gain]
 
     @cached_property
     def _open(self):
         """Poles without control, and the share of each in the static compliance of the gondola."""
-        poles, shares = self.system_of(self._pole_model).pole_shares
+        poles, shares = self._pole_system.pole_shares
         return poles, shares[0]
 
     @property
@@ -279,7 +317,7 @@ class Plant:
 
     def observable(self, poles):
         """Those poles of x/F that no zero cancels: no pole of the cable with fixed ends. [rad/s]"""
-        zeros = self._pole_model.poles
+        zeros = self.pole_model.poles
         if not len(zeros) or not len(poles):
             return poles
         gap = np.abs(poles[:, None] - zeros).min(axis=1)

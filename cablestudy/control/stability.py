@@ -16,6 +16,7 @@ UNDAMPED and which the gain drives by more is refused by name: cable.damping.vis
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -36,6 +37,9 @@ LEAST, MOST = 1e-4, 1e9  # gains over the gondola's frequency between which a li
 SETTLED = 1e-12  # relative step after which the limit is known
 BEYOND = 0.03  # by which a gain above a crossing is judged: crossings lack modes that hardly matter
 STEPS = 60
+# a crossing of the axis is taken within so many half-widths of a pole, and so much of its frequency and of the gain
+HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1
+FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # in search of it, over the frequency
 BISECTIONS = 30  # for the frequency of a crossing: enough to judge its gain, which is polished afterwards
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
 PER_DECADE = 40
@@ -60,6 +64,22 @@ class Waves:
     along: float
     time_across: float
     time_along: float
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest gain.
+
+    Attributes
+    ----------
+    gain : float
+        [rad/s]
+    pole : complex
+        The one that it brings to the imaginary axis. [rad/s]
+    """
+
+    gain: float
+    pole: complex
 
 
 @dataclass(frozen=True)
@@ -146,15 +166,29 @@ class _Found:
     """
 
     def __init__(self, plant, gain):
-        whole, limit = (plant.cable, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
+        whole, limit = (plant.excited, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
         self.plant, self.gain = plant, gain
         chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
         if chosen.sum() > MOST_MODES:
             raise too_many(gain, int(chosen.sum()), float(whole.omega[chosen].max()))
-        self.cable = whole.condense(np.flatnonzero(chosen))
         self._whole, self._chosen, self._exact = whole, chosen, {}
-        self.fixed, self.scaled = plant.closed_of(self.cable)
-        self.open_poles = plant.system_of(self.cable).poles
+        self._own = plant.resolved is not None or not np.isin(np.flatnonzero(chosen), plant.pole_modes).all()
+
+    @cached_property
+    def cable(self):
+        """The cable with the modes that are taken along."""
+        # where the plant's own poles have them all, its model serves, whose poles are needed anyway
+        return self._whole.condense(np.flatnonzero(self._chosen)) if self._own else self.plant.pole_model
+
+    @cached_property
+    def _closed(self):
+        """A of the closed loop as A0 + gain A1."""
+        return self.plant.closed_of(self.cable) if self._own else self.plant.closed
+
+    @cached_property
+    def open_poles(self):
+        """Poles without control, upper half plane and real axis. [rad/s]"""
+        return self.plant.system_of(self.cable).poles if self._own else self.plant.open_poles
 
     def exact(self, pole):
         """The cable with every mode that matters for a pole."""
@@ -169,7 +203,8 @@ class _Found:
 
     def poles(self, gains):
         """Eigenvalues for some gains, shape (k,) -> (k, n). [rad/s]"""
-        every = np.linalg.eigvals(self.fixed + np.asarray(gains)[:, None, None] * self.scaled)
+        fixed, scaled = self._closed
+        every = np.linalg.eigvals(fixed + np.asarray(gains)[:, None, None] * scaled)
         return np.where(every.imag >= 0, every, -1.0)  # of hysteretic damping only the upper half plane counts
 
     def growth(self, gains):
@@ -181,7 +216,7 @@ class _Found:
 
     def verdict(self, gain):
         """See `Verdict`."""
-        (poles,) = self.poles([gain])
+        poles = self.poles([gain])[0] if self._own else self.plant.closed_poles(gain)
         ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
         verdicts = []
         for place in np.argsort(-ratio)[:FEW]:
@@ -232,8 +267,8 @@ def largest_gain(plant):
 
     Returns
     -------
-    float or None
-        None when it always is. [rad/s]
+    Limit or None
+        None when it always is.
 
     Raises
     ------
@@ -274,9 +309,32 @@ def _first_guess(plant):
     return float(np.clip(1.2 * crossings.min(initial=plant.main), 1e-3 * plant.main, 1e3 * plant.main))
 
 
+def limit_near(plant, known):
+    """The largest gain of a plant that differs little from another one, whose largest gain is known.
+
+    Parameters
+    ----------
+    plant : Plant
+    known : Limit
+
+    Returns
+    -------
+    Limit
+
+    Raises
+    ------
+    NoSolutionError
+        The gain could drive too many modes.
+    """
+    return _polished(_Found(plant, known.gain), known.pole, known.gain)
+
+
 def _polished(found, pole, gain):
-    """The gain at which a pole becomes unstable, by the secant method with all modes that matter for it. [rad/s]"""
+    """`Limit`: the gain at which a pole becomes unstable, with all modes that matter for it."""
     cable = found.exact(pole)
+    crossing = _crossing(found.plant, cable, pole, gain)
+    if crossing:
+        return crossing
 
     def excess(gain, near):
         pole = found.plant.pole_near(near, cable, gain)
@@ -291,8 +349,33 @@ def _polished(found, pole, gain):
         step = value * (here - before) / (value - last)
         before, last, here = here, value, here - float(np.clip(step, -0.3 * here, 0.3 * here))
         if abs(step) <= SETTLED * here:
-            return float(here)
-    return float(gain)
+            return Limit(float(here), pole)
+    return Limit(float(gain), pole)
+
+
+def _crossing(plant, cable, pole, gain):
+    """The gain near another one at which a pole crosses the imaginary axis: a `Limit`, or None if not found.
+
+    There -1/L is real. It is about linear in the frequency, and the secant method needs few steps.
+    """
+
+    def needed_gain(omega):
+        return -1 / complex(plant.unit_gain_of(cable, np.array([1j * omega]))[0])
+
+    begin = before = abs(pole)
+    reach = HALF_WIDTHS * abs(pole.real) + BESIDE_POLE * begin
+    here, last = begin + max(0.1 * abs(pole.real), FIRST_STEP * begin), needed_gain(begin).imag
+    for _ in range(STEPS):
+        found = needed_gain(here)
+        if found.imag == last:
+            return None
+        step = found.imag * (here - before) / (found.imag - last)
+        if abs(step) <= max(LAST_STEP * begin, SETTLED * abs(pole.real)):
+            return Limit(found.real, 1j * here) if abs(found.real - gain) <= BESIDE_GAIN * gain else None
+        before, last, here = here, found.imag, here - step
+        if not abs(here - begin) <= reach:
+            return None
+    return None
 
 
 def undamped(pole, ratio, begin=""):

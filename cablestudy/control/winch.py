@@ -8,7 +8,6 @@ import numpy as np
 from cablestudy.control import stability
 from cablestudy.control.plant import Notch, Plant
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.linear import upper
 from cablestudy.system.superelement import Superelement
 
 __all__ = ["Loop", "Notch", "Plant"]
@@ -57,7 +56,7 @@ class Loop:
     @cached_property
     def whole(self):
         """The same with every mode in its response."""
-        return Loop.of(replace(self.plant, tolerance=0.0), self.gain) if self.plant.tolerance else self
+        return Loop.of(replace(self.plant, tolerance=0.0, known={}), self.gain) if self.plant.tolerance else self
 
     @property
     def excited(self):
@@ -104,11 +103,10 @@ class Loop:
     def _squares(self):
         return {}
 
-    @cached_property
+    @property
     def closed_poles(self):
         """Poles with control, upper half plane and real axis, shape (k,). [rad/s]"""
-        fixed, scaled = self.plant.closed
-        return upper(np.linalg.eigvals(fixed + self.gain * scaled))
+        return self.plant.closed_poles(self.gain)
 
     @cached_property
     def observable_poles(self):
@@ -152,7 +150,7 @@ class Loop:
     @cached_property
     def verdict(self):
         """`stability.Verdict` of the gain."""
-        return stability.judge(self.plant, self.gain)
+        return self.plant.verdict(self.gain)
 
     @property
     def stable(self):

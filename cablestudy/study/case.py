@@ -274,6 +274,11 @@ class Case:
         winch = self.scene.winch
         return frozen(winch and (winch.location, winch.controller and (winch.controller.notch,)))
 
+    @property
+    def plant_key(self):
+        """What the winch acts on depends on, beside the level of refinement."""
+        return self.cable_key, self.damping_key, self.mass_key, self.notch_key
+
     @shared("damping_key", "mass_key", "notch_key")
     def plant(self):
         """What the winch acts on: `control.plant.Plant`."""

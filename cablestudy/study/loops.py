@@ -136,6 +136,7 @@ def plant_of(case):
         2 * np.pi * case.gondola_frequency,
         RESPONSE_SHARE * accuracy if accuracy else 0.0,
         _resolution(case) if accuracy else None,
+        case.results.known_of_plants.setdefault(case.plant_key, {}),
     )
 
 

@@ -361,10 +361,13 @@ def statics_error(case):
 
     Of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to that.
     """
-    own, exact, chord = case.statics, case.closed_statics, float(case.span.chord)
-    tensions = ((own.mean_tension, exact.mean_tension), (own.max_tension, exact.max_tension))
-    sag = abs(float(own.sag) - float(exact.sag)) / max(abs(float(exact.sag)), FLAT * chord)
-    errors = [sag, *(relative(float(value), float(truth)) for value, truth in tensions)]
+    own, closed, index = case.statics, case.results.statics, case.index
+    mean, largest, sag = (float(part[index]) for part in (closed.mean_tension, closed.max_tension, closed.sag))
+    errors = [
+        abs(float(own.sag) - sag) / max(abs(sag), FLAT * float(case.results.span.chord[index])),
+        relative(float(own.mean_tension), mean),
+        relative(float(own.max_tension), largest),
+    ]
     return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
 
 
