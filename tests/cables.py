@@ -73,7 +73,9 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         preload=None,
         sag=None,
     )
-    return Results(SceneValues([SimpleNamespace(cable=cable, gravity=gravity)])).span.take(0)
+    results = Results(SceneValues([SimpleNamespace(cable=cable, gravity=gravity)]))
+    results.check(0)
+    return results.span.take(0)
 
 
 def chord_strain_for_tension(span, tension):

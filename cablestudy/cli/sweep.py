@@ -94,22 +94,22 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
         from cablestudy.sweep.check import read_tolerances
 
         parts = run.read_shard(shard)
-        wanted = read_study(study, sets, vary)
-        echo_notes(wanted.notes, quiet)
+        requested = read_study(study, sets, vary)
+        echo_notes(requested.notes, quiet)
         if dry_run:
-            return print_cases(wanted, style)
-        select = selection_of(wanted, where, sort, best, sensitivity)
-        if wanted.asked and keep:
+            return print_cases(requested, style)
+        select = selection_of(requested, where, sort, best, sensitivity)
+        if requested.asked and keep:
             keep = False
-            echo_notes([f"not written: the study does not list {', '.join(wanted.asked)}"], quiet)
-        files = TableFiles(out, wanted.name)
+            echo_notes([f"not written: the study does not list {', '.join(requested.asked)}"], quiet)
+        files = TableFiles(out, requested.name)
         if keep:
             files.check_writable()
         if check:
             files.check_stored()
-        tolerance = read_tolerances(rtols, wanted) if check else None
+        tolerance = read_tolerances(rtols, requested) if check else None
         options = run.Options(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
-        with run.Run(wanted, files, options) as work:
+        with run.Run(requested, files, options) as work:
             compute(work, [] if study == "-" else words_of(study, sets, vary))
             if not parts:
                 return finish(work, style, plot, tolerance, run.command(typed), select)
@@ -200,11 +200,11 @@ def merge(context, study, sets, vary, out, style, plot, quiet):
         from cablestudy.sweep import run
         from cablestudy.sweep.merge import MergedRun
 
-        wanted = read_study(study, sets, vary)
-        echo_notes(wanted.notes, quiet)
-        files = TableFiles(out, wanted.name)
+        requested = read_study(study, sets, vary)
+        echo_notes(requested.notes, quiet)
+        files = TableFiles(out, requested.name)
         files.check_writable()
         words = words_of(study, sets, vary)
-        with MergedRun(wanted, files, words, quiet) as work:
+        with MergedRun(requested, files, words, quiet) as work:
             echo_notes(work.failures([] if study == "-" else words), quiet)
             return finish(work, style, plot, None, run.command(context.obj["words"]))

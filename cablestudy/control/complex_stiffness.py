@@ -295,9 +295,9 @@ class _Path:
             slope += moved.elastic * share * self._amount
         return moved, self._mass * s * s + moved.stiffness, slope, moved.elastic * rate
 
-    def settled(self, s, share, reach):
-        """The pole by Newton from s, or None; the first step is within `reach`, each a fraction of the one before."""
-        last = reach
+    def settled(self, s, share, radius):
+        """The pole by Newton from s, or None; the first step is within `radius`, each a fraction of the one before."""
+        last = radius
         for _ in range(REFINED):
             _, rest, slope, _ = self.at(s, share)
             change = -rest / slope

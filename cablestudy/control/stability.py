@@ -441,6 +441,8 @@ def crossing_gains(plant, cable, poles):
         gap = np.diff(omega) / omega[1:]
         coarse = (gap > COARSE) & (near[1:] | near[:-1] | (np.abs(np.angle(value[1:] / value[:-1])) > TURN))
         new = (omega[1:] + omega[:-1])[coarse] / 2
+        if not len(new):
+            break
         omega = np.concatenate([omega, new])
     omega = omega[: len(value)]
     crosses = (value.imag[:-1] * value.imag[1:] < 0) & (np.minimum(value.real[:-1], value.real[1:]) < 0)

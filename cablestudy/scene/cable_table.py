@@ -86,12 +86,12 @@ class Damping(Table):
 
     def relations(self):
         """The parameter is that of the model."""
-        wanted = self.parameters[self.model]
+        parameter = self.parameters[self.model]
         for model, name in self.parameters.items():
-            message = f"belongs to the model {model}; the model is {self.model}, with {wanted}"
-            yield [((name,), name == wanted or getattr(self, name) is None, lambda message=message: message)]
-        message = f"missing key: {wanted} (the model is {self.model})"
-        yield [((), getattr(self, wanted) is not None, lambda: message)]
+            message = f"belongs to the model {model}; the model is {self.model}, with {parameter}"
+            yield [((name,), name == parameter or getattr(self, name) is None, lambda message=message: message)]
+        message = f"missing key: {parameter} (the model is {self.model})"
+        yield [((), getattr(self, parameter) is not None, lambda: message)]
 
 
 class Load(Table):

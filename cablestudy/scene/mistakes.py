@@ -74,8 +74,8 @@ def _plain(detail, tables):
         return [(path, f"got {show(value)} ({hint})")]
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         keys = _keys(path, tables)
-        wanted = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
-        return [(path, f"expected {wanted}, got {show(value)}")]
+        expected = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
+        return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
         limit = context.get("max_length", context.get("min_length"))
         bound = "at most" if kind == "too_long" else "at least"
@@ -87,8 +87,8 @@ def _plain(detail, tables):
 def _missing(path, detail):
     """A key, or an item of a list of fixed length, that is not there: reported where it should be."""
     if isinstance(path[-1], int):
-        wanted = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
-        return path[:-1], f"expected {wanted}, got {len(detail['input'])}"
+        expected = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
+        return path[:-1], f"expected {expected}, got {len(detail['input'])}"
     hint = " (or give material)" if path in (("cable", "elastic_modulus"), ("cable", "density")) else ""
     return path[:-1], f"missing key: {path[-1]}{hint}"
 

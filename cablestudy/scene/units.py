@@ -194,8 +194,8 @@ def factor(name, unit):
     if unit == "dB":  # a level is not a multiple of anything, so that its unit is all that is checked
         raise _NotAQuantityError("")
     ratio, dimension = _root(name)
-    scale, wanted = _root(unit)
-    if dimension != wanted:
+    scale, expected = _root(unit)
+    if dimension != expected:
         raise _NotAQuantityError(f" ({_dimension_name(dimension)})")
     return ratio / scale
 
@@ -205,11 +205,11 @@ def common_factor(name, other):
     if name == other:
         return Decimal(1)
     try:
-        (ratio, dimension), (scale, wanted) = _root(name), _root(other)
+        (ratio, dimension), (scale, expected) = _root(name), _root(other)
     except _NotAQuantityError as error:
         raise ValueError(f'not a unit: "{name}" or "{other}"{error}') from None
-    if dimension != wanted:
-        nouns = _dimension_name(dimension), _dimension_name(wanted)
+    if dimension != expected:
+        nouns = _dimension_name(dimension), _dimension_name(expected)
         raise ValueError(f'"{name}" ({nouns[0]}) and "{other}" ({nouns[1]}) do not fit each other')
     return ratio / scale
 

@@ -33,17 +33,17 @@ class CableWind:
     def __init__(self, case):
         dynamics, span, model = case.dynamics, case.span, case.end_model
         state, self._wind = case.state, case.scene.wind
-        felt = np.abs(model.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0)
-        felt = np.flatnonzero(felt > 1e-9 * felt.max(initial=0.0))  # as the loop has them
-        self._model = model.select(felt)
+        observable = np.abs(model.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0)
+        observable = np.flatnonzero(observable > 1e-9 * observable.max(initial=0.0))  # as the loop has them
+        self._model = model.select(observable)
         self._rod = rod(state.mesh, state.stretch)
         self.length = self._rod.length * float(span.unstretched_length)
-        shapes = np.zeros((state.mesh.nodes, 3, len(felt) + 1))
+        shapes = np.zeros((state.mesh.nodes, 3, len(observable) + 1))
         along = span.frame[:, GONDOLA - 3]
         for system in dynamics.systems:
             axes = list(system.axes)
             shapes[:, axes, 0] = system.end_shapes @ along[axes]
-        shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., felt]
+        shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., observable]
         element, points = basis(state.mesh.order), self._rod.points[0]
         gathered = shapes[state.mesh.element_nodes]
         self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), gathered, optimize=True)

@@ -246,7 +246,7 @@ class Truth:
         return "in" if self.planar else "all"
 
     def _coupled(self, points):
-        """Frequencies and gondola shares of all coupled modes, descending eigenvalue."""
+        """Frequencies of all coupled modes, ascending, and their shares in the static compliance of the gondola."""
         mesh = continuous_cable._mesh(self._data, self._gondola_plane, points)
         count, d = len(mesh.s), len(mesh.scale)
         WC = mesh.weights[:, None, None] * mesh.C
@@ -270,7 +270,7 @@ class Truth:
         values, vectors = scipy.linalg.eigh((compliance + compliance.T) / 2)
         values, vectors = np.maximum(values[::-1], 1e-300), vectors[:, ::-1]
         unit = np.sqrt(mesh.tension / mesh.mass) / mesh.length / (2 * np.pi)
-        return unit / np.sqrt(values), vectors[-1] ** 2
+        return unit / np.sqrt(values), values * vectors[-1] ** 2 / compliance[-1, -1]
 
     def _balance(self, omega, points, eta=0.0):
         """k_xx(w) - M w^2."""
@@ -318,7 +318,7 @@ class Truth:
         return (*found, points)
 
     def gondola_frequency(self):
-        """Of the coupled mode in which the gondola moves most."""
+        """Of the coupled mode with the largest share in the static compliance of the gondola."""
         coarse, fine, _ = self._gondola
         return fine / (2 * np.pi), abs(fine / coarse - 1) + ROUNDING
 

@@ -60,7 +60,7 @@ class Form:
         self.positions = shape_positions(case)  # over the unstretched length [-], shape (j,)
         along, self.across, _, self.tension = self.in_frame(self.positions)  # distance from the chord [m]; [N]
         self.distance, self.height = self.plane(along, self.across)  # horizontally and vertically from end 1 [m]
-        self.reach, self.rise = self.plane(self.chord, 0.0)  # the same of end 2 [m]
+        self.run, self.rise = self.plane(self.chord, 0.0)  # the same of end 2 [m]
         self.sag = float(case.statics.sag)
         # too steep to be drawn against horizontal distance
         self.upright = np.ptp(self.distance) < 1e-3 * np.ptp(self.height)
@@ -102,7 +102,7 @@ class Form:
 def _leaning(form):
     """Panels of a cable that is not vertical: its form, and the sag apart where the slope hides it."""
     window = Window(form.distance, np.append(form.height, [0.0, form.rise]), 0.30)
-    hidden = abs(form.sag) * window.factor < 0.12 * window.ratio * form.reach
+    hidden = abs(form.sag) * window.factor < 0.12 * window.ratio * form.run
     whole = (0.7 + window.ratio * (WIDTH - 0.8), partial(_paint_whole, form, window, hidden))
     return [whole, (2.35, partial(_paint_sag, form))] if hidden else [whole]
 
@@ -110,16 +110,16 @@ def _leaning(form):
 def _paint_whole(form, window, hidden, figure, place):
     axes = figure.add_subplot(place)
     window.apply(axes)
-    _draw(axes, (form.reach, form.rise), form.distance, form.height)
+    _draw(axes, (form.run, form.rise), form.distance, form.height)
     axes.annotate(
-        "chord and cable" if hidden else "chord", (form.reach / 5, form.rise / 5), (0, 3), textcoords="offset points",
-        ha="center", va="bottom", color=GREY, rotation=np.degrees(np.arctan2(form.rise, form.reach)),
+        "chord and cable" if hidden else "chord", (form.run / 5, form.rise / 5), (0, 3), textcoords="offset points",
+        ha="center", va="bottom", color=GREY, rotation=np.degrees(np.arctan2(form.rise, form.run)),
         rotation_mode="anchor", transform_rotates_text=True,
     )  # fmt: skip
     if not hidden:
         # where the cable is narrower than the text, the text stands beside it
-        aside = form.distance.max() if form.reach < 0.4 * window.width else None
-        _dimension(axes, form.reach / 2, form.rise / 2, form.sag, aside)
+        aside = form.distance.max() if form.run < 0.4 * window.width else None
+        _dimension(axes, form.run / 2, form.rise / 2, form.sag, aside)
     _mark_loads(axes, form)
     axes.set(xlabel=form.abscissa_label, ylabel="height above end 1 [m]")
     axes.set_title(window.note.capitalize(), loc="left", color=GREY)
@@ -130,8 +130,8 @@ def _paint_sag(form, figure, place):
     height = form.across / form.cosine
     window = Window(form.distance, np.append(height, 0.0), 0.24)
     window.apply(axes)
-    _draw(axes, (form.reach, 0.0), form.distance, height)
-    _dimension(axes, form.reach / 2, 0.0, form.sag)
+    _draw(axes, (form.run, 0.0), form.distance, height)
+    _dimension(axes, form.run / 2, 0.0, form.sag)
     axes.set(xlabel=form.abscissa_label, ylabel="height above\nthe chord [m]")
     axes.set_title(f"Vertical distance from the chord, {window.note}", loc="left", color=GREY)
 
