@@ -174,3 +174,16 @@ def test_a_damped_gondola_on_an_undamped_cable_is_not_called_undamped():
     assert -case.loop.gondola_pole.real > UNDAMPED * abs(case.loop.gondola_pole)
     case.loop.at_rest.check_stable()
     replace(case.loop, gain=0.1).check_stable()
+
+
+def test_the_largest_gain_followed_from_another_level_is_that_of_a_search():
+    accuracy = 1e-4
+    scene = short(1.0, accuracy, viscous=2e-6)
+    case = Case(scene)
+    coarse = case.refined(1, 12).plant
+    assert coarse.largest_gain
+    finer = case.refined(1, 16).plant
+    assert finer.known is coarse.known
+    searched = Case(scene).refined(1, 16).plant
+    assert not searched.known
+    assert finer.largest_gain == pytest.approx(searched.largest_gain, rel=0.1 * accuracy)
