@@ -246,7 +246,7 @@ class Truth:
         return "in" if self.planar else "all"
 
     def _coupled(self, points):
-        """Frequencies of all coupled modes, ascending, and their shares in the static compliance of the gondola."""
+        """Frequencies of all coupled modes, ascending, shares in the static compliance, in modal mass."""
         mesh = continuous_cable._mesh(self._data, self._gondola_plane, points)
         count, d = len(mesh.s), len(mesh.scale)
         WC = mesh.weights[:, None, None] * mesh.C
@@ -270,7 +270,7 @@ class Truth:
         values, vectors = scipy.linalg.eigh((compliance + compliance.T) / 2)
         values, vectors = np.maximum(values[::-1], 1e-300), vectors[:, ::-1]
         unit = np.sqrt(mesh.tension / mesh.mass) / mesh.length / (2 * np.pi)
-        return unit / np.sqrt(values), values * vectors[-1] ** 2 / compliance[-1, -1]
+        return unit / np.sqrt(values), values * vectors[-1] ** 2 / compliance[-1, -1], vectors[-1] ** 2
 
     def _balance(self, omega, points, eta=0.0):
         """k_xx(w) - M w^2."""
@@ -300,10 +300,10 @@ class Truth:
     def _gondola(self):
         """(omega coarse, omega fine, points of both)."""
         points = self._sizes(30)
-        frequency, share = self._coupled(points[1])
+        frequency, share, mass = self._coupled(points[1])
         if share.max() < 0.1:  # many modes have a part in it, and the highest that a mesh has are not the cable's
             points = self._sizes(60)
-            frequency, share = self._coupled(points[1])
+            frequency, share, mass = self._coupled(points[1])
         order = np.argsort(-share)
         place = order[0]
         if share[order[1]] > 0.97 * share[place]:
@@ -314,7 +314,7 @@ class Truth:
         found = [self._secant(2 * np.pi * frequency[place], n, lambda omega: 0.0) for n in points]
         if abs(found[1] / (2 * np.pi * frequency[place]) - 1) > 1e-3:
             raise Unknown("the zero of the dynamic stiffness was not found")
-        self.spare["share"] = share[place]
+        self.spare["share"] = mass[place]
         return (*found, points)
 
     def gondola_frequency(self):
