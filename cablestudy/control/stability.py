@@ -25,32 +25,33 @@ from cablestudy.system.linear import upper
 
 UNDAMPED = 1e-8  # damping ratio below which a mode counts as undamped
 NEGLIGIBLE = 1e-9  # growth over frequency that is not called instability: twofold in 1e8 oscillations
-DRIVEN = 0.02  # share of its decay by which a gain must move a mode for the mode to be taken along
-SAFETY = 4  # over which the guaranteed decay counts beyond the modes that are taken along
-NEEDED = 1e-4  # error of the poles by modes that are left out,
-EXACT = 0.1  # and where it decides, over that of the response
-TAKEN, FEW = 0.5, 8  # share of its damping that a gain takes from a pole that is looked at again; how many at most
-FEWEST = 5  # times the gondola's frequency up to which modes are always looked at
-MOST_MODES = 300  # that one verdict takes along
-WIDER, NARROWER = 30, 3  # factors between the gains up to which modes are resolved, upwards and downwards
-LEAST, MOST = 1e-4, 1e9  # gains over the gondola's frequency between which a limit is looked for
-SETTLED = 1e-12  # relative step after which the limit is known
-BEYOND = 0.03  # by which a gain above a crossing is judged: crossings lack modes that hardly matter
-STEPS = 60
-# a crossing of the axis is taken within so many half-widths of a pole, and so much of its frequency and of the gain
-HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1
-FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # in search of it, over the frequency
-BISECTIONS = 30  # for the frequency of a crossing: enough to judge its gain, which is polished afterwards
-ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # frequencies beside a pole, in half-widths
+# which modes are in the model of the loop
+DRIVEN = 0.02  # a mode is included if the gain shifts its pole by more than this share of its decay
+SAFETY = 4  # divides the guaranteed decay in the bound for the modes that are not included
+FEWEST = 5  # modes up to so many times the gondola's frequency are always candidates
+MOST_MODES = 300  # more are refused: one eigenvalue problem of some 600 states takes about a second
+NEEDED = 1e-4  # relative error of the poles by the other modes
+EXACT = 0.1  # the same where a pole decides, relative to the tolerance of the response
+TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed with more modes; at most so many poles
+# search for the largest gain
+LEAST, MOST = 1e-4, 1e9  # range of gains, relative to the gondola's frequency
+WIDER, NARROWER = 30, 3  # factors from one range of gains to the next, upwards and downwards
+BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing lacks modes that hardly matter
+STEPS, SETTLED = 60, 1e-12  # most steps of the secant method, and the relative step that ends it
+HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1  # distance of a crossing from its pole and from the gain
+FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # of the search for a crossing, relative to its frequency
+BISECTIONS = 30  # for the frequency of a crossing, whose gain is then judged and refined
+# frequencies at which the loop gain is evaluated
 PER_DECADE = 40
-REFINEMENTS = 6  # times that the frequencies of a loop gain are refined
-NEAR_AXIS, TURN, COARSE = 0.8, 0.5, 2e-3  # where they are: angle from the negative axis, turn [rad], relative distance
-BESIDE = 0.12  # of a pole's frequency: farther aside the grid of all decades is the finer one
+ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # distances from a pole, in its half-widths
+BESIDE = 0.12  # largest such distance, relative to the frequency of the pole
+REFINEMENTS = 6
+NEAR_AXIS, TURN, COARSE = 0.8, 0.5, 2e-3  # where: angle from the negative axis, turn [rad]; finest relative distance
 
 
 @dataclass(frozen=True)
 class Waves:
-    """Waves that reach the ends of a cable.
+    """Impedance and travel time of the waves along a cable.
 
     Attributes
     ----------
@@ -84,13 +85,13 @@ class Limit:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a gain does to the loop.
+    """Whether the loop is stable with a gain.
 
     Attributes
     ----------
     stable : bool
     pole : complex
-        The one that grows most, or decays least, over its frequency. [rad/s]
+        The pole with the largest growth relative to its frequency. [rad/s]
     open_ratio : float
         Damping ratio without control of the mode that it belongs to. [-]
     """
@@ -101,7 +102,7 @@ class Verdict:
 
     @property
     def undamped(self):
-        """Whether that mode is as good as undamped."""
+        """Whether that mode is practically undamped."""
         return self.open_ratio < UNDAMPED
 
 
@@ -152,10 +153,10 @@ def judge(plant, gain):
         The gain could drive too many modes.
     """
     gain = min(gain, MOST * plant.main)  # beyond it nothing changes
-    return _Found(plant, gain).verdict(gain)
+    return ResolvedLoop(plant, gain).verdict(gain)
 
 
-class _Found:
+class ResolvedLoop:
     """The closed loop with every mode that gains up to some gain could drive.
 
     Parameters
@@ -176,8 +177,8 @@ class _Found:
 
     @cached_property
     def cable(self):
-        """The cable with the modes that are taken along."""
-        # where the plant's own poles have them all, its model serves, whose poles are needed anyway
+        """The cable with the modes that are included."""
+        # the model of the plant's poles is used where it includes them all: its poles are needed anyway
         return self._whole.condense(np.flatnonzero(self._chosen)) if self._own else self.plant.pole_model
 
     @cached_property
@@ -206,13 +207,6 @@ class _Found:
         fixed, scaled = self._closed
         every = np.linalg.eigvals(fixed + np.asarray(gains)[:, None, None] * scaled)
         return np.where(every.imag >= 0, every, -1.0)  # of hysteretic damping only the upper half plane counts
-
-    def growth(self, gains):
-        """Largest growth over frequency among the poles for some gains, and its pole, each of shape (k,)."""
-        poles = self.poles(gains)
-        ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
-        place = np.argmax(ratio, axis=1)[:, None]
-        return tuple(np.take_along_axis(values, place, axis=1)[:, 0] for values in (ratio, poles))
 
     def verdict(self, gain):
         """See `Verdict`."""
@@ -295,7 +289,7 @@ def _resolved(plant, low, gain):
     """The closed loop for gains up to the one given, or to a lower one where that drives too many modes."""
     while True:
         try:
-            return _Found(plant, gain)
+            return ResolvedLoop(plant, gain)
         except NoSolutionError:
             gain /= NARROWER
             if gain < max(1.05 * low, LEAST * plant.main):
@@ -304,7 +298,7 @@ def _resolved(plant, low, gain):
 
 def _first_guess(plant):
     """A gain a little above the least crossing of the imaginary axis, with the modes that hardly any gain needs."""
-    found = _Found(plant, 1e-3 * plant.main)
+    found = ResolvedLoop(plant, 1e-3 * plant.main)
     crossings = crossing_gains(plant, found.cable, found.open_poles)
     return float(np.clip(1.2 * crossings.min(initial=plant.main), 1e-3 * plant.main, 1e3 * plant.main))
 
@@ -326,7 +320,7 @@ def limit_near(plant, known):
     NoSolutionError
         The gain could drive too many modes.
     """
-    return _polished(_Found(plant, known.gain), known.pole, known.gain)
+    return _polished(ResolvedLoop(plant, known.gain), known.pole, known.gain)
 
 
 def _polished(found, pole, gain):
@@ -510,7 +504,7 @@ def _zeros(loop, size, chosen):
 
 def unstable_poles(plant, gain):
     """How many poles lie to the right for a gain, pairs counted twice."""
-    found = _Found(plant, gain)
+    found = ResolvedLoop(plant, gain)
     right = upper(found.poles([gain])[0])
     right = right[right.real > 0]
     return int((1 + (right.imag > 0)).sum())
