@@ -281,8 +281,8 @@ def _resolved(case, gain, limit, time):
     for _ in range(TRIALS):
         elements = ceil(total / HIGHEST)
         order = ceil(total / elements)
-        rung = case.level if total == own else (elements, order)
-        finer = case if rung == case.level else case.refined(*rung)
+        level = case.level if total == own else (elements, order)
+        finer = case if level == case.level else case.refined(*level)
         modes = finer.excited.modes(finer.excited.dof)
         errors = modes.errors[2 * np.pi * modes.frequency <= limit]
         if errors.max(initial=0.0) <= RESOLVED:

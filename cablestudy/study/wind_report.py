@@ -12,7 +12,7 @@ from cablestudy.study.fields import STATUS, field_of
 from cablestudy.study.loops import gondola_notes
 from cablestudy.study.row import evaluate, modes
 from cablestudy.study.table import Field, Table
-from cablestudy.study.windrms import BELOW, together
+from cablestudy.study.windrms import BELOW, combine
 from cablestudy.wind.drag import shedding_frequencies
 
 PARTS = {"gondola": ("",), "cable": ("_cable_wind",), "both": ("", "_cable_wind", "_all_wind")}
@@ -82,7 +82,7 @@ def _response(case, on):
     """Of which the shares and the error are shown."""
     if on == "gondola":
         return case.response
-    return case.cable_response if on == "cable" else together(case.response, case.cable_response)
+    return case.cable_response if on == "cable" else combine(case.response, case.cable_response)
 
 
 def _vortices(case):

@@ -242,7 +242,7 @@ def cable_response_of(case, loop):
     return _scaled(worst, *size, wind.speed, wind.turbulence)
 
 
-def together(first, second):
+def combine(first, second):
     """RMS by two forces that have nothing to do with each other: variances add.
 
     Parameters

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, styled
-from cablestudy.study.windrms import cable_force_of, force_of, spectra_of, together
+from cablestudy.study.windrms import cable_force_of, combine, force_of, spectra_of
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 POINTS = 4000
@@ -75,7 +75,7 @@ def _grid(case):
 def _response(case, on, which=""):
     """The response that is drawn."""
     if on == "both":
-        return together(_response(case, "gondola", which), _response(case, "cable", which))
+        return combine(_response(case, "gondola", which), _response(case, "cable", which))
     return getattr(case, f"{which}response" if on == "gondola" else f"{which}cable_response")
 
 
