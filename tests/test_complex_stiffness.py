@@ -123,7 +123,7 @@ def test_bars_with_a_mass_in_long_arithmetic(name, law, amount):
 
 
 # almost inextensible, steep, slack, with loads, hardly and heavily damped: rounding spoilt the modes of all of them
-@pytest.mark.parametrize("seed", [110003, 110006, 110040, 110041, 120020, 500045, 500077, 500104, 500136, 1000042])
+@pytest.mark.parametrize("seed", [110003, 110006, 110040, 110041, 120020, 500045, 500077, 500104, 500136, 1004558])
 def test_random_scenes(seed):
     data = scene_data(seed)
     value, doubt = expected(truth_of(data, Case(scene_of(data, 1e-4)).span), data, "gondola_damping_ratio")
