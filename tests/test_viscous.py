@@ -27,10 +27,7 @@ def damped(law, viscous=VISCOUS):
 def test_the_dynamic_stiffness_of_the_ends_is_that_of_dense_bars(law):
     chain = bars.solve_spatial((PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS * G, 40)
     K, M = bars.matrices(chain, PAPER_LENGTH, EA, MASS)
-    elastic = np.zeros_like(K)
-    for bar, along in enumerate(chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]):
-        place = np.s_[3 * bar : 3 * bar + 6]
-        elastic[place, place] += np.kron([[1, -1], [-1, 1]], EA / (PAPER_LENGTH / 40) * np.outer(along, along))
+    elastic = bars.elastic_matrix(chain, PAPER_LENGTH, EA)
     ends, inner = np.r_[0:3, 120:123], np.s_[3:120]
     root = np.sqrt(M[inner])
     square, psi = np.linalg.eigh(K[inner, inner] / np.outer(root, root))

@@ -135,10 +135,7 @@ def dense_pole(gain, law, amount, number, viscous=0.0):
     """Pole of the paper's 40 bars as dense textbook matrices with gondola and loop, that of mode `number` across."""
     chain = bars.solve_spatial((PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS * G, 40)
     K, M = bars.matrices(chain, PAPER_LENGTH, EA, MASS)
-    elastic = np.zeros_like(K)
-    for bar, along in enumerate(chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]):
-        place = np.s_[3 * bar : 3 * bar + 6]
-        elastic[place, place] += np.kron([[1, -1], [-1, 1]], EA / (PAPER_LENGTH / 40) * np.outer(along, along))
+    elastic = bars.elastic_matrix(chain, PAPER_LENGTH, EA)
     free = np.array([3 * node + axis for node in range(1, 40) for axis in (0, 2)] + [120])
     mass = M[free] + 50.0 * (free == 120)
     w1, w2 = np.sqrt(chain.end_stiffness[0, 0] / 50.0), 2 * np.pi * 10

@@ -1,4 +1,4 @@
-"""Stability of the winch loop: one verdict for a gain, the largest stable gain, and margins over frequency.
+"""Stability of the winch loop: one verdict for a gain, and the largest stable gain.
 
 The poles of the closed loop are the eigenvalues of its A, taken with every mode of the cable that the gain could drive.
 For a mode of frequency W far above the gondola's, the winch moves the pole by about
@@ -20,6 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.margins import crossing_gains
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
 
@@ -40,13 +41,6 @@ BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing
 STEPS, SETTLED = 60, 1e-12  # most steps of the secant method, and the relative step that ends it
 HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1  # distance of a crossing from its pole and from the gain
 FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # of the search for a crossing, relative to its frequency
-BISECTIONS = 30  # for the frequency of a crossing, whose gain is then judged and refined
-# frequencies at which the loop gain is evaluated
-PER_DECADE = 40
-ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # distances from a pole, in its half-widths
-BESIDE = 0.12  # largest such distance, relative to the frequency of the pole
-REFINEMENTS = 6
-NEAR_AXIS, TURN, COARSE = 0.8, 0.5, 2e-3  # where: angle from the negative axis, turn [rad]; finest relative distance
 
 
 @dataclass(frozen=True)
@@ -400,106 +394,6 @@ def complaint(plant, gain, verdict):
     except NoSolutionError as error:
         return text + str(error)
     return text + (f"the largest stable gain is {limit:.6g} rad/s" if limit else "there is no largest stable gain")
-
-
-# ------------------------------------------------------------------------------------------------- over frequency
-
-
-def crossing_gains(plant, cable, poles):
-    """Gains at which a pole of the closed loop crosses the imaginary axis: where L is real and negative, L = -1.
-
-    Parameters
-    ----------
-    plant : Plant
-    cable : Superelement
-        Model of the cable.
-    poles : ndarray
-        Poles without control of the plant with this model. [rad/s]
-
-    Returns
-    -------
-    ndarray
-        Ascending. [rad/s]
-    """
-    omega, value = frequencies(plant, np.concatenate([poles, cable.poles])), np.zeros(0, dtype=complex)
-    new = omega
-    for _ in range(REFINEMENTS):
-        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
-            found = plant.unit_gain_of(cable, 1j * new)
-        value = np.concatenate([value, found]) if len(value) else found
-        there = np.isfinite(value)
-        order = np.argsort(omega[there])
-        omega, value = omega[there][order], value[there][order]
-        # L may cross the axis and come back between two frequencies: finer where it turns, and near the negative axis
-        near = np.abs(np.angle(-value)) < NEAR_AXIS
-        gap = np.diff(omega) / omega[1:]
-        coarse = (gap > COARSE) & (near[1:] | near[:-1] | (np.abs(np.angle(value[1:] / value[:-1])) > TURN))
-        new = (omega[1:] + omega[:-1])[coarse] / 2
-        if not len(new):
-            break
-        omega = np.concatenate([omega, new])
-    omega = omega[: len(value)]
-    crosses = (value.imag[:-1] * value.imag[1:] < 0) & (np.minimum(value.real[:-1], value.real[1:]) < 0)
-    where = np.flatnonzero(crosses)
-    low, high, sign = omega[where], omega[where + 1], np.sign(value.imag[where])
-    for _ in range(BISECTIONS if len(where) else 0):
-        middle = (low + high) / 2
-        same = np.sign(plant.unit_gain_of(cable, 1j * middle).imag) == sign
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    real = plant.unit_gain_of(cable, 1j * low).real if len(where) else np.zeros(0)
-    return np.sort(-1 / real[real < 0])
-
-
-def frequencies(plant, poles):
-    """Frequencies at which a loop gain is evaluated: all decades, and beside poles and notch. [rad/s]"""
-    notch = plant.notch
-    if notch is not None:
-        own = notch.omega * (1j - notch.damping_ratio), notch.rolloff_omega * (1j - notch.rolloff_damping_ratio)
-        poles = np.concatenate([poles, own])
-    poles = poles[np.abs(poles) > 0]
-    centre = np.abs(poles)
-    low, high = 1e-4 * centre.min(), 1e3 * centre.max()
-    width = np.maximum(np.abs(poles.real), 1e-9 * centre)[:, None] * ASIDE
-    centre = centre[:, None]
-    width = np.where(width < BESIDE * centre, width, 0.0)
-    decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
-    return np.unique(np.concatenate([decades, (centre + width).ravel(), (centre - width).ravel()]))
-
-
-def phase_margin(loop):
-    """Least angle between L and -1 where |L| = 1; None where there is none. [deg]"""
-    omega = _zeros(loop, lambda value: np.abs(value) - 1, lambda size: size[:-1] * size[1:] < 0)
-    if not len(omega):
-        return None
-    return float(np.abs(np.degrees(np.angle(-loop.unit_gain(1j * omega)))).min())
-
-
-def bandwidth(loop):
-    """Where the closed loop L/(1 + L) first falls to 1/sqrt(2); None when it never does. [Hz]"""
-
-    def first(size):
-        falls = (size[:-1] > 0) & (size[1:] <= 0)
-        return falls & (np.cumsum(falls) == 1)
-
-    omega = _zeros(loop, lambda value: np.abs(value / (1 + value)) - np.sqrt(0.5), first)
-    return float(omega[0] / (2 * np.pi)) if len(omega) else None
-
-
-def _zeros(loop, size, chosen):
-    """Frequencies at which a real function of the loop gain is zero, by bisection. [rad/s]"""
-    plant = loop.plant
-    omega = frequencies(plant, np.concatenate([plant.open_poles, plant.responding.poles]))
-    with np.errstate(divide="ignore", invalid="ignore"):  # upon the pole of an undamped mode
-        value = loop.gain * plant.unit_gain(1j * omega)
-    there = np.isfinite(value)
-    omega, value = omega[there], size(value[there])
-    where = np.flatnonzero(chosen(value))
-    low, high, sign = omega[where], omega[where + 1], np.sign(value[where])
-    for _ in range(STEPS if len(where) else 0):
-        middle = (low + high) / 2
-        same = np.sign(size(loop.gain * plant.unit_gain(1j * middle))) == sign
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return (low + high) / 2
 
 
 def unstable_poles(plant, gain):

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control import stability
+from cablestudy.control import margins, stability
 from cablestudy.control.plant import Notch, Plant
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.superelement import Superelement
@@ -139,13 +139,13 @@ class Loop:
     def phase_margin(self):
         """Least angle between L and -1 where |L| = 1, over all such places; None when there is none. [deg]"""
         self.check_damped()
-        return stability.phase_margin(self)
+        return margins.phase_margin(self)
 
     @property
     def bandwidth(self):
         """Where the closed loop L/(1 + L) first falls to 1/sqrt(2); None when it never does. [Hz]"""
         self.check_damped()
-        return stability.bandwidth(self)
+        return margins.bandwidth(self)
 
     @cached_property
     def verdict(self):

@@ -38,13 +38,7 @@ def coupled_of(cases):
         For each case frequencies [Hz] and their shares in the gondola's static compliance; or the error that says why
         there are none.
     """
-    found = []
-    for case in cases:
-        try:
-            found.append(_coupled(case))
-        except CablestudyError as error:
-            found.append(error)
-    return found
+    return [_or_error(_coupled, case) for case in cases]
 
 
 def _coupled(case):

@@ -295,3 +295,25 @@ def damped_pole(chain, L, EA, m, mass, begin, loss, digits=40):
             lambda s: mass * s**2 + end_blocks(chain, L, EA, m, s, loss(s))[2][0, 0],
             (mp.mpc(begin), mp.mpc(begin) * (1 + mp.mpf("1e-9") * 1j)), tol=mp.mpf(10) ** -50, maxsteps=60,
         )  # fmt: skip
+
+
+def elastic_matrix(chain, L, EA):
+    """The elastic part of the stiffness of `matrices`: EA/l0 n n^T of each bar.
+
+    Parameters
+    ----------
+    chain : Chain
+    L, EA : float
+        Unstretched length [m] and axial stiffness [N].
+
+    Returns
+    -------
+    ndarray, shape (3 n + 3, 3 n + 3)
+        [N/m]
+    """
+    n = len(chain.vectors)
+    elastic = np.zeros((3 * n + 3, 3 * n + 3))
+    for bar, along in enumerate(chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]):
+        place = np.s_[3 * bar : 3 * bar + 6]
+        elastic[place, place] += np.kron([[1, -1], [-1, 1]], EA / (L / n) * np.outer(along, along))
+    return elastic
