@@ -119,8 +119,8 @@ def evaluate_cases(scenes, columns, estimate=False):
     scenes : sequence of Scene
     columns : sequence of Column
     estimate : bool
-        Whether the errors of fixed elements are wanted though they are no column: those of the motion need a finer
-        model.
+        Whether to estimate the errors of fixed elements though they are no column, and to write notes: a scene alone
+        has notes anyway.
 
     Returns
     -------
@@ -301,13 +301,13 @@ def _solve_fixed(answers, required, estimate):
         if len(block) > 1:
             _solve_models([answer.case for answer in block], required)
         for answer in block:
-            _fixed_answer(answer, required)
+            _fixed_answer(answer, required, estimate or len(answers) == 1)
     if estimate and (required.motion or required.single):
         _estimate_motion(alive, required)
 
 
-def _fixed_answer(answer, required):
-    """The values of one case, and the errors of its statics against the closed form."""
+def _fixed_answer(answer, required, noted):
+    """The values of one case, and the errors of its statics against the closed form; notes on request."""
     case, closed = answer.case, answer.values
     answer.values = {name: number for name, number in closed.items() if name not in required.of_equilibrium}
     answer.errors = dict.fromkeys(answer.values, 0.0)
@@ -326,11 +326,12 @@ def _fixed_answer(answer, required):
         if column.least_error is not None and name in answer.values:
             answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
     answer.dof = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
-    answer.notes, answer.warnings = _about_fixed(case)
-    if "gondola_frequency_Hz" in answer.values:
-        answer.notes += tuple(loops.gondola_notes(case))
-    if required.damped:
-        answer.notes += assumed_damping(case.scene)
+    if noted:
+        answer.notes, answer.warnings = _about_fixed(case)
+        if "gondola_frequency_Hz" in answer.values:
+            answer.notes += tuple(loops.gondola_notes(case))
+        if required.damped:
+            answer.notes += assumed_damping(case.scene)
 
 
 def _about_fixed(case):
