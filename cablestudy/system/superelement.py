@@ -146,6 +146,37 @@ class Superelement:
             strain=strain,
         )
 
+    def combine(self, shapes):
+        """The same cable with combinations of its modes as coordinates; its static stiffness stays exact.
+
+        Parameters
+        ----------
+        shapes : ndarray, shape (n, k)
+            Orthonormal columns, for which shapes^T W^2 shapes is diagonal.
+
+        Returns
+        -------
+        Superelement
+            What modal damping of the others adds at the ends is kept.
+        """
+        square, coupling = (self.omega**2) @ shapes**2, shapes.T @ self.coupling
+        rate = 2 * self.damping_ratio * self.omega
+        new = rate @ shapes**2
+        strain, residual = self.strain, self.residual_damping
+        if strain is not None:
+            strain = replace(strain, modes=shapes.T @ strain.modes @ shapes, coupling=shapes.T @ strain.coupling)
+        else:
+            rest = self.coupling.T @ (rate[:, None] * self.coupling) - coupling.T @ (new[:, None] * coupling)
+            residual = residual + rest
+        return replace(
+            self,
+            omega=np.sqrt(square),
+            participation=-square[:, None] * coupling,
+            damping_ratio=new / (2 * np.sqrt(square)),
+            strain=strain,
+            residual_damping=residual,
+        )
+
     def condense(self, chosen):
         """As `select`, but with the modal damping of the omitted modes as slow movements of the ends meet it."""
         kept = self.select(chosen)
@@ -374,6 +405,27 @@ class Ends:
         strain = Strain(damping.model, amount, *(part[place] for part in self._elastic))
         ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
         return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous)
+
+    def motion(self, amplitudes, ends):
+        """Displacements of the nodes of all cables.
+
+        Parameters
+        ----------
+        amplitudes : ndarray, shape (..., n, r)
+            Of the modes, about the static shapes. [sqrt(kg) m]
+        ends : ndarray, shape (..., 6, r)
+            Displacements of the ends, global axes. [m]
+
+        Returns
+        -------
+        ndarray, shape (..., nodes, 3, r)
+            Chord frame. [m]
+        """
+        local = self._turn @ ends
+        moved = self._modes.shapes @ amplitudes[..., None, :, :]
+        for system, places, both in self._shapes:
+            moved[..., list(system.axes), :] += both @ local[..., None, places, :]
+        return moved
 
     @cached_property
     def moments(self):
