@@ -36,6 +36,26 @@ AT_ONCE = 64  # systems of equations that are solved in one call
 
 
 @dataclass(frozen=True)
+class Damping:
+    """How a cable loses energy; by default it does not.
+
+    Attributes
+    ----------
+    model : {"modal", "hysteretic", "kelvin_voigt"}
+    ratio, loss_factor, time : float
+        Of the model: damping ratio [-], loss factor [-] or time [s].
+    viscous : float
+        Force per length and velocity, with any model. [N s/m^2]
+    """
+
+    model: str = "modal"
+    ratio: float = 0.0
+    loss_factor: float = 0.0
+    time: float = 0.0
+    viscous: float = 0.0
+
+
+@dataclass(frozen=True)
 class Strain:
     """Damping of the elastic strain.
 
@@ -198,11 +218,11 @@ class Superelement:
         if self.strain is None:
             absolute = np.concatenate([np.eye(n), coupling], axis=1)
             damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
-            damping[n:, n:] += self.residual_damping
         elif self.strain.law == "kelvin_voigt":
             damping = damping + self.strain.amount * self.strain.matrix
         else:
             stiffness = stiffness + 1j * self.strain.amount * self.strain.matrix
+        damping[n:, n:] += self.residual_damping
         return mass, damping, stiffness
 
     def dynamic_stiffness(self, s, rows=slice(None), columns=slice(None)):
@@ -448,6 +468,16 @@ class Ends:
         mass = np.asarray(dynamics.mass * dynamics.length)[..., None]
         slow = np.asarray(dynamics.length / dynamics.state.force)[..., None]
         return moments * mass * (mass * slow) ** np.arange(3)
+
+    @property
+    def omega(self):
+        """Of the modes of all cables, shape (..., n). [rad/s]"""
+        return self._undamped[0]
+
+    @property
+    def participation(self):
+        """See `Superelement`, shape (..., n, 6). [N/(m sqrt(kg))]"""
+        return self._undamped[1]
 
     @cached_property
     def _modes(self):
