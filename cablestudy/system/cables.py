@@ -27,6 +27,7 @@ MAX_MODES = 600  # of one cable
 HIGHEST_ORDER = 44
 GAUSS_POINTS = 8
 FOLDED = 1e-12  # smallest tension over the largest, below which a cable hangs folded and has no motion
+STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends
 DEPENDENT = 1e-12  # size of a residual vector over the largest, below which rounding determines it
 
 
@@ -140,25 +141,31 @@ class Cables:
         static = np.swapaxes(frame, -1, -2) @ self.catenary.end_stiffness @ frame
         return np.block([[static, -static], [-static, static]])
 
+    @property
+    def mass(self):
+        """Shape (c,). [kg]"""
+        return self.catenary.span.mass * self.catenary.span.unstretched_length
+
     @cached_property
     def straight(self):
         """Superelements without modes, their mass distributed as that of a straight cable."""
-        mass = self.catenary.span.mass * self.catenary.span.unstretched_length
-        inertia = mass[:, None, None] / 6 * np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3))
+        inertia = self.mass[:, None, None] * STRAIGHT
         none = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
         return [Superelement(*none, *both) for both in zip(self.end_stiffness, inertia, strict=True)]
 
     def _without_mass(self, place):
         """Superelement of a cable without mass."""
-        damping, span, stiffness = self.damping[place], self.catenary.span.take(place), self.end_stiffness[place]
+        damping, stiffness = self.damping[place], self.end_stiffness[place]
+        length = self.catenary.span.unstretched_length[place]
         none = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
         inertia, strain = np.zeros((6, 6)), None
         if damping.model != "modal" and not self.catenary.slack[place]:
-            along = span.axial_stiffness / span.unstretched_length * np.outer(span.frame[0], span.frame[0])
+            chord = self.catenary.span.frame[place, 0]
+            along = self.catenary.span.axial_stiffness[place] / length * np.outer(chord, chord)
             amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
             elastic = np.block([[along, -along], [-along, along]])
             strain = Strain(damping.model, amount, np.zeros((0, 0)), np.zeros((0, 6)), elastic)
-        resisted = damping.viscous * span.unstretched_length / 6 * np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3))
+        resisted = damping.viscous * length * STRAIGHT
         return Superelement(*none, stiffness, inertia, strain, residual_damping=resisted)
 
     def meshes(self, orders):

@@ -21,7 +21,7 @@ STEP, GROWTH = 2, 1.3  # orders from one level to the next; growth where two lev
 ALLOWED = 0.25  # share of the accuracy that what is left out of the coordinates may take
 MARGIN = 2.0  # modes are kept up to this multiple of the highest frequency
 WIDER = 1.5  # growth of that multiple where it does not suffice
-FAR = 0.5  # error by a cable without modes, as its first mode has it, over the share of the error allowed
+FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
 NOISE = 1e-12  # error of a frequency by rounding
 SEPARATE = 100  # undamped modes up to which damped ones are sought among all
@@ -207,6 +207,9 @@ class Search:
             limits = np.where(self.cables.heavy, np.inf, 0.0)
             models = Models(self.cables, fixed_meshes(self.cables, self._model), fixed=True)
             return self._finished(self._modes(models, limits), None)
+        if not self.cables.heavy.any():
+            solution = self._modes(Models(self.cables, [None] * self.cables.count), np.zeros(self.cables.count))
+            return self._finished(solution, np.full(len(solution.omega), NOISE))
         highest = self._first_guess()
         orders = self._orders(highest)
         before, limits = None, None
@@ -245,7 +248,8 @@ class Search:
     def _limits(self, highest):
         """Angular frequency up to which each cable keeps its modes: zero where all lie far above."""
         first = np.pi / np.maximum(self.cables.travel_time, 1e-300)
-        far = (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy
+        share = self.cables.mass.sum() / (self.cables.mass.sum() + np.sum(self.equilibrium.suspension.mass))
+        far = share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy
         return np.where(far | ~self.cables.heavy, 0.0, MARGIN * highest)
 
     def _resolved(self, models, highest, limits):

@@ -210,9 +210,9 @@ class Superelement:
     def matrices(self):
         """M, C and K of the modes and the six ends, each of shape (n + 6, n + 6); K is complex where hysteretic."""
         n, coupling = len(self.omega), self.coupling
-        mass = np.block([[np.eye(n), coupling], [coupling.T, self.inertia]])
-        stiffness = np.zeros(mass.shape)
-        stiffness[np.arange(n), np.arange(n)] = self.omega**2
+        mass, stiffness = np.zeros((2, n + 6, n + 6))
+        mass[np.arange(n), np.arange(n)], stiffness[np.arange(n), np.arange(n)] = 1.0, self.omega**2
+        mass[:n, n:], mass[n:, :n], mass[n:, n:] = coupling, coupling.T, self.inertia
         stiffness[n:, n:] = self.stiffness
         damping = self.viscous * mass
         if self.strain is None:
