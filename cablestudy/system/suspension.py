@@ -1,7 +1,8 @@
 """Numeric description of a suspension: rigid bodies and free points on cables; and its equilibrium.
 
-Bodies come first, free points (junctions) after them: a junction is a body without size, whose rotations are held. Every
-array of numbers may have leading axes `...` of cases (heights of anchors, masses, ...) that share names and connections.
+Bodies come first, free points (junctions) after them: a junction is a body without size, whose rotations are held.
+Every array of numbers may have leading axes `...` of cases (heights of anchors, masses, ...) that share names and
+connections.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -11,8 +12,8 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary
 from cablestudy.system import stability, tangent
+from cablestudy.system.tangent import GROUND
 
-GROUND = -1  # owner of an end that is fixed to the ground
 GIVEN = ("unstretched_length", "preload", "sag", "tension_to")
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 # dimensions that each array has for one case

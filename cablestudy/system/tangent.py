@@ -15,7 +15,8 @@ import numpy as np
 
 from cablestudy.system.rigid import at_attachments, cross_matrix
 
-GROUND = -1
+GROUND = -1  # owner of a cable end that is fixed to the ground
+DENSE = 100  # degrees of freedom up to which dense matrices of all cases are faster than sparse ones of each
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,10 @@ class Blocks:
     rows: np.ndarray
     columns: np.ndarray
     matrices: np.ndarray
+
+    def of(self, case):
+        """Those of one case."""
+        return Blocks(self.rows, self.columns, self.matrices[case])
 
 
 @lru_cache(maxsize=16)
@@ -169,6 +174,60 @@ def sparse(blocks, suspension, free=None):
     return coo_array((blocks.matrices[there], (rows[there], columns[there])), shape=(size, size)).tocsc()
 
 
+def body_sizes(suspension):
+    """Length that makes a rotation of each body comparable with a displacement, shape (n, b). [m]
+
+    The root mean square distance of its cable ends from the reference point; 1 m for a body that has none.
+    """
+    count = len(suspension.body_names)
+    cable, end = np.nonzero(suspension.owner != GROUND)
+    body = suspension.owner[cable, end]
+    square = np.zeros((*suspension.place.shape[:-3], count))
+    np.add.at(square, (..., body), (suspension.place[..., cable, end, :] ** 2).sum(axis=-1))
+    square /= np.maximum(np.bincount(body, minlength=count), 1)
+    square = np.maximum(square, (suspension.center**2).sum(axis=-1))
+    return np.where(square > 0, np.sqrt(square), 1.0)
+
+
+def coordinate_scales(suspension):
+    """Size of each free degree of freedom: 1, or the size of the body for rotations, shape (n, d). [-], [m]"""
+    sizes = np.ones((*suspension.place.shape[:-3], *suspension.free.shape))
+    sizes[..., 3:] = body_sizes(suspension)[..., None]
+    return sizes[..., suspension.free]
+
+
+def scaled_sparse(blocks, suspension, scales):
+    """`sparse` with each row and column divided by the scale of its degree of freedom."""
+    from scipy.sparse import diags_array
+
+    inverse = diags_array(1 / scales)
+    return (inverse @ sparse(blocks, suspension) @ inverse).tocsc()
+
+
+def factorised(matrix):
+    """L U factors of a symmetric matrix, or None where it is not positive definite.
+
+    Parameters
+    ----------
+    matrix : scipy.sparse.csc_array
+
+    Returns
+    -------
+    scipy.sparse.linalg.SuperLU or None
+
+    Notes
+    -----
+    Without exchange of rows the signs of the diagonal of U are those of the eigenvalues (Sylvester's law of inertia).
+    """
+    from scipy.sparse.linalg import splu
+
+    try:
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # exactly singular
+        return None
+    return factors if np.all(factors.U.diagonal() > 0) else None
+
+
 def body_stiffness(blocks, suspension):
     """Stiffness of each body with the junctions following and the other bodies at rest.
 
@@ -190,25 +249,24 @@ def body_stiffness(blocks, suspension):
     follow = suspension.free.copy()
     follow[:count] = False
     result = np.empty((*shape, count, 6, 6))
+    if not follow.any():
+        for body in range(count):
+            own = (blocks.rows == body) & (blocks.columns == body)
+            result[..., body, :, :] = blocks.matrices[..., own, :, :].sum(axis=-3)
+        return result
     for case in np.ndindex(shape):
-        one = Blocks(blocks.rows, blocks.columns, blocks.matrices[case])
-        result[case] = _condensed(one, suspension, count, follow)
+        result[case] = _condensed(blocks.of(case), suspension, count, follow)
     return result
 
 
 def _condensed(blocks, suspension, count, follow):
-    """`body_stiffness` of one case."""
+    """`body_stiffness` of one case, with the degrees of freedom that follow."""
     from scipy.sparse.linalg import splu
 
     wanted = follow.copy()
     wanted[:count] = True
     matrix = sparse(blocks, suspension, wanted)  # bodies first
     size = 6 * count
-    own = matrix[:size, :size].toarray()
-    result = np.stack([own[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for i in range(count)]) if count else own
-    if not follow.any() or not count:
-        return result.reshape(count, 6, 6)
-    coupling = matrix[size:, :size].toarray()
-    moved = splu(matrix[size:, size:].tocsc()).solve(coupling)
-    back = matrix[:size, size:] @ moved
-    return result - np.stack([back[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for i in range(count)])
+    moved = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())
+    condensed = matrix[:size, :size].toarray() - matrix[:size, size:] @ moved
+    return np.array([condensed[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for i in range(count)]).reshape(count, 6, 6)
