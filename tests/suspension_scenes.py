@@ -1,10 +1,12 @@
 """Suspensions in equilibrium for the tests of the linear model."""
 
+from dataclasses import replace
+
 import numpy as np
-from scipy.optimize import least_squares
 
 from cablestudy.cable import catenary
 from cablestudy.cable.span import Span
+from cablestudy.system import statics
 from cablestudy.system.rigid import from_angles
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
 
@@ -37,9 +39,7 @@ def suspension(bodies, cables, gravity=G):
         return end[1] if isinstance(end[0], str) else end
 
     axes = ("x", "y", "z", "rx", "ry", "rz")
-    free = [
-        [axis in part.get("free", axes[:3] if part.get("junction") else axes) for axis in axes] for part in parts
-    ]
+    free = [[axis in part.get("free", axes[:3] if part.get("junction") else axes) for axis in axes] for part in parts]
     return Suspension(
         gravity=np.array(gravity),
         body_names=tuple(names),
@@ -71,49 +71,42 @@ def with_lengths(model, lengths):
     return Equilibrium(model, model.position, model.rotation, catenary.solve(span), None)
 
 
-def balanced(model, lengths):
-    """The equilibrium with the bodies where they are whose lengths are near the given ones: by least squares."""
-    free = model.free.ravel()
-
-    def net(factor):
-        state = with_lengths(model, lengths * (1 + factor))
-        return net_forces(state).ravel()[free]
-
-    scale = np.abs(with_lengths(model, lengths).end_forces).max()
-    found = least_squares(lambda factor: net(factor) / scale, np.zeros(len(lengths)), xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    state = with_lengths(model, lengths * (1 + found.x))
-    assert np.abs(net_forces(state).ravel()[free]).max(initial=0.0) < 1e-9 * scale
-    return state
+def hung(model, lengths):
+    """The equilibrium on cables of given unstretched lengths."""
+    if not model.free.any():
+        return with_lengths(model, lengths)
+    found = statics.pose(replace(model, value=np.asarray(lengths, dtype=float)))
+    assert found.stability.stable
+    return found
 
 
-def net_forces(state):
-    """Force and moment on each body about its reference point, all loads counted, shape (b, 6)."""
-    model = state.suspension
-    total = np.zeros((len(model.body_names), 6))
-    weight = np.stack([0 * model.mass, 0 * model.mass, -model.mass * model.gravity], axis=-1)
-    total[:, :3] = model.force + weight
-    for body in range(len(total)):
-        total[body, 3:] = model.moment[body] + np.cross(state.rotation[body] @ model.center[body], weight[body])
-    for (cable, end), body in np.ndenumerate(model.owner):
-        if body != GROUND:
-            force = state.end_forces[cable, end]
-            total[body, :3] += force
-            total[body, 3:] += np.cross(state.arms[cable, end], force)
-    return total
+def chords(model):
+    """Distances of the ends of the cables."""
+    ends = model.ends(model.position, model.rotation)
+    return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
 
-def platform(mass=0.3, body=50.0, strain=3e-3, stiffness=4e5, angles=(0.1, -0.05, 0.3), slack=False):
-    """A body of general form on eight cables, four up and four down, with an offset center of mass."""
+def platform(mass=0.3, body=50.0, strain=3e-3, stiffness=4e5, turn=0.0, at=(0.0, 0.0, 0.0), **other):
+    """A body of general form on eight cables, four up and four down, with an offset center of mass.
+
+    `turn` turns the whole scene about the vertical [rad]; the cables are `strain` shorter than their chords at first.
+    """
     corners = np.array([[s, t, u] for u in (1, -1) for s, t in ((1, 1), (-1, 1), (-1, -1), (1, -1))], dtype=float)
     anchors = corners * [20.0, 15.0, 9.0] + np.linspace(-1, 1, 24).reshape(8, 3)
-    attachments = corners[:, [1, 0, 2]] * [-0.6, 0.5, -0.4]
-    cables = [(tuple(a), ("gondola", tuple(b)), stiffness, mass) for a, b in zip(anchors, attachments, strict=True)]
+    angle = np.arctan2(corners[:, 1], corners[:, 0]) + 0.5 * corners[:, 0] * corners[:, 1] * corners[:, 2]
+    attachments = np.stack([0.7 * np.cos(angle), 0.6 * np.sin(angle), -0.4 * corners[:, 2]], axis=-1)
+    around = from_angles(np.array([0.0, 0.0, turn]))
+    cables = [
+        (tuple(around @ (a + at)), ("gondola", tuple(b)), stiffness, mass)
+        for a, b in zip(anchors, attachments, strict=True)
+    ]
     inertia = np.array([[4.0, 0.3, -0.2], [0.3, 5.0, 0.1], [-0.2, 0.1, 6.0]])
-    model = suspension(
-        {"gondola": dict(mass=body, center=(0.05, -0.03, -0.1), inertia=inertia, angles=angles)}, cables
-    )
-    ends = model.ends(model.position, model.rotation)
-    chord = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    if slack:
-        return balanced(model, chord * 1.004)
-    return balanced(model, chord * (1 - strain))
+    gondola = {
+        "mass": body,
+        "center": (0.05, -0.03, -0.1),
+        "inertia": inertia,
+        "at": around @ at,
+        "angles": (0, 0, turn),
+    }
+    model = suspension({"gondola": gondola | other}, cables)
+    return hung(model, chords(model) * (1 - strain))

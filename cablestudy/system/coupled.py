@@ -127,5 +127,3 @@ class Layout:
         turned = np.swapaxes(rotation, -1, -2) @ whole[:, 3:]
         straight = np.asarray(suspension.mass)[:, None, None] * center**2
         return np.concatenate([straight, turned * (suspension.inertia @ turned)], axis=1)
-
-

@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import ConvergenceError
-from cablestudy.system.cables import UNDAMPED, Cables, FixedModel, Models, fixed_meshes
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import LinearSystem
 
@@ -227,7 +227,9 @@ class Search:
                     return self._finished(solution, error)
                 orders = GROWTH * orders
             before, orders = solution, orders + STEP
-        raise ConvergenceError(f"accuracy {self.accuracy:g} of the coupled modes cannot be had: two models do not agree")
+        raise ConvergenceError(
+            f"accuracy {self.accuracy:g} of the coupled modes cannot be had: two models do not agree"
+        )
 
     def _first_guess(self):
         """Estimate of the highest angular frequency asked for: cables as strings, bodies on their static stiffness."""
@@ -235,7 +237,7 @@ class Search:
         time = cables.travel_time[cables.heavy]
         time = np.sort(time)[::-1][: self.count]  # no more cables have one of the lowest modes
         strings = np.repeat(np.pi * many / time[:, None], 2)
-        bodies = self.layout.system(cables.straight).lowest(self.count)[0] if len(self.layout.free) else np.zeros(0)
+        bodies = self.layout.system(cables.straight).lowest(self.count)[0]
         both = np.sort(np.concatenate([strings, bodies]))[: self.count]
         return both[-1] if len(both) else 0.0
 
@@ -266,15 +268,18 @@ class Search:
             much = largest > allowed / (2 * max(1, np.count_nonzero(largest)))
             more = np.where(limits > 0, np.maximum(WIDER * limits, least), MARGIN * solution.omega.max(initial=0.0))
             limits = np.where(much, more, np.maximum(limits, least))
-        raise ConvergenceError(f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables")
+        raise ConvergenceError(
+            f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables"
+        )
 
     def _modes(self, models, limits):
         kept = models.keep(limits)
         system = self.layout.system([one.element for one in kept])
-        if not system.mass.shape[0]:
-            omega, shapes = np.zeros(0), np.zeros((0, 0))
-        else:
+        try:
             omega, shapes = system.lowest(self.count)
+        except NoSolutionError:
+            reason = self.equilibrium.stability.reason() or "its stiffness is next to nothing"
+            raise NoSolutionError(f"no modes about this equilibrium: {reason}") from None
         ends = self.layout.ends(shapes[len(shapes) - len(self.layout.free) :])
         return Solution(models, kept, limits, system, omega, shapes, models.omitted(kept, omega**2, ends))
 

@@ -101,6 +101,8 @@ class LinearSystem:
         ConvergenceError
         """
         size = self.mass.shape[0]
+        if not size:
+            return np.zeros(0), np.zeros((0, 0))
         if size <= DENSE_LIMIT or 2 * count > size:
             stiffness, mass = (_dense(matrix).real for matrix in (self.stiffness, self.mass))
             try:
@@ -108,7 +110,7 @@ class LinearSystem:
             except np.linalg.LinAlgError:
                 raise NoSolutionError(UNSTABLE) from None
             half = _solve_lower(lower, mass)
-            value, vectors = np.linalg.eigh(_solve_lower(lower, half.T))
+            _value, vectors = np.linalg.eigh(_solve_lower(lower, half.T))
             shapes = _solve_lower(lower, vectors[:, : -count - 1 : -1], transposed=True)
         else:
             shapes = _lanczos(self.stiffness.real, self.mass, count)
@@ -276,6 +278,7 @@ def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
         if modal:
             added = block_array([[csc_array((modal, modal)), None], [None, added]], format="csc")
         whole.append((follow.T @ matrix @ follow + added).tocsc())
+        whole[-1].sum_duplicates()  # sorted: who sorts a copy that shares its numbers would spoil them
         driven.append(follow.T @ (matrix @ wound))
     mass, damping, total = whole
     return LinearSystem(mass.real, damping.real, total, tuple(driven[::-1]), bodies.shape[0])
@@ -307,7 +310,7 @@ def _lanczos(stiffness, mass, count):
     inverse = LinearOperator((size, size), matvec=factors.solve, dtype=float)
     begin = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
-        square, shapes = eigsh(
+        _square, shapes = eigsh(
             csc_array(stiffness), count, M=csc_array(mass), sigma=0.0, OPinv=inverse, v0=begin, ncv=2 * count + 10
         )
     except ArpackNoConvergence as error:
