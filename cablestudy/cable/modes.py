@@ -27,9 +27,11 @@ class CombinedModes:
     def _sort(self):
         """Ascending frequencies; modes that coincide in the order of kind and symmetry."""
         self._order = np.argsort(self.square, axis=-1, kind="stable")
-        for cable, first, last in clusters(self._sorted(self.square)):
+        coinciding = clusters(self._sorted(self.square))
+        symmetries = self._all("symmetries") if coinciding else None
+        for cable, first, last in coinciding:
             chosen = self._order[cable][first:last].copy()
-            names = self._all("symmetries")[cable][chosen], self.kinds[cable][chosen]
+            names = symmetries[cable][chosen], self.kinds[cable][chosen]
             self._order[cable][first:last] = chosen[np.lexsort(names)]
 
     def _all(self, name):

@@ -168,7 +168,7 @@ def _mass_product(system, left, right):
     return joined(product).sum(axis=-2)
 
 
-def _nodal_tangent(state):
+def nodal_tangent(state):
     """Unit tangent at each node, shape (..., nodes, 3): of its element, the mean of both where two meet."""
     mesh, element = state.mesh, basis(state.mesh.order)
     parts = lagrange(element.points, element.nodes) @ state.direction
@@ -182,7 +182,7 @@ def _along(system, shapes):
     """Motion along the cable, shape (..., nodes, k)."""
     if system.axes == OUT_OF_PLANE:
         return 0 * shapes[..., 0, :]
-    return (_nodal_tangent(system.state)[..., None, system.axes] @ shapes)[..., 0, :]
+    return (nodal_tangent(system.state)[..., None, system.axes] @ shapes)[..., 0, :]
 
 
 def _kinetic_shares(system, shapes):

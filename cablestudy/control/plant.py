@@ -139,7 +139,7 @@ class Plant:
     def system_of(self, cable):
         """`LinearSystem` of the gondola on a model of the cable, driven by the winch."""
         unit = np.eye(6)
-        return assemble([(cable, unit[:, [GONDOLA]], unit[:, [self.winch_end]])], np.array([[self.mass]]))
+        return assemble([cable], unit[:, [GONDOLA]], np.array([[self.mass]]), unit[:, [self.winch_end]])
 
     def closed_of(self, cable):
         """A of the closed loop with a model of the cable, as A0 + gain A1."""

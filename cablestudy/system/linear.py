@@ -12,6 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.errors import ConvergenceError, NoSolutionError
+
+DENSE_LIMIT = 300  # coordinates up to which a full eigen-solution costs less than Lanczos iteration
+MASSLESS = 1e-28  # compliance over the largest, below which a motion has no mass
+UNSTABLE = "the equilibrium is not stable: it has no modes"
+
 
 @dataclass(frozen=True)
 class Modes:
@@ -38,8 +44,8 @@ class LinearSystem:
 
     Attributes
     ----------
-    mass, damping, stiffness : ndarray, shape (n, n)
-        The stiffness is complex where damping is hysteretic, which holds for Im s > 0.
+    mass, damping, stiffness : ndarray or sparse array, shape (n, n)
+        The stiffness is complex where damping is hysteretic, which holds for Im s > 0. Sparse matrices serve `lowest`.
     driven : tuple of 3 ndarray, shape (n, i)
         K1, C1 and M1.
     bodies : int
@@ -72,6 +78,49 @@ class LinearSystem:
         body = slice(len(self.mass) - self.bodies, None)
         compliance = (np.linalg.inv(lower) ** 2)[:, body].sum(axis=0)
         return Modes(np.sqrt(square), shapes * np.sqrt(square), shapes[body] ** 2 / compliance[:, None])
+
+    def lowest(self, count):
+        """The lowest undamped modes, winches at rest.
+
+        Parameters
+        ----------
+        count : int
+            How many; all if the system has fewer of finite frequency.
+
+        Returns
+        -------
+        omega : ndarray, shape (k,)
+            Ascending. [rad/s]
+        shapes : ndarray, shape (n, k)
+            Columns: mass-normalised.
+
+        Raises
+        ------
+        NoSolutionError
+            The stiffness is not positive definite: the equilibrium is not stable.
+        ConvergenceError
+        """
+        size = self.mass.shape[0]
+        if not size:
+            return np.zeros(0), np.zeros((0, 0))
+        if size <= DENSE_LIMIT or 2 * count > size:
+            stiffness, mass = (_dense(matrix).real for matrix in (self.stiffness, self.mass))
+            try:
+                lower = np.linalg.cholesky(stiffness)
+            except np.linalg.LinAlgError:
+                raise NoSolutionError(UNSTABLE) from None
+            half = _solve_lower(lower, mass)
+            _value, vectors = np.linalg.eigh(_solve_lower(lower, half.T))
+            shapes = _solve_lower(lower, vectors[:, : -count - 1 : -1], transposed=True)
+        else:
+            shapes = _lanczos(self.stiffness.real, self.mass, count)
+            mass = self.mass
+        # unit strain energy; the quotient has all digits of the high modes too
+        compliance = (shapes * (mass @ shapes)).sum(axis=0)
+        finite = compliance > MASSLESS * compliance.max(initial=0.0)
+        square, shapes = 1 / compliance[finite], shapes[:, finite]
+        order = np.argsort(square, kind="stable")
+        return np.sqrt(square[order]), shapes[:, order] * np.sqrt(square[order])
 
     @cached_property
     def unit(self):
@@ -155,41 +204,118 @@ class LinearSystem:
         return fixed, scaled
 
 
-def assemble(cables, bodies):
+def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
     """Cables between bodies, winches and the ground as one system.
 
     Parameters
     ----------
-    cables : sequence of tuple
-        (Superelement, G, H): of each cable, with the displacements of its six ends per displacement of the bodies,
-        shape (6, b), and per movement of the winches, shape (6, i).
-    bodies : ndarray, shape (b, b)
+    cables : sequence of Superelement
+        c cables.
+    moved : ndarray or sparse array, shape (6 c, b)
+        G: displacements of the six ends of one cable after the other, per displacement of the bodies. Where it is
+        sparse, the matrices of the system are.
+    bodies : ndarray or sparse array, shape (b, b)
         Mass matrix of the bodies.
+    imposed : ndarray, shape (6 c, i), optional
+        H: the same per movement of the winches.
+    stiffness : ndarray or sparse array, shape (b, b), optional
+        Of the bodies, that of the cables' end stiffness left out.
 
     Returns
     -------
     LinearSystem
     """
-    sizes = [len(cable.omega) for cable, _, _ in cables]
-    modal, b = sum(sizes), len(bodies)
-    winches = cables[0][2].shape[1]
-    hysteretic = any(cable.strain is not None and cable.strain.law == "hysteretic" for cable, _, _ in cables)
+    imposed = np.zeros((moved.shape[0], 0)) if imposed is None else imposed
+    matrices = [cable.matrices() for cable in cables]
+    if not isinstance(moved, np.ndarray):
+        return _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness)
+    modal, b = sum(len(cable.omega) for cable in cables), len(bodies)
+    hysteretic = any(cable.strain is not None and cable.strain.law == "hysteretic" for cable in cables)
     whole = np.zeros((3, modal + b, modal + b), dtype=complex if hysteretic else float)
-    driven = np.zeros((3, modal + b, winches), dtype=whole.dtype)
-    whole[0, modal:, modal:] = bodies
-    begin = 0
-    for (cable, moved, wound), n in zip(cables, sizes, strict=True):
-        own, body = slice(begin, begin + n), slice(modal, None)
-        for total, imposed, matrix in zip(whole, driven, cable.matrices(), strict=True):
+    driven = np.zeros((3, modal + b, imposed.shape[1]), dtype=whole.dtype)
+    whole[0, modal:, modal:], whole[2, modal:, modal:] = bodies, stiffness
+    begin, body = 0, slice(modal, None)
+    for place, (cable, parts) in enumerate(zip(cables, matrices, strict=True)):
+        n = len(cable.omega)
+        own, ends = slice(begin, begin + n), slice(6 * place, 6 * place + 6)
+        for total, outer, matrix in zip(whole, driven, parts, strict=True):
             total[own, own] = matrix[:n, :n]
-            total[own, body] = matrix[:n, n:] @ moved
+            total[own, body] = matrix[:n, n:] @ moved[ends]
             total[body, own] = total[own, body].T
-            total[body, body] += moved.T @ matrix[n:, n:] @ moved
-            imposed[own] += matrix[:n, n:] @ wound
-            imposed[body] += moved.T @ matrix[n:, n:] @ wound
+            total[body, body] += moved[ends].T @ matrix[n:, n:] @ moved[ends]
+            outer[own] += matrix[:n, n:] @ imposed[ends]
+            outer[body] += moved[ends].T @ matrix[n:, n:] @ imposed[ends]
         begin += n
-    mass, damping, stiffness = whole
-    return LinearSystem(mass.real, damping.real, stiffness, tuple(driven[::-1]), b)
+    mass, damping, total = whole
+    return LinearSystem(mass.real, damping.real, total, tuple(driven[::-1]), b)
+
+
+def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
+    """`assemble` for a sparse G: block-diagonal matrices of all modes and all ends, of which bodies move the ends."""
+    from scipy.sparse import block_array, coo_array, csc_array, eye_array
+
+    sizes = np.array([len(cable.omega) for cable in cables])
+    modal, ends = int(sizes.sum()), 6 * len(cables)
+    first = np.cumsum(sizes) - sizes
+    rows, columns, values = [], [], ([], [], [])
+    for size in np.unique(sizes):
+        alike = np.flatnonzero(sizes == size)
+        own = first[alike, None] + np.arange(size)
+        index = np.concatenate([own, modal + 6 * alike[:, None] + np.arange(6)], axis=1)
+        rows.append(np.repeat(index, size + 6, axis=1).ravel())
+        columns.append(np.tile(index, (1, size + 6)).ravel())
+        for part, found in enumerate(values):
+            found.append(np.stack([matrices[cable][part] for cable in alike.tolist()]).ravel())
+    rows, columns = np.concatenate(rows), np.concatenate(columns)
+    bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
+    follow = block_array([[eye_array(modal), None], [None, moved]], format="csr") if modal else csc_array(moved)
+    wound = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])
+    whole, driven = [], []
+    for found, added in zip(values, (bodies, 0 * bodies, stiffness), strict=True):
+        entries = np.concatenate(found)
+        there = entries != 0
+        matrix = coo_array((entries[there], (rows[there], columns[there])), shape=(modal + ends,) * 2).tocsr()
+        if modal:
+            added = block_array([[csc_array((modal, modal)), None], [None, added]], format="csc")
+        whole.append((follow.T @ matrix @ follow + added).tocsc())
+        whole[-1].sum_duplicates()  # sorted: who sorts a copy that shares its numbers would spoil them
+        driven.append(follow.T @ (matrix @ wound))
+    mass, damping, total = whole
+    return LinearSystem(mass.real, damping.real, total, tuple(driven[::-1]), bodies.shape[0])
+
+
+def _dense(matrix):
+    return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+
+
+def _solve_lower(lower, right, transposed=False):
+    from scipy.linalg import solve_triangular
+
+    return solve_triangular(lower, right, lower=True, trans=int(transposed), check_finite=False)
+
+
+def _lanczos(stiffness, mass, count):
+    """Lowest modes of unit strain energy, by shift-invert Lanczos iteration about zero from a fixed start vector."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh, splu
+
+    size = stiffness.shape[0]
+    symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
+    try:
+        factors = splu(csc_array(stiffness), permc_spec="MMD_AT_PLUS_A", options=symmetric)
+    except RuntimeError:  # exactly singular
+        raise NoSolutionError(UNSTABLE) from None
+    if not (factors.U.diagonal() > 0).all():
+        raise NoSolutionError(UNSTABLE)
+    inverse = LinearOperator((size, size), matvec=factors.solve, dtype=float)
+    begin = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
+    try:
+        _square, shapes = eigsh(
+            csc_array(stiffness), count, M=csc_array(mass), sigma=0.0, OPinv=inverse, v0=begin, ncv=2 * count + 10
+        )
+    except ArpackNoConvergence as error:
+        raise ConvergenceError(f"modes: {error}") from None
+    return shapes / np.sqrt((shapes * (stiffness @ shapes)).sum(axis=0))
 
 
 def upper(values):

@@ -37,6 +37,26 @@ BLOCK = 128  # frequencies for which the modes are summed in one call: arrays th
 
 
 @dataclass(frozen=True)
+class Damping:
+    """How a cable loses energy; by default it does not.
+
+    Attributes
+    ----------
+    model : {"modal", "hysteretic", "kelvin_voigt"}
+    ratio, loss_factor, time : float
+        Of the model: damping ratio [-], loss factor [-] or time [s].
+    viscous : float
+        Force per length and velocity, with any model. [N s/m^2]
+    """
+
+    model: str = "modal"
+    ratio: float = 0.0
+    loss_factor: float = 0.0
+    time: float = 0.0
+    viscous: float = 0.0
+
+
+@dataclass(frozen=True)
 class Strain:
     """Damping of the elastic strain.
 
@@ -147,6 +167,37 @@ class Superelement:
             strain=strain,
         )
 
+    def combine(self, shapes):
+        """The same cable with combinations of its modes as coordinates; its static stiffness stays exact.
+
+        Parameters
+        ----------
+        shapes : ndarray, shape (n, k)
+            Orthonormal columns, for which shapes^T W^2 shapes is diagonal.
+
+        Returns
+        -------
+        Superelement
+            What modal damping of the others adds at the ends is kept.
+        """
+        square, coupling = (self.omega**2) @ shapes**2, shapes.T @ self.coupling
+        rate = 2 * self.damping_ratio * self.omega
+        new = rate @ shapes**2
+        strain, residual = self.strain, self.residual_damping
+        if strain is not None:
+            strain = replace(strain, modes=shapes.T @ strain.modes @ shapes, coupling=shapes.T @ strain.coupling)
+        else:
+            rest = self.coupling.T @ (rate[:, None] * self.coupling) - coupling.T @ (new[:, None] * coupling)
+            residual = residual + rest
+        return replace(
+            self,
+            omega=np.sqrt(square),
+            participation=-square[:, None] * coupling,
+            damping_ratio=new / (2 * np.sqrt(square)),
+            strain=strain,
+            residual_damping=residual,
+        )
+
     def condense(self, chosen):
         """As `select`, but with the modal damping of the omitted modes as slow movements of the ends meet it."""
         kept = self.select(chosen)
@@ -160,19 +211,19 @@ class Superelement:
     def matrices(self):
         """M, C and K of the modes and the six ends, each of shape (n + 6, n + 6); K is complex where hysteretic."""
         n, coupling = len(self.omega), self.coupling
-        mass = np.block([[np.eye(n), coupling], [coupling.T, self.inertia]])
-        stiffness = np.zeros(mass.shape)
-        stiffness[np.arange(n), np.arange(n)] = self.omega**2
+        mass, stiffness = np.zeros((2, n + 6, n + 6))
+        mass[np.arange(n), np.arange(n)], stiffness[np.arange(n), np.arange(n)] = 1.0, self.omega**2
+        mass[:n, n:], mass[n:, :n], mass[n:, n:] = coupling, coupling.T, self.inertia
         stiffness[n:, n:] = self.stiffness
         damping = self.viscous * mass
         if self.strain is None:
             absolute = np.concatenate([np.eye(n), coupling], axis=1)
             damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
-            damping[n:, n:] += self.residual_damping
         elif self.strain.law == "kelvin_voigt":
             damping = damping + self.strain.amount * self.strain.matrix
         else:
             stiffness = stiffness + 1j * self.strain.amount * self.strain.matrix
+        damping[n:, n:] += self.residual_damping
         return mass, damping, stiffness
 
     def dynamic_stiffness(self, s, rows=slice(None), columns=slice(None)):
@@ -387,6 +438,27 @@ class Ends:
         ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
         return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous)
 
+    def motion(self, amplitudes, ends):
+        """Displacements of the nodes of all cables.
+
+        Parameters
+        ----------
+        amplitudes : ndarray, shape (..., n, r)
+            Of the modes, about the static shapes. [sqrt(kg) m]
+        ends : ndarray, shape (..., 6, r)
+            Displacements of the ends, global axes. [m]
+
+        Returns
+        -------
+        ndarray, shape (..., nodes, 3, r)
+            Chord frame. [m]
+        """
+        local = self._turn @ ends
+        moved = self._modes.shapes @ amplitudes[..., None, :, :]
+        for system, places, both in self._shapes:
+            moved[..., list(system.axes), :] += both @ local[..., None, places, :]
+        return moved
+
     @cached_property
     def moments(self):
         """How the cables' mass weighs on end 2 moving along x, shape (..., 3): s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
@@ -408,6 +480,16 @@ class Ends:
         mass = np.asarray(dynamics.mass * dynamics.length)[..., None]
         slow = np.asarray(dynamics.length / dynamics.state.force)[..., None]
         return moments * mass * (mass * slow) ** np.arange(3)
+
+    @property
+    def omega(self):
+        """Of the modes of all cables, shape (..., n). [rad/s]"""
+        return self._undamped[0]
+
+    @property
+    def participation(self):
+        """See `Superelement`, shape (..., n, 6). [N/(m sqrt(kg))]"""
+        return self._undamped[1]
 
     @cached_property
     def _modes(self):

@@ -1,0 +1,369 @@
+"""Superelements of all cables of a suspension: those on equal meshes are computed together.
+
+Each cable is given the mesh that resolves its waves up to the highest frequency of interest, and keeps the modes with
+fixed ends up to a multiple of it. The others are replaced by their response to the inertia forces of the static shapes,
+
+    V = K^-1 M U,
+
+at most six vectors, which leave an error of the order (w/W)^6 in the mass that a motion at w meets (W the lowest mode
+left out; Ritz vectors: Wilson, Yuan and Dickens, Earthquake Engineering and Structural Dynamics 10, 1982). A cable all
+of whose modes lie far above keeps none: its inertia is that of its static shapes.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil
+
+import numpy as np
+
+from cablestudy.cable import equilibrium
+from cablestudy.cable.dynamics import Dynamics
+from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.plane_modes import nodal_tangent
+from cablestudy.errors import NoSolutionError
+from cablestudy.system.superelement import Damping, Ends, Strain, Superelement
+
+MAX_MODES = 600  # of one cable
+HIGHEST_ORDER = 44
+GAUSS_POINTS = 8
+FOLDED = 1e-12  # smallest tension over the largest, below which a cable hangs folded and has no motion
+STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends
+DEPENDENT = 1e-12  # size of a residual vector over the largest, below which rounding determines it
+
+
+@dataclass(frozen=True)
+class FixedModel:
+    """An exact choice of elements, the same for each cable.
+
+    Attributes
+    ----------
+    elements, order : int
+    mass : {"lumped", "consistent", "blended"}
+    """
+
+    elements: int
+    order: int = 1
+    mass: str = "lumped"
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Coordinates of one cable in the whole system.
+
+    Attributes
+    ----------
+    element : Superelement
+        In these coordinates.
+    modes : int
+        Modes with fixed ends that are kept, the lowest ones.
+    shapes : ndarray, shape (n, k)
+        The coordinates in terms of all modes of the model: those kept, then residual vectors.
+    """
+
+    element: Superelement
+    modes: int
+    shapes: np.ndarray
+
+
+@dataclass(frozen=True)
+class Group:
+    """Cables on one mesh.
+
+    Attributes
+    ----------
+    places : ndarray of int, shape (g,)
+        Which of the cables.
+    state : State
+    ends : Ends
+    modes : int
+        How many of each its model has.
+    """
+
+    places: np.ndarray
+    state: object
+    ends: Ends
+    modes: int
+
+
+class Cables:
+    """All cables of a suspension about their equilibrium.
+
+    Parameters
+    ----------
+    catenary : Catenary
+        Of shape (c,).
+    damping : Damping or sequence of Damping
+        Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
+
+    Raises
+    ------
+    NoSolutionError
+        A cable with mass hangs folded, and has no motion.
+    """
+
+    def __init__(self, catenary, damping):
+        count = len(catenary.span.chord)
+        self.catenary, self.count = catenary, count
+        self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * count
+        self.heavy = (np.asarray(catenary.span.mass) > 0) & ~catenary.slack
+        folded = self.heavy & (catenary.min_tension <= FOLDED * catenary.max_tension)
+        if folded.any():
+            raise NoSolutionError(f"cable {int(np.argmax(folded)) + 1} hangs folded, without a definite motion")
+
+    @cached_property
+    def travel_time(self):
+        """Of a transverse wave from end to end, zero without mass, shape (c,). [s]
+
+        By the speed sqrt(T/m) with Gauss's rule.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        span = self.catenary.span
+        force = self.catenary.at((1 + nodes) / 2)[1]
+        tension = np.sqrt((force**2).sum(axis=-1))
+        slow = np.where(tension > 0, 1 / np.where(tension > 0, tension, 1.0), 0.0) + 1 / span.axial_stiffness[:, None]
+        return span.unstretched_length * (np.sqrt(slow * span.mass[:, None]) @ weights) / 2
+
+    @cached_property
+    def edges(self):
+        """Edges of the pieces along which each cable bends little, shares of its length; see `element.pieces`."""
+        singularities = self.catenary.singularities
+        bent = (np.abs(0.5 - singularities) < 1)[:, 0]
+        whole = np.array([0.0, 1.0])
+        return [
+            pieces(np.ones(1), singularities[i]) if bent[i] and self.heavy[i] else tuple(whole)
+            for i in range(self.count)
+        ]
+
+    @cached_property
+    def end_stiffness(self):
+        """Static, of the six ends, from the closed form, global axes, shape (c, 6, 6). [N/m]"""
+        frame = self.catenary.span.frame
+        static = np.swapaxes(frame, -1, -2) @ self.catenary.end_stiffness @ frame
+        return np.block([[static, -static], [-static, static]])
+
+    @property
+    def mass(self):
+        """Shape (c,). [kg]"""
+        return self.catenary.span.mass * self.catenary.span.unstretched_length
+
+    @cached_property
+    def straight(self):
+        """Superelements without modes, their mass distributed as that of a straight cable."""
+        inertia = self.mass[:, None, None] * STRAIGHT
+        none = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
+        return [Superelement(*none, *both) for both in zip(self.end_stiffness, inertia, strict=True)]
+
+    def _without_mass(self, place):
+        """Superelement of a cable without mass."""
+        damping, stiffness = self.damping[place], self.end_stiffness[place]
+        length = self.catenary.span.unstretched_length[place]
+        none = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
+        inertia, strain = np.zeros((6, 6)), None
+        if damping.model != "modal" and not self.catenary.slack[place]:
+            chord = self.catenary.span.frame[place, 0]
+            along = self.catenary.span.axial_stiffness[place] / length * np.outer(chord, chord)
+            amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
+            elastic = np.block([[along, -along], [-along, along]])
+            strain = Strain(damping.model, amount, np.zeros((0, 0)), np.zeros((0, 6)), elastic)
+        resisted = damping.viscous * length * STRAIGHT
+        return Superelement(*none, stiffness, inertia, strain, residual_damping=resisted)
+
+    def meshes(self, orders):
+        """Mesh of each cable with a sum of orders along its piece with most waves.
+
+        Parameters
+        ----------
+        orders : ndarray, shape (c,)
+
+        Returns
+        -------
+        list of (Mesh or None)
+            None for a cable without mass.
+        """
+        found = [None] * self.count
+        for place in np.flatnonzero(self.heavy).tolist():
+            elements = ceil(orders[place] / HIGHEST_ORDER)
+            order = 2 * ceil(orders[place] / elements / 2)  # even ones, so that many cables share a mesh
+            edges = self.edges[place]
+            counts = (elements,)
+            if len(edges) > 2:
+                counts = tuple(ceil(elements * share - 1e-9) or 1 for share in self._travel_shares(place))
+            found[place] = mesh_pieces(edges, counts, order)
+        return found
+
+    def _travel_shares(self, place):
+        """Travel time along each piece of one cable, over the longest of these times. [-]"""
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        edges = np.array(self.edges[place])
+        middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
+        force = self.catenary.take(place).at((middle[:, None] + half[:, None] * nodes).ravel())[1]
+        tension = np.sqrt((force**2).sum(axis=-1)).reshape(-1, GAUSS_POINTS)
+        time = half * ((1 / np.sqrt(tension)) @ weights)
+        return (time / time.max()).tolist()
+
+
+class Models:
+    """Elements of all cables, one mesh for each: superelements with all modes, and their motion.
+
+    Parameters
+    ----------
+    cables : Cables
+    meshes : list of (Mesh or None)
+    fixed : bool
+        Whether the elements are in their own equilibrium, not on the closed form.
+    """
+
+    def __init__(self, cables, meshes, fixed=False):
+        self.cables, self.meshes, self._fixed = cables, meshes, fixed
+
+    @cached_property
+    def groups(self):
+        """Cables on equal meshes: list of Group."""
+        cables, found, members = self.cables, [], {}
+        symmetric = np.asarray(cables.catenary.span.mirror_symmetric)
+        for place, mesh in enumerate(self.meshes):
+            if mesh is not None:
+                members.setdefault((mesh, bool(symmetric[place])), []).append(place)
+        for (mesh, _), places in members.items():
+            catenary = cables.catenary.take(np.array(places))
+            if self._fixed:
+                state, record = equilibrium.solve_many(catenary, mesh)
+                failed = np.flatnonzero(~record.converged)
+                if len(failed):
+                    raise equilibrium.refusal(record.of(failed[0]), mesh)
+            else:
+                state = equilibrium.from_catenary(catenary, mesh)
+            dynamics = Dynamics(state)
+            count = min(dynamics.dof, MAX_MODES)
+            found.append(Group(np.array(places), state, Ends(dynamics, catenary.span.frame, count), count))
+        return found
+
+    @cached_property
+    def elements(self):
+        """Superelement of each cable with all its modes: list."""
+        found = [None] * self.cables.count
+        for group in self.groups:
+            for place, cable in enumerate(group.places.tolist()):
+                found[cable] = group.ends.model(self.cables.damping[cable], place)
+        return [self.cables._without_mass(i) if one is None else one for i, one in enumerate(found)]
+
+    def keep(self, limits):
+        """The coordinates of each cable.
+
+        Parameters
+        ----------
+        limits : ndarray, shape (c,)
+            Angular frequency up to which modes are kept; zero for none, nor a residual; infinite for all. [rad/s]
+
+        Returns
+        -------
+        list of Kept
+        """
+        found = []
+        for element, limit in zip(self.elements, limits.tolist(), strict=True):
+            n = len(element.omega)
+            if limit == np.inf or not n:
+                found.append(Kept(element, n, np.eye(n)))
+                continue
+            if limit == 0:
+                found.append(Kept(element.condense(np.zeros(0, dtype=int)), 0, np.zeros((n, 0))))
+                continue
+            kept = int(np.searchsorted(element.omega, limit))
+            shapes = np.concatenate([np.eye(n)[:, :kept], residual_vectors(element, kept)], axis=1)
+            found.append(Kept(element.combine(shapes), kept, shapes))
+        return found
+
+    def omitted(self, kept, square, ends):
+        """Relative error of squared frequencies by what the coordinates leave out, of each cable.
+
+        Parameters
+        ----------
+        kept : list of Kept
+        square : ndarray, shape (r,)
+            Of the frequencies. [rad^2/s^2]
+        ends : ndarray, shape (c, 6, r)
+            Displacements of the ends in the modes, mass-normalised. [1/sqrt(kg)]
+
+        Returns
+        -------
+        ndarray, shape (c, r)
+            [-]
+
+        Notes
+        -----
+        A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends.
+        """
+        error = np.zeros((len(kept), len(square)))
+        for group in self.groups:
+            omega, participation = group.ends.omega, group.ends.participation
+            coupling = participation / omega[..., None] ** 2
+            first = np.array([kept[cable].modes for cable in group.places.tolist()])
+            left = np.arange(omega.shape[-1]) >= first[:, None]
+            error[group.places] = _added_mass(omega[..., None], coupling @ ends[group.places], square, left).sum(axis=1)
+        for cable, one in enumerate(kept):
+            own = np.arange(len(one.element.omega)) >= one.modes
+            if own.any():
+                moved = one.element.coupling @ ends[cable]
+                error[cable] -= _added_mass(one.element.omega[:, None], moved, square, own).sum(axis=0)
+        return error
+
+    def kinetic(self, amplitudes, ends):
+        """Mass that moves in the plane of each cable, out of it, and along the cable.
+
+        Parameters
+        ----------
+        amplitudes : list of ndarray, shape (n, r)
+            Of all modes of each cable, about its static shapes.
+        ends : ndarray, shape (c, 6, r)
+
+        Returns
+        -------
+        ndarray, shape (c, 3, r)
+            Twice the kinetic energy over w^2, for mass-normalised motions a share. [-]
+        """
+        found = np.zeros((len(ends), 3, ends.shape[-1]))
+        for group in self.groups:
+            span, state = group.state.span, group.state
+            moved = group.ends.motion(np.stack([amplitudes[i] for i in group.places.tolist()]), ends[group.places])
+            mass = (span.mass * span.unstretched_length)[:, None, None]
+            weight = state.mesh.node_weights[:, None]
+            along = (nodal_tangent(state)[..., None] * moved).sum(axis=-2)
+            across = moved[..., 2, :]
+            parts = [(weight * part**2).sum(axis=-2) for part in (across, along)]
+            whole = (weight[..., None] * moved**2).sum(axis=(-3, -2))
+            found[group.places] = mass * np.stack([whole - sum(parts), *parts], axis=1)
+        return found
+
+
+def residual_vectors(element, kept):
+    """Response of the modes from number `kept` on to the inertia of the static shapes, orthonormal, shape (n, k)."""
+    n, omega = len(element.omega), element.omega[kept:]
+    response = element.coupling[kept:] / omega[:, None] ** 2
+    vectors, size, _ = np.linalg.svd(response, full_matrices=False)
+    vectors = vectors[:, size > DEPENDENT * size.max(initial=0.0)]
+    turned = np.linalg.eigh(vectors.T @ (omega[:, None] ** 2 * vectors))[1]
+    found = np.zeros((n, vectors.shape[1]))
+    found[kept:] = vectors @ turned
+    return found
+
+
+def _added_mass(omega, moved, square, left):
+    """|m u|^2 w^2/(W^2 - w^2) of the modes left out, shape (..., n, r); large where one is below a frequency."""
+    ratio = square / omega**2
+    ratio = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)
+    return np.where(left[..., None], moved**2 * ratio, 0.0)
+
+
+def fixed_meshes(cables, model):
+    """The same mesh for each cable with mass.
+
+    Parameters
+    ----------
+    cables : Cables
+    model : FixedModel
+    """
+    mesh = mesh_segments(np.ones(1), model.elements, model.order, model.mass)
+    return [mesh if heavy else None for heavy in cables.heavy.tolist()]
+
+
+UNDAMPED = Damping()

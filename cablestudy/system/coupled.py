@@ -1,0 +1,129 @@
+"""Cables, bodies and junctions of a suspension about its equilibrium as one `LinearSystem`.
+
+Its coordinates are those of all cables, one cable after the other, and then the free displacements of the bodies and
+junctions, x y z and small rotations about global axes at the reference points. An end at r from the reference point of
+its body moves by B = [I, -[r x]] times the body's displacements. To the end stiffness of the cables the bodies add
+
+    [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],
+
+F being the forces of the cables on them and W their weight with its arm r_G (`tangent`), and their own mass.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.system import tangent
+from cablestudy.system.linear import assemble
+from cablestudy.system.rigid import cross_matrix
+from cablestudy.system.suspension import GROUND, Equilibrium
+
+LARGE = 300_000  # entries of G from which it is kept sparse
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What of the linear model does not depend on the cables' models.
+
+    Attributes
+    ----------
+    equilibrium : Equilibrium
+        Of one case.
+    """
+
+    equilibrium: Equilibrium
+
+    @cached_property
+    def free(self):
+        """Places of the free displacements among all 6 b, shape (d,)."""
+        return np.flatnonzero(self.equilibrium.suspension.free)
+
+    @property
+    def large(self):
+        """Whether matrices are sparse."""
+        return 6 * len(self.equilibrium.suspension.cable_names) * len(self.free) > LARGE
+
+    @cached_property
+    def moved(self):
+        """G: displacements of the six ends of all cables per free displacement, shape (6 c, d), sparse where large."""
+        from scipy.sparse import coo_array
+
+        owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
+        cable, end = np.nonzero(owner != GROUND)
+        blocks = np.concatenate(
+            [np.broadcast_to(np.eye(3), (len(cable), 3, 3)), -cross_matrix(arms[cable, end])], axis=-1
+        )
+        rows = (6 * cable + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
+        columns = 6 * owner[cable, end][:, None, None] + np.arange(6) + np.zeros((3, 1), dtype=int)
+        if self.large:
+            number = np.full(6 * len(self.equilibrium.suspension.body_names), -1)
+            number[self.free] = np.arange(len(self.free))
+            columns = number[columns]
+            there = (columns >= 0) & (blocks != 0)
+            shape = 6 * len(owner), len(self.free)
+            return coo_array((blocks[there], (rows[there], columns[there])), shape=shape).tocsr()
+        whole = np.zeros((6 * len(owner), 6 * len(self.equilibrium.suspension.body_names)))
+        whole[rows, columns] = blocks
+        return whole[:, self.free]
+
+    @cached_property
+    def mass(self):
+        """Mass matrices of the bodies at their reference points, global axes, shape (b, 6, 6). [kg, kg m, kg m^2]"""
+        suspension, rotation = self.equilibrium.suspension, self.equilibrium.rotation
+        arm = cross_matrix((rotation * suspension.center[..., None, :]).sum(axis=-1))
+        mass = np.asarray(suspension.mass)[:, None, None]
+        inertia = rotation @ suspension.inertia @ np.swapaxes(rotation, -1, -2)
+        whole = np.zeros((len(mass), 6, 6))
+        whole[:, :3, :3], whole[:, :3, 3:] = mass * np.eye(3), -mass * arm
+        whole[:, 3:, :3], whole[:, 3:, 3:] = mass * arm, inertia - mass * arm @ arm
+        return whole
+
+    @cached_property
+    def geometric_stiffness(self):
+        """Of the bodies, by the forces on them, symmetric part, shape (b, 6, 6). [N m]"""
+        blocks = self.equilibrium.blocks.matrices[len(self.equilibrium.blocks.rows) - len(self.mass) :]
+        return (blocks + np.swapaxes(blocks, -1, -2)) / 2
+
+    def of_bodies(self, blocks):
+        """A matrix of the free displacements from one of each body, shape (d, d)."""
+        own = np.arange(len(blocks))
+        diagonal = tangent.Blocks(own, own, blocks)
+        suspension = self.equilibrium.suspension
+        return tangent.sparse(diagonal, suspension) if self.large else tangent.dense(diagonal, suspension)
+
+    def system(self, elements, imposed=None):
+        """`LinearSystem` with some superelements of the cables.
+
+        Parameters
+        ----------
+        elements : list of Superelement
+        imposed : ndarray, shape (6 c, i), optional
+            Displacements of the ends per movement of the winches.
+
+        Returns
+        -------
+        LinearSystem
+        """
+        stiffness = self.of_bodies(self.geometric_stiffness)
+        return assemble(elements, self.moved, self.of_bodies(self.mass), imposed, stiffness)
+
+    def ends(self, displacements):
+        """Displacements of the six ends of each cable, shape (c, 6, r), for free ones of shape (d, r)."""
+        return (self.moved @ displacements).reshape(-1, 6, displacements.shape[-1])
+
+    def kinetic(self, displacements):
+        """Share of each body's displacements in the kinetic energy of mass-normalised motions, shape (b, 6, r). [-]
+
+        x y z of the center of mass, then the rotations about the body's axes.
+        """
+        suspension, rotation = self.equilibrium.suspension, self.equilibrium.rotation
+        count = displacements.shape[-1]
+        whole = np.zeros((6 * len(suspension.body_names), count))
+        whole[self.free] = displacements
+        whole = whole.reshape(-1, 6, count)
+        arm = cross_matrix((rotation * suspension.center[..., None, :]).sum(axis=-1))
+        center = whole[:, :3] - arm @ whole[:, 3:]
+        turned = np.swapaxes(rotation, -1, -2) @ whole[:, 3:]
+        straight = np.asarray(suspension.mass)[:, None, None] * center**2
+        return np.concatenate([straight, turned * (suspension.inertia @ turned)], axis=1)

@@ -1,0 +1,144 @@
+"""Rigid bodies: rotations, and stiffness matrices for small displacements and rotations about global axes.
+
+A body whose reference point is displaced by u and that turns by a small rotation vector a moves a point at r from the
+reference point by u + a x r = B [u; a], B = [I, -[r x]].
+"""
+
+import numpy as np
+
+
+def cross_matrix(vector):
+    """[v x], the matrix of the cross product: [v x] w = v x w.
+
+    Parameters
+    ----------
+    vector : ndarray, shape (..., 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+    """
+    matrix = np.zeros((*vector.shape, 3))
+    x, y, z = (vector[..., i] for i in range(3))
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
+    return matrix
+
+
+def from_angles(angles):
+    """Rotation matrix of roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Parameters
+    ----------
+    angles : ndarray, shape (..., 3)
+        [rad]
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+        Body axes to global axes.
+    """
+    (cr, cp, cy), (sr, sp, sy) = (np.moveaxis(part, -1, 0) for part in (np.cos(angles), np.sin(angles)))
+    rows = (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def to_angles(rotation):
+    """Roll, pitch and yaw of a rotation matrix; at a pitch of 90 degrees, where they are not unique, roll is zero.
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (..., 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Roll and yaw in [-pi, pi], pitch in [-pi/2, pi/2]. [rad]
+    """
+    level = np.hypot(rotation[..., 2, 1], rotation[..., 2, 2])
+    pitch = np.arctan2(-rotation[..., 2, 0], level)
+    upright = level > 1e-12
+    roll = np.where(upright, np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2]), 0.0)
+    yaw = np.where(
+        upright,
+        np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0]),
+        np.arctan2(-rotation[..., 0, 1], rotation[..., 1, 1]),
+    )
+    return np.stack([roll, pitch, yaw], axis=-1)
+
+
+def turn(vector):
+    """exp([v x]) - I, the change that a finite rotation makes: all digits of it, however small.
+
+    Parameters
+    ----------
+    vector : ndarray, shape (..., 3)
+        Rotation vector. [rad]
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+
+    Notes
+    -----
+    sin(a)/a [v x] + (1 - cos a)/a^2 [v x]^2 with a = |v| (Rodrigues' formula).
+    """
+    matrix = cross_matrix(vector)
+    angle = np.sqrt((vector**2).sum(axis=-1))[..., None, None]
+    return np.sinc(angle / np.pi) * matrix + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (matrix @ matrix)
+
+
+def at_attachments(stiffness, first, second):
+    """B_1^T K B_2, what a stiffness between the points at r_1 and r_2 of two bodies is at their reference points.
+
+    Parameters
+    ----------
+    stiffness : ndarray, shape (..., 3, 3)
+        K. [N/m]
+    first, second : ndarray, shape (..., 3)
+        r_1, r_2 from the reference points, global axes. [m]
+
+    Returns
+    -------
+    ndarray, shape (..., 6, 6)
+    """
+    left, right = cross_matrix(first), -cross_matrix(second)  # -[r x]^T = [r x]
+    coupled = stiffness @ right
+    matrix = np.empty((*stiffness.shape[:-2], 6, 6))
+    matrix[..., :3, :3], matrix[..., :3, 3:] = stiffness, coupled
+    matrix[..., 3:, :3], matrix[..., 3:, 3:] = left @ stiffness, left @ coupled
+    return matrix
+
+
+def moved_reference(stiffness, offset, force):
+    """6x6 stiffness of a body at another reference point.
+
+    Parameters
+    ----------
+    stiffness : ndarray, shape (..., 6, 6)
+        At P.
+    offset : ndarray, shape (..., 3)
+        d, from P to the other point, global axes. [m]
+    force : ndarray, shape (..., 3)
+        F, the net force on the body of the loads that the stiffness counts: zero in equilibrium under all of them. [N]
+
+    Returns
+    -------
+    ndarray, shape (..., 6, 6)
+        At P + d.
+
+    Notes
+    -----
+    With D = [d x]: K12' = K12 + K11 D, K21' = K21 - D K11, K22' = K22 + K21 D - D (K12 + K11 D) + [F x] D.
+    """
+    d = cross_matrix(offset)
+    k11, k12, k21, k22 = (stiffness[..., i : i + 3, j : j + 3] for i in (0, 3) for j in (0, 3))
+    moved = np.empty(np.broadcast_shapes(stiffness.shape, (*d.shape[:-2], 6, 6)))
+    moved[..., :3, :3], moved[..., :3, 3:] = k11, k12 + k11 @ d
+    moved[..., 3:, :3] = k21 - d @ k11
+    moved[..., 3:, 3:] = k22 + k21 @ d - d @ (k12 + k11 @ d) + cross_matrix(force) @ d
+    return moved

@@ -1,0 +1,219 @@
+"""Numeric description of a suspension: rigid bodies and free points on cables; and its equilibrium.
+
+Bodies come first, free points (junctions) after them: a junction is a body without size, whose rotations are held.
+Every array of numbers may have leading axes `...` of cases (heights of anchors, masses, ...) that share names and
+connections.
+"""
+
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.catenary import Catenary
+from cablestudy.system import stability, tangent
+from cablestudy.system.tangent import GROUND
+
+GIVEN = ("unstretched_length", "preload", "sag", "tension_to")
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+# dimensions that each array has for one case
+CORES = {
+    "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
+    "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Suspension:
+    """Bodies, junctions and cables; b bodies and junctions, c cables.
+
+    Attributes
+    ----------
+    gravity : ndarray, shape (...)
+        Along -z. [m/s^2]
+    body_names : tuple of str
+        Bodies first, then junctions.
+    position : ndarray, shape (..., b, 3)
+        Reference points: where they are, or where the search begins. [m]
+    rotation : ndarray, shape (..., b, 3, 3)
+        Body axes to global axes, R = Rz(yaw) Ry(pitch) Rx(roll). [-]
+    mass : ndarray, shape (..., b)
+        [kg]
+    center : ndarray, shape (..., b, 3)
+        Center of mass from the reference point, body axes. [m]
+    inertia : ndarray, shape (..., b, 3, 3)
+        About the center of mass, body axes. [kg m^2]
+    force, moment : ndarray, shape (..., b, 3)
+        Dead loads at the reference point, global axes. [N], [N m]
+    free : ndarray of bool, shape (b, 6)
+        x y z rx ry rz (small rotations about global axes) that are not held; no rotation of a junction is free.
+    junctions : int
+        How many of the bodies, the last ones, are junctions.
+    cable_names : tuple of str
+    owner : ndarray of int, shape (c, 2)
+        Body at end 1 ("from", the winch's) and at end 2 ("to"); GROUND where the end is fixed.
+    place : ndarray, shape (..., c, 2, 3)
+        Of each end: from the reference point in body axes, or in global axes where the end is fixed. [m]
+    axial_stiffness, cable_mass : ndarray, shape (..., c)
+        EA [N], mass per unstretched length [kg/m].
+    given : tuple of (str or None)
+        What each cable states: one of GIVEN, or None.
+    value : ndarray, shape (..., c)
+        Of what is given: unstretched length [m], preload (mean tension) [N], sag [m] or tension at end 2 [N].
+    force_density : ndarray, shape (..., c), or None
+        For form finding. [N/m]
+    """
+
+    gravity: np.ndarray
+    body_names: tuple
+    position: np.ndarray
+    rotation: np.ndarray
+    mass: np.ndarray
+    center: np.ndarray
+    inertia: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+    free: np.ndarray
+    junctions: int
+    cable_names: tuple
+    owner: np.ndarray
+    place: np.ndarray
+    axial_stiffness: np.ndarray
+    cable_mass: np.ndarray
+    given: tuple
+    value: np.ndarray
+    force_density: np.ndarray | None = None
+
+    def _arrays(self):
+        """Arrays of numbers by name."""
+        pairs = ((field.name, getattr(self, field.name)) for field in fields(self) if field.name in CORES)
+        return {name: np.asarray(array, dtype=float) for name, array in pairs if array is not None}
+
+    @property
+    def shape(self):
+        """Shape of the cases: () for one."""
+        return np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in self._arrays().items()))
+
+    @property
+    def bodies(self):
+        """How many bodies there are, junctions not counted."""
+        return len(self.body_names) - self.junctions
+
+    def broadcast(self, shape=None):
+        """The same cases with all arrays in the full shape of cases, or in another `shape` of the same size."""
+        full = self.shape
+        shape = full if shape is None else shape
+        arrays = {}
+        for name, array in self._arrays().items():
+            core = array.shape[array.ndim - CORES[name] :]
+            arrays[name] = np.broadcast_to(array, full + core).reshape(shape + core)
+        return replace(self, **arrays)
+
+    def take(self, index):
+        """One case of a batch of shape (n,), or some of them."""
+        return replace(self, **{name: array[index] for name, array in self.broadcast()._arrays().items()})
+
+    def arms(self, rotation):
+        """From the reference point of its owner to each end, global axes; from the origin where it is fixed.
+
+        Parameters
+        ----------
+        rotation : ndarray, shape (..., b, 3, 3)
+
+        Returns
+        -------
+        ndarray, shape (..., c, 2, 3)
+            [m]
+        """
+        fixed = self.owner == GROUND
+        turned = (rotation[..., self.owner, :, :] * self.place[..., None, :]).sum(axis=-1)
+        return np.where(fixed[..., None], self.place, turned)
+
+    def ends(self, position, rotation):
+        """Places of the cable ends for a pose of the bodies.
+
+        Parameters
+        ----------
+        position : ndarray, shape (..., b, 3)
+            [m]
+        rotation : ndarray, shape (..., b, 3, 3)
+
+        Returns
+        -------
+        ndarray, shape (..., c, 2, 3)
+            Global axes. [m]
+        """
+        fixed = self.owner == GROUND
+        return self.arms(rotation) + np.where(fixed[..., None], 0.0, position[..., self.owner, :])
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A pose in which all forces on the free degrees of freedom balance, where its record says so.
+
+    Attributes
+    ----------
+    suspension : Suspension
+        Its `position` and `rotation` are where the search began.
+    position : ndarray, shape (..., b, 3)
+        [m]
+    rotation : ndarray, shape (..., b, 3, 3)
+    catenary : Catenary
+        Of all cables, shape (..., c).
+    record : Record
+        Of the pose search (`statics.Record`).
+    """
+
+    suspension: Suspension
+    position: np.ndarray
+    rotation: np.ndarray
+    catenary: Catenary
+    record: object
+
+    @property
+    def lengths(self):
+        """Unstretched lengths, shape (..., c). [m]"""
+        return self.catenary.span.unstretched_length
+
+    @cached_property
+    def arms(self):
+        """From the reference point of its owner to each cable end, global axes, shape (..., c, 2, 3). [m]"""
+        return self.suspension.arms(self.rotation)
+
+    @cached_property
+    def end_forces(self):
+        """Force of each cable on what holds its two ends, global axes, shape (..., c, 2, 3). [N]"""
+        return self.catenary.end_forces("global")
+
+    @cached_property
+    def end_stiffness(self):
+        """Stiffness of end 2, end 1 fixed, of each cable, global axes, shape (..., c, 3, 3). [N/m]"""
+        frame = self.catenary.span.frame
+        return np.swapaxes(frame, -1, -2) @ self.catenary.end_stiffness @ frame
+
+    @cached_property
+    def blocks(self):
+        """Stiffness of all degrees of freedom, held ones too, by cable and by body: `tangent.Blocks`."""
+        return tangent.blocks(self.suspension, self.rotation, self.arms, self.end_forces, self.end_stiffness)
+
+    @cached_property
+    def stiffness(self):
+        """Of all free degrees of freedom, in the order of `free.ravel()`, all loads counted, shape (..., d, d).
+
+        `tangent.sparse` makes the same matrix of one case for a large net.
+        """
+        return tangent.dense(self.blocks, self.suspension)
+
+    @cached_property
+    def body_stiffness(self):
+        """Of each body at its reference point, all loads counted, shape (..., b - junctions, 6, 6).
+
+        For small movements of this body, of its held degrees of freedom too, with the junctions following and all
+        other bodies at rest. Rows x y z rx ry rz. [N/m, N/rad; N, N m/rad]
+        """
+        return tangent.body_stiffness(self.blocks, self.suspension)
+
+    @cached_property
+    def stability(self):
+        """Whether the equilibrium is stable, and which motion is not: `stability.Stability`."""
+        return stability.judge(self)

@@ -1,0 +1,272 @@
+"""Net forces on the bodies of a suspension, and their tangent stiffness, of a batch of cases.
+
+With r the arm of a cable end, F the force of the cable on it and K its end stiffness, a body's stiffness is
+
+    sum B^T K B + [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],     B = [I, -[r x]],
+
+over its cable ends, W being its weight and r_G the arm of its center of mass; a cable between two bodies couples them
+by -B_1^T K B_2. It is symmetric where the forces balance without dead moments.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from cablestudy.system.rigid import at_attachments, cross_matrix
+
+GROUND = -1  # owner of a cable end that is fixed to the ground
+DENSE = 100  # degrees of freedom up to which dense matrices of all cases are faster than sparse ones of each
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Stiffness as a sum of 6x6 blocks: block k stands in the rows of body `rows[k]` and the columns of `columns[k]`.
+
+    Attributes
+    ----------
+    rows, columns : ndarray of int, shape (p,)
+    matrices : ndarray, shape (..., p, 6, 6)
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    matrices: np.ndarray
+
+    def of(self, case):
+        """Those of one case."""
+        return Blocks(self.rows, self.columns, self.matrices[case])
+
+
+@lru_cache(maxsize=16)
+def _pairs(owners):
+    """Cable, row end and column end of all pairs of ends of one cable that are both held by bodies."""
+    pairs = [
+        (cable, e, f)
+        for cable, ends in enumerate(owners)
+        for e in (0, 1)
+        for f in (0, 1)
+        if ends[e] != GROUND and ends[f] != GROUND
+    ]
+    return np.array(pairs, dtype=int).reshape(-1, 3).T
+
+
+def pairs(suspension):
+    """`_pairs` of a suspension."""
+    return _pairs(tuple(map(tuple, np.asarray(suspension.owner).tolist())))
+
+
+def weights(suspension, rotation):
+    """Arm of the center of mass and weight of each body, global axes, shape (..., b, 3). [m], [N]"""
+    arm = (rotation * suspension.center[..., None, :]).sum(axis=-1)
+    down = -suspension.mass * np.asarray(suspension.gravity)[..., None]
+    return arm, down[..., None] * np.array([0.0, 0.0, 1.0])
+
+
+def net_forces(suspension, rotation, arms, end_forces):
+    """Force and moment of all loads on each body, about its reference point, and their scale.
+
+    Parameters
+    ----------
+    suspension : Suspension
+    rotation : ndarray, shape (..., b, 3, 3)
+    arms, end_forces : ndarray, shape (..., c, 2, 3)
+        Of the cable ends [m], forces of the cables on them [N], global axes.
+
+    Returns
+    -------
+    net : ndarray, shape (..., b, 6)
+        [N], [N m]
+    scale : ndarray, shape (..., b)
+        Sum of the sizes of the forces. [N]
+    """
+    center, weight = weights(suspension, rotation)
+    moment = suspension.moment + np.cross(center, weight)
+    shape = np.broadcast_shapes(end_forces.shape[:-3], moment.shape[:-2])
+    net = np.empty((*shape, moment.shape[-2], 6))
+    net[..., :3], net[..., 3:] = weight + suspension.force, moment
+    scale = np.empty(net.shape[:-1])
+    scale[...] = _size(weight) + _size(suspension.force)
+    cable, end = np.nonzero(suspension.owner != GROUND)
+    body = suspension.owner[cable, end]
+    force, arm = end_forces[..., cable, end, :], arms[..., cable, end, :]
+    np.add.at(net, (..., body, slice(None)), np.concatenate([force, np.cross(arm, force)], axis=-1))
+    np.add.at(scale, (..., body), _size(force))
+    return net, scale
+
+
+def _size(vectors):
+    return np.sqrt((vectors**2).sum(axis=-1))
+
+
+def blocks(suspension, rotation, arms, end_forces, end_stiffness):
+    """Stiffness of all degrees of freedom, held ones too.
+
+    Parameters
+    ----------
+    suspension, rotation, arms, end_forces
+        As for `net_forces`.
+    end_stiffness : ndarray, shape (..., c, 3, 3)
+        Of end 2 of each cable, end 1 fixed, global axes. [N/m]
+
+    Returns
+    -------
+    Blocks
+        One for each pair of ends of a cable that bodies hold, then one for each body.
+    """
+    cable, row, column = pairs(suspension)
+    owner = suspension.owner
+    sign = np.where(row == column, 1.0, -1.0)[:, None, None]
+    between = at_attachments(end_stiffness[..., cable, :, :], arms[..., cable, row, :], arms[..., cable, column, :])
+    center, weight = weights(suspension, rotation)
+    geometric = -cross_matrix(weight) @ cross_matrix(center)
+    tilt = -cross_matrix(end_forces) @ cross_matrix(arms)
+    shape = np.broadcast_shapes(between.shape[:-3], geometric.shape[:-3])
+    bodies = np.zeros((*shape, geometric.shape[-3], 6, 6))
+    bodies[..., 3:, 3:] = geometric
+    on, end = np.nonzero(owner != GROUND)
+    np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt[..., on, end, :, :])
+    own = np.arange(bodies.shape[-3])
+    return Blocks(
+        np.concatenate([owner[cable, row], own]),
+        np.concatenate([owner[cable, column], own]),
+        np.concatenate([np.broadcast_to(sign * between, (*shape, len(cable), 6, 6)), bodies], axis=-3),
+    )
+
+
+def full(blocks, bodies):
+    """The blocks as one matrix of all degrees of freedom, held ones too, shape (..., 6 b, 6 b)."""
+    shape = blocks.matrices.shape[:-3]
+    matrix = np.zeros((*shape, bodies, bodies, 6, 6))
+    np.add.at(matrix, (..., blocks.rows, blocks.columns, slice(None), slice(None)), blocks.matrices)
+    return np.swapaxes(matrix, -3, -2).reshape(*shape, 6 * bodies, 6 * bodies)
+
+
+def dense(blocks, suspension):
+    """The blocks as a matrix of the free degrees of freedom, shape (..., d, d)."""
+    free = np.flatnonzero(suspension.free)
+    return full(blocks, len(suspension.body_names))[..., free[:, None], free]
+
+
+def sparse(blocks, suspension, free=None):
+    """The blocks of one case as a sparse matrix of the free degrees of freedom.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        Of one case.
+    suspension : Suspension
+    free : ndarray of bool, shape (b, 6), optional
+        Other degrees of freedom than `suspension.free`.
+
+    Returns
+    -------
+    scipy.sparse.csc_array, shape (d, d)
+    """
+    from scipy.sparse import coo_array
+
+    free = suspension.free if free is None else free
+    number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
+    rows = np.broadcast_to(number[blocks.rows][:, :, None], blocks.matrices.shape)
+    columns = np.broadcast_to(number[blocks.columns][:, None, :], blocks.matrices.shape)
+    there = (rows >= 0) & (columns >= 0)
+    size = int(free.sum())
+    return coo_array((blocks.matrices[there], (rows[there], columns[there])), shape=(size, size)).tocsc()
+
+
+def body_sizes(suspension):
+    """Length that makes a rotation of each body comparable with a displacement, shape (n, b). [m]
+
+    The root mean square distance of its cable ends from the reference point; 1 m for a body that has none.
+    """
+    count = len(suspension.body_names)
+    cable, end = np.nonzero(suspension.owner != GROUND)
+    body = suspension.owner[cable, end]
+    square = np.zeros((*suspension.place.shape[:-3], count))
+    np.add.at(square, (..., body), (suspension.place[..., cable, end, :] ** 2).sum(axis=-1))
+    square /= np.maximum(np.bincount(body, minlength=count), 1)
+    square = np.maximum(square, (suspension.center**2).sum(axis=-1))
+    return np.where(square > 0, np.sqrt(square), 1.0)
+
+
+def coordinate_scales(suspension):
+    """Size of each free degree of freedom: 1, or the size of the body for rotations, shape (n, d). [-], [m]"""
+    sizes = np.ones((*suspension.place.shape[:-3], *suspension.free.shape))
+    sizes[..., 3:] = body_sizes(suspension)[..., None]
+    return sizes[..., suspension.free]
+
+
+def scaled_sparse(blocks, suspension, scales):
+    """`sparse` with each row and column divided by the scale of its degree of freedom."""
+    from scipy.sparse import diags_array
+
+    inverse = diags_array(1 / scales)
+    return (inverse @ sparse(blocks, suspension) @ inverse).tocsc()
+
+
+def factorised(matrix):
+    """L U factors of a symmetric matrix, or None where it is not positive definite.
+
+    Parameters
+    ----------
+    matrix : scipy.sparse.csc_array
+
+    Returns
+    -------
+    scipy.sparse.linalg.SuperLU or None
+
+    Notes
+    -----
+    Without exchange of rows the signs of the diagonal of U are those of the eigenvalues (Sylvester's law of inertia).
+    """
+    from scipy.sparse.linalg import splu
+
+    try:
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # exactly singular
+        return None
+    return factors if np.all(factors.U.diagonal() > 0) else None
+
+
+def body_stiffness(blocks, suspension):
+    """Stiffness of each body with the junctions following and the other bodies at rest.
+
+    Parameters
+    ----------
+    blocks : Blocks
+    suspension : Suspension
+
+    Returns
+    -------
+    ndarray, shape (..., b - junctions, 6, 6)
+        At the reference point; rows x y z rx ry rz. [N/m, N/rad; N, N m/rad]
+
+    Notes
+    -----
+    K_bb - K_bj K_jj^-1 K_jb, j being the free degrees of freedom of the junctions (static condensation).
+    """
+    count, shape = suspension.bodies, blocks.matrices.shape[:-3]
+    follow = suspension.free.copy()
+    follow[:count] = False
+    result = np.empty((*shape, count, 6, 6))
+    if not follow.any():
+        for body in range(count):
+            own = (blocks.rows == body) & (blocks.columns == body)
+            result[..., body, :, :] = blocks.matrices[..., own, :, :].sum(axis=-3)
+        return result
+    for case in np.ndindex(shape):
+        result[case] = _condensed(blocks.of(case), suspension, count, follow)
+    return result
+
+
+def _condensed(blocks, suspension, count, follow):
+    """`body_stiffness` of one case, with the degrees of freedom that follow."""
+    from scipy.sparse.linalg import splu
+
+    wanted = follow.copy()
+    wanted[:count] = True
+    matrix = sparse(blocks, suspension, wanted)  # bodies first
+    size = 6 * count
+    moved = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())
+    condensed = matrix[:size, :size].toarray() - matrix[:size, size:] @ moved
+    return np.array([condensed[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for i in range(count)]).reshape(count, 6, 6)

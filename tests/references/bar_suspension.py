@@ -1,0 +1,95 @@
+"""Dense matrices of a whole suspension: each cable as equal bars (`bars`), rigid bodies added by hand.
+
+Displacements: the inner nodes of one cable after the other, then x y z rx ry rz of each body at its reference point.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from . import bars
+
+
+def cross(v):
+    """[v x]."""
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
+@dataclass(frozen=True)
+class Dense:
+    """K, M and the elastic part of K of the displacements above; `ends` are the chains' places among them.
+
+    Attributes
+    ----------
+    K, M, elastic : ndarray, shape (n, n)
+        Of the free displacements.
+    K_ends, M_ends : list of ndarray, shape (6, 3 (n + 1))
+        Of each cable, rows of its two ends.
+    maps : list of ndarray, shape (3 (n + 1), n)
+        Displacements of the nodes of each cable.
+    """
+
+    K: np.ndarray
+    M: np.ndarray
+    elastic: np.ndarray
+    K_ends: list
+    M_ends: list
+    maps: list
+
+    def modes(self):
+        """Frequencies and mass-normalised shapes. [Hz]"""
+        value, vector = scipy.linalg.eigh(self.K, self.M)
+        return np.sqrt(value) / (2 * np.pi), vector
+
+
+def dense(equilibrium, n):
+    """The suspension in its equilibrium with n bars for each cable.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of cables with mass; the bodies' geometric stiffness takes the end forces of the continuous cables.
+    n : int
+    """
+    model, span = equilibrium.suspension, equilibrium.catenary.span
+    cables, bodies = len(model.cable_names), len(model.body_names)
+    inner = 3 * (n - 1)
+    size = cables * inner + 6 * bodies
+    K, M, elastic = np.zeros((3, size, size))
+    K_ends, M_ends, maps = [], [], []
+    places = model.ends(equilibrium.position, equilibrium.rotation)
+    for cable in range(cables):
+        L, EA, m = (float(a[cable]) for a in (span.unstretched_length, span.axial_stiffness, span.mass))
+        chain = bars.solve_spatial(places[cable, 1] - places[cable, 0], L, EA, m * float(model.gravity), n)
+        k, mass = bars.matrices(chain, L, EA, m)
+        turn = np.zeros((3 * n + 3, size))
+        turn[3:-3, cable * inner : (cable + 1) * inner] = np.eye(inner)
+        for end, rows in ((0, slice(0, 3)), (1, slice(-3, None))):
+            body = model.owner[cable, end]
+            if body >= 0:
+                columns = slice(cables * inner + 6 * body, cables * inner + 6 * body + 6)
+                arm = places[cable, end] - equilibrium.position[body]
+                turn[rows, columns] = np.concatenate([np.eye(3), -cross(arm)], axis=1)
+        K += turn.T @ k @ turn
+        M += turn.T @ (mass[:, None] * turn)
+        elastic += turn.T @ bars.elastic_matrix(chain, L, EA) @ turn
+        ends = [0, 1, 2, -3, -2, -1]
+        K_ends.append(k[ends])
+        M_ends.append(np.diag(mass)[ends])
+        maps.append(turn)
+    forces = equilibrium.catenary.end_forces("global")
+    for body in range(bodies):
+        place = slice(cables * inner + 6 * body, cables * inner + 6 * body + 6)
+        R, m = equilibrium.rotation[body], float(model.mass[body])
+        r = R @ model.center[body]
+        M[place, place] += np.block(
+            [[m * np.eye(3), -m * cross(r)], [m * cross(r), R @ model.inertia[body] @ R.T - m * cross(r) @ cross(r)]]
+        )
+        geometric = -cross([0, 0, -m * float(model.gravity)]) @ cross(r)
+        for cable, end in np.argwhere(model.owner == body):
+            geometric -= cross(forces[cable, end]) @ cross(places[cable, end] - equilibrium.position[body])
+        K[place, place][3:, 3:] += (geometric + geometric.T) / 2
+    free = np.concatenate([np.ones(cables * inner, dtype=bool), model.free.ravel()])
+    parts = (matrix[np.ix_(free, free)] for matrix in (K, M, elastic))
+    return Dense(*parts, K_ends, M_ends, [turn[:, free] for turn in maps])

@@ -1,0 +1,286 @@
+"""Coupled modes of suspensions against closed forms, dense bars, continuous cables and invariances."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy.linalg
+from references import bar_suspension, continuous_suspension
+from scenes import INCLINED, PAPER, Twin, cells
+from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.system.cables import FixedModel
+from cablestudy.system.coupled import Layout
+from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.superelement import Damping
+
+
+def trifilar(lines=3, radius=0.5, height=2.0, mass=50.0, depth=0.1, inertia=(4.0, 4.0, 6.0), stiffness=1e6, **cable):
+    """A body on vertical cables without mass, on a circle; its center of mass lies `depth` below the attachments."""
+    angle = 2 * np.pi * np.arange(lines) / lines
+    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=-1)
+    cables = [((*([*r, 0, 0, height]),), ("plate", tuple(r)), stiffness, cable.get("mass", 0.0)) for r in ring]
+    model = suspension({"plate": {"mass": mass, "center": (0, 0, -depth), "inertia": np.diag(inertia)}}, cables)
+    weight = mass * G / lines + cable.get("mass", 0.0) * G * height / 2
+    return hung(model, np.full(lines, height / (1 + weight / stiffness)))
+
+
+@pytest.mark.parametrize("lines", [3, 4, 7])
+def test_the_trifilar_pendulum(lines):
+    mass, radius, depth, inertia, stiffness = 50.0, 0.5, 0.1, (4.0, 4.0, 6.0), 1e6
+    state = trifilar(lines)
+    length = float(state.lengths[0])
+    height = 2.0 - state.position[0, 2]
+    found = coupled_modes(state, 6)
+    spring = stiffness / length
+    # sway and tilt: displacement of the attachments and rotation, which lifts the center of mass
+    K = np.diag([mass * G / height, lines / 2 * spring * radius**2 + mass * G * depth])
+    M = np.array([[mass, -mass * depth], [-mass * depth, inertia[0] + mass * depth**2]])
+    sway, tilt = np.sqrt(scipy.linalg.eigh(K, M, eigvals_only=True))
+    yaw = np.sqrt(mass * G * radius**2 / (inertia[2] * height))
+    heave = np.sqrt(lines * spring / mass)
+    expected = np.array([sway, sway, yaw, heave, tilt, tilt])
+    assert 2 * np.pi * found.frequency == pytest.approx(expected, rel=1e-10)
+    assert found.moves == ("plate x", "plate y", "plate yaw", "plate z", "plate roll", "plate pitch")
+    assert found.coincident == ((1, 2), (5, 6))
+    assert found.body_share == pytest.approx(np.ones(6), rel=1e-12)
+
+
+def net(n, spacing=1.5, tension=900.0, node=2.0, stiffness=1e6, mass=0.0):
+    """A flat square net of n x n junctions without gravity."""
+    names = {(i, j): f"p{i}_{j}" for i in range(1, n + 1) for j in range(1, n + 1)}
+
+    def end(i, j):
+        return (names[i, j], (0.0, 0.0, 0.0)) if (i, j) in names else (spacing * i, spacing * j, 0.0)
+
+    cables = []
+    for i in range(n + 1):
+        for j in range(1, n + 1):
+            cables += [(end(i, j), end(i + 1, j), stiffness, mass), (end(j, i), end(j, i + 1), stiffness, mass)]
+    points = {
+        name: {"at": (spacing * i, spacing * j, 0.0), "mass": node, "junction": True} for (i, j), name in names.items()
+    }
+    model = suspension(points, cables, gravity=0.0)
+    return with_lengths(model, np.full(len(cables), spacing / (1 + tension / stiffness)))
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 16])
+def test_the_flat_square_net(n):
+    """n = 16 is solved sparse."""
+    spacing, tension, node, count = 1.5, 900.0, 2.0, min(n * n, 12)
+    state = net(n)
+    assert Layout(state).large == (n == 16)
+    p = np.arange(1, n + 1)
+    half = np.sin(p * np.pi / (2 * (n + 1))) ** 2
+    expected = np.sort(np.sqrt(4 * tension / (node * spacing) * (half[:, None] + half)).ravel())[:count]
+    found = coupled_modes(state, count)
+    assert 2 * np.pi * found.frequency == pytest.approx(expected, rel=1e-11)
+    assert found.moves[0] == ("p1_1 z" if n == 1 else "points")
+    runs = np.flatnonzero(np.diff(expected) < 1e-9 * expected[1:])
+    told = {mode for first, last in found.coincident for mode in range(first, last)}
+    assert told == {int(place) + 1 for place in runs}
+
+
+def test_sparse_and_dense_matrices_have_the_same_modes():
+    state = net(16, mass=0.3)
+    layout, few = Layout(state), 8
+    found = coupled_modes(state, few)
+    assert layout.large
+    assert not isinstance(found.system.mass, np.ndarray)
+    compliance = scipy.linalg.eigh(found.system.mass.toarray(), found.system.stiffness.toarray(), eigvals_only=True)
+    assert 2 * np.pi * found.frequency == pytest.approx(1 / np.sqrt(compliance[::-1][:few]), rel=1e-9)
+
+
+@pytest.mark.parametrize("strain", [3e-3, -3e-3])
+def test_dense_bars_of_the_whole_suspension(strain):
+    state = platform(strain=strain)
+    reference = bar_suspension.dense(state, 10)
+    expected, shapes = reference.modes()
+    found = coupled_modes(state, 40, model=FixedModel(10))
+    assert found.frequency == pytest.approx(expected[:40], rel=1e-9)
+    assert np.isnan(found.error).all()
+    # shares of the kinetic energy, by the masses of the reference
+    body = np.arange(len(shapes))[-6:]
+    R = state.rotation[0]
+    center = shapes[body[:3]] + np.cross(shapes[body[3:]], R @ state.suspension.center[0], axis=0)
+    turned = R.T @ shapes[body[3:]]
+    energy = np.concatenate([50.0 * center**2, turned * (state.suspension.inertia[0] @ turned)])
+    assert found.body_energy[0] == pytest.approx(energy[:, :40], abs=1e-7)
+    assert found.body_energy.sum(axis=(0, 1)) + found.cable_energy.sum(axis=(0, 1)) == pytest.approx(np.ones(40))
+
+
+@pytest.mark.parametrize(
+    ("options", "accuracy"),
+    [
+        ({}, 1e-4),
+        ({"strain": -0.003, "mass": 1.0, "body": 20.0}, 1e-2),
+        ({"strain": -0.003, "mass": 1.0, "body": 20.0}, 1e-8),
+        ({"strain": 0.01, "mass": 0.01, "body": 5000.0}, 1e-6),
+        ({"mass": 2.0, "body": 1e-3}, 1e-5),
+    ],
+)
+def test_the_stated_error_holds_against_continuous_cables(options, accuracy):
+    """The number of modes below a frequency less and plus its stated error is counted without elements."""
+    state = platform(**options)
+    found = coupled_modes(state, 12, accuracy)
+    assert found.error.max() <= accuracy
+    reference = continuous_suspension.Suspension(state, 5)
+    for mode in (0, 1, 6, 11):
+        off = 2 * found.error[mode] + 1e-10
+        first, last = next(((a, b) for a, b in found.coincident if a <= mode + 1 <= b), (mode + 1, mode + 1))
+        assert reference.below(found.frequency[mode] * (1 - off)) == first - 1
+        assert reference.below(found.frequency[mode] * (1 + off)) == last
+
+
+def test_the_scene_may_be_turned_and_moved():
+    plain, turned = platform(), platform(turn=0.7, at=(30.0, -20.0, 5.0))
+    one, two = (coupled_modes(state, 12, 1e-6, Damping(ratio=0.01)) for state in (plain, turned))
+    assert two.frequency == pytest.approx(one.frequency, rel=1e-9)
+    assert two.damping_ratio == pytest.approx(one.damping_ratio, rel=1e-7)
+    level = [state.body_energy[0, :2].sum(axis=0) for state in (one, two)]
+    assert level[1] == pytest.approx(level[0], abs=1e-7)
+    assert two.body_energy[0, 2:] == pytest.approx(one.body_energy[0, 2:], abs=1e-7)
+    assert two.cable_energy == pytest.approx(one.cable_energy, abs=1e-7)
+    assert two.moves == one.moves
+
+
+def test_two_equal_cables_side_by_side_are_one_of_twice_the_area():
+    anchors = [(10.0, 0.0, 3.0), (-4.0, 9.0, 2.0), (-5.0, -8.0, 4.0)]
+    place = (0.1, 0.2, 0.0)
+
+    def state(copies):
+        cables = [(a, ("knot", (0.0, 0.0, 0.0)), 2e5 / copies, 0.4 / copies) for a in anchors for _ in range(copies)]
+        model = suspension({"knot": {"at": place, "mass": 3.0, "junction": True}}, cables)
+        return hung(model, 0.997 * chords(model))
+
+    one, two = (coupled_modes(state(copies), 30, 1e-8) for copies in (1, 2))
+    # modes of the pair against each other come besides, at the frequencies of one with fixed ends
+    for frequency in one.frequency[:12]:
+        assert np.abs(two.frequency / frequency - 1).min() < 1e-8
+    shared = two.frequency[two.body_share > 1e-9]
+    moving = one.frequency[one.body_share > 1e-9]
+    count = min(len(shared), len(moving), 6)
+    assert shared[:count] == pytest.approx(moving[:count], rel=1e-8)
+
+
+def single(end_1, end_2, length, stiffness, mass):
+    """One cable whose second end a held body holds."""
+    wall = {"wall": {"at": end_2, "free": ()}}
+    return with_lengths(suspension(wall, [(end_1, ("wall", (0.0, 0.0, 0.0)), stiffness, mass)]), [length])
+
+
+def test_a_cable_cut_in_two_at_a_massless_junction_is_the_same_cable():
+    twin = Twin(math.hypot(40.0, 10.0), 6.0, 42.0, 1e-4)
+    end_1, end_2, length, stiffness, mass = (0.0, 0.0, 0.0), (40.0, 10.0, 6.0), twin.length, twin.stiffness, twin.mass
+    whole = single(end_1, end_2, length, stiffness, mass)
+    share = 0.37
+    moved = whole.catenary.at(np.array([share]))[0][0, 0]
+    span = whole.catenary.span
+    frame = span.frame[0]
+    place = (moved + np.array([share * (1 + float(span.chord_strain[0])), 0, 0])) * length @ frame
+    model = suspension(
+        {"cut": {"at": place, "junction": True}},
+        [
+            (end_1, ("cut", (0.0, 0.0, 0.0)), stiffness, mass),
+            (("cut", (0.0, 0.0, 0.0)), end_2, stiffness, mass),
+        ],
+    )
+    cut = hung(model, [share * length, (1 - share) * length])
+    assert cut.position[0] == pytest.approx(place, abs=1e-9)
+    one, two = coupled_modes(whole, 8, 1e-8), coupled_modes(cut, 8, 1e-8)
+    assert two.frequency == pytest.approx(one.frequency, rel=1e-8)
+    alone = cells(twin.scene("model.accuracy=1e-8"), "inplane_frequency_2", "outofplane_frequency_2")
+    for frequency in alone.values():
+        assert np.abs(one.frequency / frequency - 1).min() < 1e-8
+
+
+def test_a_body_that_is_held_leaves_each_cable_as_if_alone():
+    held = platform(free=())
+    together = coupled_modes(held, 15, 1e-8)
+    model, alone = held.suspension, []
+    places = model.ends(held.position, held.rotation)
+    for cable in range(8):
+        one = single(*places[cable], held.lengths[cable], 4e5, 0.3)
+        alone.append(coupled_modes(one, 6, 1e-8).frequency)
+    assert together.frequency == pytest.approx(np.sort(np.concatenate(alone))[:15], rel=1e-8)
+    assert together.body_share == pytest.approx(np.zeros(15), abs=1e-12)
+    assert set(together.moves) <= {f"c{i + 1} {kind}" for i in range(8) for kind in ("in-plane", "out-of-plane")}
+
+
+def one_cable(twin, mass):
+    """A gondola free along x on end 2 of a cable."""
+    body = {"at": (twin.a, 0, twin.b), "mass": mass, "free": ("x",)}
+    cable = ((0.0, 0.0, 0.0), ("gondola", (0.0, 0.0, 0.0)), twin.stiffness, twin.mass)
+    return with_lengths(suspension({"gondola": body}, [cable]), [twin.length])
+
+
+@pytest.mark.parametrize("twin", [PAPER, INCLINED])
+@pytest.mark.parametrize("mass", [0.5, 50.0, 5e4])
+def test_one_cable_with_a_gondola_free_along_x_is_the_scene_of_one_cable(twin, mass):
+    elements = ("model.elements=4", "model.order=10", f"gondola.mass={mass}")
+    expected = cells(twin.scene(*elements), "gondola_frequency")["gondola_frequency"]
+    found = coupled_modes(one_cable(twin, mass), 12, model=FixedModel(4, 10))
+    assert np.abs(found.frequency / expected - 1).min() < 1e-10
+    by_error = coupled_modes(one_cable(twin, mass), 12, 1e-10)
+    exact = cells(twin.scene("model.accuracy=1e-10", f"gondola.mass={mass}"), "gondola_frequency")["gondola_frequency"]
+    assert np.abs(by_error.frequency / exact - 1).min() < 1e-10
+
+
+@pytest.mark.parametrize(
+    "damping", [Damping(ratio=0.01), Damping("hysteretic", loss_factor=0.02), Damping("kelvin_voigt", time=2e-4)]
+)
+def test_damping_ratios_are_those_of_the_poles(damping):
+    """Dense bars with the same damping; poles of the whole pencil. Light damping, for which the ratio is stated."""
+    state = platform()
+    found = coupled_modes(state, 30, damping=damping, model=FixedModel(6))
+    reference = bar_suspension.dense(state, 6)
+    n = len(reference.K)
+    if damping.model == "modal":
+        pytest.skip("of the fixed-end modes, see the next test")
+    if damping.model == "hysteretic":
+        square = scipy.linalg.eigvals(reference.K + 1j * damping.loss_factor * reference.elastic, reference.M)
+        poles = 1j * np.sqrt(square)
+    else:
+        zero, unit = np.zeros((n, n)), np.eye(n)
+        left = np.block([[zero, unit], [-reference.K, -damping.time * reference.elastic]])
+        right = np.block([[unit, zero], [zero, reference.M]])
+        poles = scipy.linalg.eigvals(left, right)
+        poles = poles[poles.imag > 0]
+    for frequency, ratio in zip(found.frequency, found.damping_ratio, strict=True):
+        pole = poles[np.argmin(np.abs(poles - 2j * np.pi * frequency))]
+        assert ratio == pytest.approx(-pole.real / abs(pole), rel=2e-2, abs=2e-5)
+
+
+def test_modal_damping_of_a_held_body_is_that_of_each_cable():
+    found = coupled_modes(platform(free=()), 10, damping=Damping(ratio=0.013))
+    assert found.damping_ratio == pytest.approx(np.full(10, 0.013), rel=1e-6)
+
+
+def test_viscous_damping_acts_on_all_motion_of_the_cables():
+    """A force c per length on a cable of mass m per length, nothing on the body: c/(2 m w) times the cables' share."""
+    found = coupled_modes(platform(), 20, 1e-6, damping=Damping(viscous=0.02))
+    expected = 0.02 / 0.3 / (2 * 2 * np.pi * found.frequency) * (1 - found.body_share)
+    assert found.damping_ratio == pytest.approx(expected, rel=1e-4)
+
+
+def test_an_unstable_equilibrium_is_refused_with_the_motion_that_runs_away():
+    """A mast on its foot, held by nothing but a cable below."""
+    model = suspension(
+        {"mast": {"at": (0, 0, 0), "mass": 10.0, "center": (0, 0, 2.0), "inertia": np.eye(3), "free": ("rx", "ry")}},
+        [((0.0, 0.0, -3.0), ("mast", (0.0, 0.0, -1.0)), 1e5, 0.0)],
+    )
+    with pytest.raises(NoSolutionError, match="mast"):
+        coupled_modes(with_lengths(model, [1.999]), 2)
+
+
+def test_what_each_cable_was_given_is_recorded():
+    """Short cables far above the body's modes get none; asked for more, each keeps those up to a multiple."""
+    state = platform(body=1e4, strain=0.05, stiffness=4e6, mass=0.05)
+    found = coupled_modes(state, 3)
+    assert all(record.modes + record.residuals == 0 for record in found.cables)
+    assert all("no modes" in record.reason and record.error < 1e-4 for record in found.cables)
+    assert found.body_share.min() > 0.99
+    more = coupled_modes(state, 30)
+    assert all(record.modes > 0 for record in more.cables)
+    assert all(record.limit > more.frequency[-1] for record in more.cables)
