@@ -88,7 +88,7 @@ def _wrong_end(end, points, bodies, suggest):
             return f"{body} is a body without attachments: no cable can end at it"
         if not dot:
             return f"{body} is a body: a cable ends at one of its attachments ({', '.join(listed)})"
-        return f"{body} has no attachment {show(attachment)} ({suggestion(end, listed)})"
+        return f"{body} has no attachment {show(attachment)} ({suggestion(attachment, bodies[body])})"
     if body in points:
         return f"{body} is a point, which has no attachments"
     known = [*points, *(f"{body}.{name}" for body, attachments in bodies.items() for name in attachments)]

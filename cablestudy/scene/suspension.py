@@ -139,7 +139,7 @@ class Body(Table):
             return
         names, entries = ("xx", "yy", "zz"), self.inertia_tensor
         yield [
-            (("inertia", place), entry > 0, lambda name=name: f"{name} must be positive")
+            (("inertia", place), entry > 0, lambda name=name, entry=entry: f"{name} must be positive, got {entry:g}")
             for place, (name, entry) in enumerate(zip(names, entries, strict=False))
         ]
         trace = entries[0] + entries[1] + entries[2]
@@ -442,7 +442,7 @@ def read_suspension(document):
 def _explained(found):
     """Findings in which keys of a scene of one cable are told what a suspension has instead."""
     for path, message in found:
-        instead = INSTEAD.get(path if len(path) == 1 else path[-1:] if path[0] in ("cable", "cables") else None)
+        instead = INSTEAD.get(path if len(path) == 1 else path[-1:] if path[:1] in (("cable",), ("cables",)) else None)
         unknown = instead and message.startswith("unknown key")
         yield path, f"unknown key in a suspension: {instead}" if unknown else message
 
@@ -452,10 +452,10 @@ def _at_shared(found, value):
     found = list(dict.fromkeys(found))
     cables = value.get("cables")
     cables = cables if isinstance(cables, dict) else {}
-    alike = Counter((path[2:], message) for path, message in found if path[0] == "cables" and len(path) > 1)
+    alike = Counter((path[2:], message) for path, message in found if path[:1] == ("cables",))
     for path, message in found:
-        name, inside = path[1:2], path[2:]
-        own = path[0] != "cables" or not name or _has(cables.get(name[0]), inside)
+        table, name, inside = path[:1], path[1:2], path[2:]
+        own = table != ("cables",) or not name or _has(cables.get(name[0]), inside)
         shared = not own and (_has(value.get("cable"), inside) or alike[inside, message] == len(cables) > 1)
         yield (("cable", *inside) if shared else path), message
 
