@@ -242,7 +242,7 @@ def test_outputs_that_cannot_be_written_are_refused(folder):
         ("gravity=", "--set gravity: no value: expected key=value"),
         ("=1", "--set : a key is written as names joined by dots, for example cable.area"),
         ("gravity.x=1", "--set gravity.x: gravity is 9.81, which has no key x"),
-        ("cable=5", "--set cable: expected a mapping with the keys ends, "),
+        ("cable=5", "--set cable: expected a mapping with the keys material, "),
         ("cable.ends.7=1", "--set cable.ends.7: cable.ends has 2 item(s)"),
         ("cable.area=[1", "--set cable.area: list: expected ',' or ']'"),
         ("model.order=65", "--set model.order: expected a whole number from 1 to 64, got 65"),

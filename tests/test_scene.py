@@ -407,7 +407,7 @@ def test_varied_values_beyond_a_range_are_refused():
     [
         ("<<=1", "--set <<: unknown key (allowed: gravity, cable, gondola, winch, wind, model)"),
         ("<a=1", "--set <a: unknown key (allowed: gravity, cable, gondola, winch, wind, model)"),
-        ("cable.<<={a: 1}", "--set cable.<<: unknown key (allowed: ends, chord, inclination, "),
+        ("cable.<<={a: 1}", "--set cable.<<: unknown key (allowed: material, elastic_modulus, "),
         ("winch.controller.gain.<number>=1", "--set winch.controller.gain.<number>: winch.controller.gain is 0.325, "),
         (
             "winch.controller.gain={<mapping>: 1}",

@@ -101,16 +101,9 @@ class Load(Table):
     force: tuple[Force, Force, Force] = Field(description="Force along x, y, z (z up)")
 
 
-class Cable(Table):
-    """The cable, in SI. Of alternatives that are not given the values are None."""
+class CableProperties(Table):
+    """What a cable is made of, in SI, wherever it hangs. Of alternatives that are not given the values are None."""
 
-    table: ClassVar[str] = "cable"
-
-    ends: tuple[Point, Point] | None = Field(None, description="End 1 and end 2, z up (instead of chord)")
-    chord: Length | None = Field(None, description="Distance of the ends (instead of ends)")
-    inclination: Inclination | None = Field(
-        None, description="With chord: angle above the horizontal, end 2 higher when positive; a bare number is rad"
-    )
     material: Annotated[str, Field(strict=True), AfterValidator(_known_material)] | None = Field(
         None, description="Name in the table of materials: for elastic_modulus, density, strength not given here"
     )
@@ -123,15 +116,7 @@ class Cable(Table):
     diameter: Annotated[float, Quantity("m", 1e-9, 1e5)] | None = Field(
         None, description="Diameter of a round solid cross-section (instead of area)"
     )
-    unstretched_length: Length | None = Field(None, description="Length without tension (instead of preload or sag)")
-    preload: Annotated[float, Quantity("N", 1e-24, 1e24)] | None = Field(
-        None, description="Mean tension (instead of unstretched_length or sag)"
-    )
-    sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
-        None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
-    )
     damping: Damping = Field(Damping(), description="How the cable loses energy")
-    loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
 
     @model_validator(mode="before")
     @classmethod
@@ -139,6 +124,63 @@ class Cable(Table):
         """What the material gives and the file does not."""
         name = data.get("material") if isinstance(data, dict) else None
         return {**materials()[name], **data} if isinstance(name, str) and name in materials() else data
+
+    @property
+    def section_area(self):
+        """Area of the cross-section, given or pi d^2 / 4. [m^2]"""
+        return self.area if self.area is not None else math.pi * (self.diameter * self.diameter) / 4
+
+    @property
+    def section_diameter(self):
+        """Diameter, given or that of the circle of equal area. [m]"""
+        return self.diameter if self.diameter is not None else _root(4 * self.area / math.pi)
+
+    @property
+    def axial_stiffness(self):
+        """Elastic modulus times area, EA. [N]"""
+        return self.elastic_modulus * self.section_area
+
+    @property
+    def mass_per_length(self):
+        """Mass per unstretched length, rho A. [kg/m]"""
+        return self.density * self.section_area
+
+    def product_relations(self):
+        """Products of keys are within what the solvers can hold: a list as of `relations`."""
+        product = "times the area of the cross-section is {:g} "
+        return [
+            limited("elastic_modulus", self.axial_stiffness, STIFFNESS_RANGE, "N", f"{product}N".format),
+            limited("density", self.mass_per_length, MASS_RANGE, "kg/m", f"{product}kg/m".format),
+        ]
+
+    def tension_relation(self, key):
+        """The tension that a key states is not far beyond what the cable can take: an item of `relations`."""
+        tension = getattr(self, key)
+
+        def text(ratio):
+            return f"{tension:g} N is {ratio:.3g} times the elastic modulus times the area"
+
+        return limited(key, tension / self.axial_stiffness, PRESTRAIN_RANGE, "times", text)
+
+
+class Cable(CableProperties):
+    """The table `cable` of a scene of one cable."""
+
+    table: ClassVar[str] = "cable"
+
+    ends: tuple[Point, Point] | None = Field(None, description="End 1 and end 2, z up (instead of chord)")
+    chord: Length | None = Field(None, description="Distance of the ends (instead of ends)")
+    inclination: Inclination | None = Field(
+        None, description="With chord: angle above the horizontal, end 2 higher when positive; a bare number is rad"
+    )
+    unstretched_length: Length | None = Field(None, description="Length without tension (instead of preload or sag)")
+    preload: Annotated[float, Quantity("N", 1e-24, 1e24)] | None = Field(
+        None, description="Mean tension (instead of unstretched_length or sag)"
+    )
+    sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
+        None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
+    )
+    loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
 
     @property
     def end_1(self):
@@ -165,45 +207,17 @@ class Cable(Table):
         """Height of end 2 above end 1. [m]"""
         return self.end_2[2] - self.end_1[2]
 
-    @property
-    def section_area(self):
-        """Area of the cross-section, given or pi d^2 / 4. [m^2]"""
-        return self.area if self.area is not None else math.pi * (self.diameter * self.diameter) / 4
-
-    @property
-    def section_diameter(self):
-        """Diameter, given or that of the circle of equal area. [m]"""
-        return self.diameter if self.diameter is not None else _root(4 * self.area / math.pi)
-
-    @property
-    def axial_stiffness(self):
-        """Elastic modulus times area, EA. [N]"""
-        return self.elastic_modulus * self.section_area
-
-    @property
-    def mass_per_length(self):
-        """Mass per unstretched length, rho A. [kg/m]"""
-        return self.density * self.section_area
-
     def relations(self):
         """Ends apart, a length that fits them, loads on the cable, products within what the solvers can hold."""
-        chord, length, stiffness = self.chord_length, self.unstretched_length, self.axial_stiffness
+        chord, length = self.chord_length, self.unstretched_length
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
-        yield [_limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
-        product = "times the area of the cross-section is {:g} "
-        products = [
-            _limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format),
-            _limited("density", self.mass_per_length, MASS_RANGE, "kg/m", f"{product}kg/m".format),
-        ]
+        yield [limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
+        products = self.product_relations()
         if self.preload is not None:
-
-            def strain(ratio):
-                return f"{self.preload:g} N is {ratio:.3g} times the elastic modulus times the area"
-
-            products.append(_limited("preload", self.preload / stiffness, PRESTRAIN_RANGE, "times", strain))
+            products.append(self.tension_relation("preload"))
         if length is not None:
             holds = within(length / chord, LENGTH_RATIO)
-            products.append((("unstretched_length",), holds, lambda: _length_ratio(length, chord)))
+            products.append((("unstretched_length",), holds, lambda: length_ratio(length, chord)))
         yield products
         if length is not None:
             message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
@@ -213,13 +227,13 @@ class Cable(Table):
             ]
 
 
-def _limited(key, value, limits, unit, text):
+def limited(key, value, limits, unit, text):
     """The relation that a value is between two limits; `text` says what the value is."""
     allowed = f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
     return (key,), within(value, limits), lambda: f"{text(value)}: {allowed}"
 
 
-def _length_ratio(length, chord):
+def length_ratio(length, chord):
     """An unstretched length far from the distance of the ends, with the length in another unit that would fit."""
     guesses = [g for g in (length * 1000, length / 1000) if _LIKELY_RATIO[0] <= g / chord <= _LIKELY_RATIO[1]]
     hint = f"; did you mean {guesses[0]:.10g} m?" if guesses else ""

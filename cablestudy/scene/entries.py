@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.layers import REPLACES, split_key
+from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.ranges import MAX_COUNT, read_interval, read_range, read_vary
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.units import show
@@ -150,6 +150,6 @@ def _clash(key, other):
     shared = min(len(path), len(taken))
     if path[:shared] == taken[:shared]:
         return f"cannot vary beside {other}: one of them contains the other"
-    if taken in REPLACES.get(key, ()) and path in REPLACES.get(other, ()):
+    if taken in replaced_by(key) and path in replaced_by(other):
         return f"cannot vary beside {other}: they exclude each other"
     return None

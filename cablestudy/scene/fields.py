@@ -144,6 +144,51 @@ class QuantityOrTable(Quantity):
         return {"anyOf": [*super().schema()["anyOf"], {"$ref": f"#/$defs/{self.table.__name__}"}]}
 
 
+@dataclass(frozen=True, eq=False)
+class Either(_Type):
+    """A value of one of several kinds, which its form tells apart: text, a number, a list, a mapping.
+
+    Attributes
+    ----------
+    readers : tuple of (type or tuple of types, callable)
+        Kind of a plain value -> function that reads it.
+    expected : str
+        What messages say is expected.
+    schemas : tuple of dict
+        JSON Schema of each kind.
+    """
+
+    readers: tuple
+    expected: str
+    schemas: tuple
+
+    def read(self, value):
+        """Value -> what the reader of its kind makes of it."""
+        for kind, read in self.readers:
+            if isinstance(value, kind):
+                return read(value)
+        raise wrong(f"expected {self.expected}, got {show(value)}")
+
+    def schema(self):
+        """JSON Schema."""
+        return {"anyOf": list(self.schemas)}
+
+
+def table_at(tables, path):
+    """The model of the mapping at a path; None when none is there.
+
+    Parameters
+    ----------
+    tables : dict
+        Path -> model; "*" stands for any name or index.
+    path : sequence of str and int
+    """
+    for pattern, model in tables.items():
+        if len(pattern) == len(path) and all(name in ("*", part) for name, part in zip(pattern, path, strict=True)):
+            return model
+    return None
+
+
 def group_mistakes(table, given, optional=False):
     """Keys that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
 

@@ -15,6 +15,10 @@ ALTERNATIVES = {
         (("area",), ("diameter",)),
         (("unstretched_length",), ("preload",), ("sag",)),
     ),
+    "cables": (
+        (("area",), ("diameter",)),
+        (("unstretched_length",), ("preload",), ("sag",), ("tension_to",)),
+    ),
     "cable.damping": ((("ratio",), ("loss_factor",), ("time",)),),
     "wind": ((("turbulence_intensity",), ("turbulence_rms",)),),
     "model": ((("accuracy",), ("elements", "order", "mass")),),
@@ -22,9 +26,10 @@ ALTERNATIVES = {
 
 
 def _replaces():
-    """Dotted key -> the paths that it removes from a lower layer."""
+    """Dotted key -> the paths that it removes from a lower layer; `cable` stands for one of `cables` too."""
     table = {}
-    for prefix, rows in ALTERNATIVES.items():
+    for name, rows in ALTERNATIVES.items():
+        prefix = "cable" if name == "cables" else name
         for groups in rows:
             for group in groups:
                 others = [key for other in groups if other is not group for key in other]
@@ -40,6 +45,14 @@ def _replaces():
 
 
 REPLACES = _replaces()
+
+
+def replaced_by(key):
+    """Tuple of the paths that a dotted key removes from a lower layer; those of `cables` do as those of `cable`."""
+    if not key.startswith("cables."):
+        return REPLACES.get(key, ())
+    _, name, *inside = key.split(".", 2)
+    return tuple(("cables", name, *path[1:]) for path in REPLACES.get(".".join(("cable", *inside)), ()))
 
 
 @lru_cache(maxsize=4096)
@@ -121,7 +134,7 @@ def put_layer(value, items):
     """Copy of a plain mapping with several values set as one layer: `items` is a list of (dotted key, value)."""
     for key, new in items:
         if new is not None:
-            value = reduce(without, REPLACES.get(key, ()), value)
+            value = reduce(without, replaced_by(key), value)
     for key, new in items:
         value = put(value, split_key(key), new)
     return value
@@ -129,9 +142,12 @@ def put_layer(value, items):
 
 def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
-    for key, others in REPLACES.items():
-        if _is_set(upper, split_key(key)):
-            lower = reduce(without, others, lower)
+    cables = upper.get("cables")
+    tables = ["cable", *(f"cables.{name}" for name in (cables if isinstance(cables, dict) else ()))]
+    keys = [table + key.removeprefix("cable") for key in REPLACES if key.startswith("cable.") for table in tables]
+    for key in (*keys, *(key for key in REPLACES if not key.startswith("cable."))):
+        if _is_set(upper, tuple(key.split("."))):
+            lower = reduce(without, replaced_by(key), lower)
     return _merged(lower, upper)
 
 

@@ -3,11 +3,13 @@
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import group_mistakes, suggestion
+from cablestudy.scene.fields import group_mistakes, suggestion, table_at
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import show
 
 MAX_SHOWN = 100
+# How messages begin that are about a key rather than about its value.
+ABOUT_KEYS = ("unknown key", "unknown cable", "given together", "a name ")
 
 
 def collect(error, document, tables):
@@ -22,19 +24,23 @@ def collect(error, document, tables):
     tables : dict
         Path of each mapping in the file ("*" for an index) -> its model.
     """
+    return located(findings(error, document.value, tables), document)
+
+
+def findings(error, value, tables):
+    """What `collect` reports, as (path, message) pairs; `value` is what was read, as plain values."""
     found = [item for detail in error.errors(include_url=False) for item in _plain(detail, tables)]
-    found += _groups(document.value, tables)
+    found += _groups(value, tables)
     # a cable of an unknown material lacks its numbers too: only the material is reported
-    if any(path == ("cable", "material") for path, _ in found):
-        found = [item for item in found if not (item[0] == ("cable",) and item[1].endswith("(or give material)"))]
-    return located(dict.fromkeys(found), document)
+    unknown = {path[:-1] for path, _ in found if path[-1:] == ("material",)}
+    return [item for item in found if not (item[0] in unknown and item[1].endswith("(or give material)"))]
 
 
 def located(found, document):
-    """SceneError from (path, message) pairs; the document knows the places."""
+    """SceneError from (path, message) pairs, each once; the document knows the places."""
     placed = []
-    for path, message in found:
-        about_key = message.startswith(("unknown key", "given together"))
+    for path, message in dict.fromkeys(found):
+        about_key = message.startswith(ABOUT_KEYS)
         place = document.place(path, about_key)
         placed.append((place, mistake(place, ".".join(map(str, path)), message)))
     placed.sort(key=lambda item: item[0])
@@ -89,24 +95,32 @@ def _missing(path, detail):
     if isinstance(path[-1], int):
         expected = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
         return path[:-1], f"expected {expected}, got {len(detail['input'])}"
-    hint = " (or give material)" if path in (("cable", "elastic_modulus"), ("cable", "density")) else ""
+    hint = " (or give material)" if path[-1] in ("elastic_modulus", "density") else ""
     return path[:-1], f"missing key: {path[-1]}{hint}"
 
 
 def _keys(path, tables):
     """The keys that the mapping at a path may have."""
-    model = tables.get(tuple("*" if isinstance(part, int) else part for part in path))
-    return list(model.model_fields) if model else []
+    model = table_at(tables, path)
+    return [field.alias or name for name, field in model.model_fields.items()] if model else []
 
 
 def _groups(value, tables):
     """Exclusive groups in the raw file, because pydantic skips them where a single key is wrong."""
     found = []
-    for path, model in tables.items():
-        inside = value
-        for part in path:
-            inside = inside.get(part) if isinstance(inside, dict) else None
-        if model.table and isinstance(inside, dict):
+    for pattern, model in tables.items():
+        for path, inside in _inside(value, pattern) if model.table else ():
             mistakes = group_mistakes(model.table, inside, model.optional_groups)
             found += [((*path, *key), message) for key, message in mistakes]
     return found
+
+
+def _inside(value, pattern, path=()):
+    """Yield path and value of each mapping at a path, in which "*" stands for any name."""
+    if not isinstance(value, dict):
+        return
+    if not pattern:
+        yield path, value
+        return
+    for name in value if pattern[0] == "*" else (pattern[0],):
+        yield from _inside(value.get(name), pattern[1:], (*path, name))

@@ -2,18 +2,18 @@
 
 from typing import Annotated, ClassVar, Literal, get_args
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError
 
 from cablestudy.scene.cable_table import Cable, Damping, Load
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import Count, Quantity, QuantityOrTable, Table
+from cablestudy.scene.fields import Quantity, QuantityOrTable, Table, table_at
+from cablestudy.scene.layers import split_key
 from cablestudy.scene.mistakes import collect
+from cablestudy.scene.model import Model
 from cablestudy.scene.strict_yaml import refuse
+from cablestudy.scene.suspension import SUSPENSION_TABLES, is_suspension, read_suspension
 
 STUDY_KEYS = ("vary", "columns")
-DEFAULT_ACCURACY = 1e-4
-MAX_ELEMENTS = 1_000_000
-MAX_ORDER = 64
 
 Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
 
@@ -105,32 +105,6 @@ class Wind(Table):
         return self.turbulence_rms if self.turbulence_rms is not None else self.turbulence_intensity * self.speed
 
 
-class Model(Table):
-    """How finely the cable is computed: to an accuracy (`elements` is None), or with exactly these elements."""
-
-    table: ClassVar[str] = "model"
-    optional_groups: ClassVar[bool] = True
-
-    accuracy: Annotated[float, Quantity("", 1e-20, 0.1)] | None = Field(
-        None, description="Largest relative error: the cheapest model below it is used (default 1e-4)"
-    )
-    elements: Annotated[int, Count(1, MAX_ELEMENTS)] | None = Field(
-        None, description="Exactly so many elements, without error control (instead of accuracy)"
-    )
-    order: Annotated[int, Count(1, MAX_ORDER)] = Field(1, description="Polynomial order of each element")
-    mass: Literal["lumped", "consistent", "blended"] = Field("lumped", description="Mass of an element")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _default(cls, data):
-        return {"accuracy": DEFAULT_ACCURACY} if data == {} else data
-
-    def relations(self):
-        """Blended mass is defined for bars."""
-        message = f"blended needs order 1, and the order is {self.order} (use lumped or consistent)"
-        yield [(("mass",), self.mass != "blended" or self.order == 1, lambda: message)]
-
-
 class Scene(Table):
     """All that a scene file says."""
 
@@ -160,11 +134,20 @@ TABLES = {
 
 
 def quantity_of(key):
-    """The Quantity that reads a dotted key of a scene (a point or a vector by its components); None when none does."""
-    *path, name = ("*" if part.isdigit() else part for part in key.split("."))
-    model = TABLES.get(tuple(path))
-    field = model and model.model_fields.get(name)
-    kinds = [field.annotation, *field.metadata] if field else []
+    """The Quantity that reads a dotted key of a scene (a vector or its components alike); None when none does."""
+    path = split_key(key)
+    for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
+        *table, name = path[:length]
+        for tables in (TABLES, SUSPENSION_TABLES):
+            model = table_at(tables, table)
+            if model and name in model.model_fields:
+                return _quantity_in(model.model_fields[name])
+    return None
+
+
+def _quantity_in(field):
+    """The Quantity of a field of a model, or of the items of a field."""
+    kinds = [field.annotation, *field.metadata]
     while kinds:
         kind = kinds.pop()
         if isinstance(kind, Quantity):
@@ -188,7 +171,7 @@ def read_scene(document):
 
     Returns
     -------
-    Scene
+    Scene or SuspensionScene
 
     Raises
     ------
@@ -199,13 +182,15 @@ def read_scene(document):
         if key in document.value:
             place = document.place((key,), of_key=True)
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
+    if is_suspension(document):
+        return read_suspension(document)
     try:
         return Scene.model_validate(document.value)
     except ValidationError as error:
         raise collect(error, document, TABLES) from None
 
 
-def load_scene(path, sets=()):
+def load_scene(path, sets=(), suspensions=False):
     """Read a scene file with its base files and `--set` options.
 
     Parameters
@@ -214,12 +199,14 @@ def load_scene(path, sets=()):
         `-` is standard input.
     sets : sequence of str
         `key=value` each.
+    suspensions : bool
+        Whether the caller takes suspensions too.
 
     Returns
     -------
     document : Document
         What was written, with places.
-    scene : Scene
+    scene : Scene or SuspensionScene
 
     Raises
     ------
@@ -227,6 +214,8 @@ def load_scene(path, sets=()):
         All that is wrong.
     """
     document = apply_sets(read_document(path), sets)
+    if is_suspension(document) and not suspensions:
+        raise refuse(document.place(("cables",), of_key=True), "a suspension: this command takes a scene of one cable")
     return document, read_scene(document)
 
 

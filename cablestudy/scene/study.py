@@ -11,7 +11,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.document import apply_sets, read_base, read_file
 from cablestudy.scene.entries import entries_of, with_options
 from cablestudy.scene.fields import Name, Quantity, Table
-from cablestudy.scene.layers import REPLACES, split_key
+from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import read_scene
@@ -276,7 +276,7 @@ def _refuse_idle(study, entries, sets):
     for key, place, varying in written:
         path = split_key(key)
         varied = [other for entry in varying for other in entry.keys]
-        void = [split_key(other) for other in varied] + [path for other in varied for path in REPLACES.get(other, ())]
+        void = [split_key(other) for other in varied] + [path for other in varied for path in replaced_by(other)]
         if any(path[: len(other)] == other for other in void):
             found += refuse(place, "has no effect: the study varies this key, or one that replaces it", key).mistakes
     if found:

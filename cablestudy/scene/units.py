@@ -23,6 +23,8 @@ DIMENSIONS = {
     "kg/m^3": ("density", "1440 kg/m^3"),
     "Pa": ("stress", "70.3 GPa"),
     "N": ("force", "1.3 kN"),
+    "N m": ("moment", "10 N m"),
+    "kg m^2": ("moment of inertia", "4 kg m^2"),
     "rad": ("angle", "19 deg"),
     "Hz": ("frequency", "10 Hz"),
     "rad/s": ("angular rate", "0.325 rad/s"),

@@ -89,7 +89,7 @@ def tables_of(study, cases):
 
 
 def _is_column(key):
-    return quantity_of(key) is not None and key not in NOT_COLUMNS
+    return quantity_of(key) is not None and key not in NOT_COLUMNS and not split_key(key)[-1].isdigit()
 
 
 def _numbers(entry, steps):
@@ -115,7 +115,7 @@ def _table(study, cases, values):
     """The table of the cases whose numbers are valid, alone and together; None when there is none."""
     valid = ~np.isnan(list(values.values())).any(axis=0)
     scene = _first_scene(study, cases[valid])
-    if scene is None or not all(isinstance(_value(scene, key), float) for key in values):
+    if not isinstance(scene, Scene) or not all(isinstance(_value(scene, key), float) for key in values):
         return None
     table = _of(scene, cases, values, valid)
     holds = np.ones(len(table.cases), dtype=bool)

@@ -4,6 +4,7 @@ from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
+from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.table import number, read_csv
 
@@ -158,6 +159,8 @@ def prepare(study):
         Every mistake of the first check that finds one: cases, columns, tolerances, plot, printed values.
     """
     study.check()
+    if isinstance(study.case(0)[1], SuspensionScene):
+        raise SceneError(Mistake(study.where(("base",)), "base", "a suspension, of which no columns are computed yet"))
     columns = columns_of(study)
     tolerances_of(study)
     for name in (study.plot.x, *study.plot.y) if study.plot else ():

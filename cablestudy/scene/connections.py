@@ -1,0 +1,143 @@
+"""Names in a suspension, what the ends of its cables refer to, and whether the cables hold it."""
+
+from cablestudy.scene.fields import suggestion
+from cablestudy.scene.mistakes import MAX_SHOWN
+from cablestudy.scene.units import show
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def written_connections(value):
+    """Points, bodies, ends and winches of a file as plain values, whatever is wrong in it: see `connection_mistakes`.
+
+    Returns
+    -------
+    points, bodies, ends, winches : dict
+    """
+    bodies = {name: _mapping(_mapping(body).get("attachments")) for name, body in _mapping(value.get("bodies")).items()}
+    cables = _mapping(value.get("cables")).items()
+    ends = {name: (_mapping(cable).get("from"), _mapping(cable).get("to")) for name, cable in cables}
+    return _mapping(value.get("points")), bodies, ends, _mapping(value.get("winches"))
+
+
+def _mapping(value):
+    return value if isinstance(value, dict) else {}
+
+
+def connection_mistakes(points, bodies, ends, winches):
+    """Names that are not allowed, ends and winches that refer to nothing.
+
+    Parameters
+    ----------
+    points : collection of str
+        Their names.
+    bodies : dict
+        Name -> its attachments, a mapping.
+    ends : dict
+        Name of a cable -> its two ends; only those that are text are looked at.
+    winches : collection of str
+        Names of cables.
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path and message.
+    """
+    found, known = [], {}
+    for table, kind, names in (("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends)):
+        for name in names:
+            found += [((table, name), message) for message in _wrong_name(name)]
+            if name in known:
+                found.append(((table, name), f"a name must be unique, and there is a {known[name]} of this name"))
+            known.setdefault(name, kind)
+    for body, attachments in bodies.items():
+        places = [("bodies", body, "attachments", name) for name in attachments]
+        found += [(path, message) for path in places for message in _wrong_name(path[-1])]
+    for name, pair in ends.items():
+        wrong = [
+            (("cables", name, key), _wrong_end(end, points, bodies, len(found) < MAX_SHOWN))
+            for key, end in zip(("from", "to"), pair, strict=True)
+            if isinstance(end, str)
+        ]
+        found += [(path, message) for path, message in wrong if message]
+        if isinstance(pair[0], str) and pair[0] == pair[1] and not wrong[1][1]:
+            found.append((("cables", name, "to"), f"both ends are at {pair[1]}"))
+    found += [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in winches if name not in ends]
+    return found
+
+
+def _wrong_name(name):
+    """What is wrong with a name, a list of at most one message."""
+    if "." in name:
+        return ["a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"]
+    if not name.replace("-", "_").isidentifier():
+        return [f"a name begins with a letter and consists of letters, digits, _ and -, got {show(name)}"]
+    return []
+
+
+def _wrong_end(end, points, bodies, suggest):
+    """What is wrong with an end that is text, or an empty text; without `suggest` nothing similar is searched for."""
+    if end in points:
+        return ""
+    body, dot, attachment = end.partition(".")
+    if body in bodies:
+        listed = [f"{body}.{name}" for name in bodies[body]]
+        if attachment in bodies[body]:
+            return ""
+        if not listed:
+            return f"{body} is a body without attachments: no cable can end at it"
+        if not dot:
+            return f"{body} is a body: a cable ends at one of its attachments ({', '.join(listed)})"
+        return f"{body} has no attachment {show(attachment)} ({suggestion(attachment, bodies[body])})"
+    if body in points:
+        return f"{body} is a point, which has no attachments"
+    known = [*points, *(f"{body}.{name}" for body, attachments in bodies.items() for name in attachments)]
+    hint = suggestion(end, known) if suggest and known else "there is no such point or body"
+    return f"unknown end {show(end)} ({hint})"
+
+
+def attachment_of(points, bodies, end):
+    """What holds an end that exists, and where; parameters as tables of `SuspensionScene`, see its `attachment`."""
+    if not isinstance(end, str):
+        return None, end
+    if end in points:
+        return (end, ORIGIN) if points[end].free else (None, points[end].at)
+    body, _, attachment = end.partition(".")
+    return body, bodies[body].attachments[attachment]
+
+
+def unheld(movable, stands, owners):
+    """Bodies and free points that no chain of cables connects with something that stands.
+
+    Parameters
+    ----------
+    movable : collection of str
+        Bodies that may move, and free points.
+    stands : collection of str
+        Those of them of which some motion is held.
+    owners : list of (str or None, str or None)
+        What holds the two ends of each cable; None for the ground.
+
+    Returns
+    -------
+    list of (str, str)
+        Name and message.
+    """
+    neighbours = {name: set() for name in (None, *movable)}
+    for pair in owners:
+        for one, other in (pair, pair[::-1]):
+            neighbours.setdefault(one, set()).add(other)
+    reached = {None, *stands, *(neighbours.keys() - set(movable))}
+    front = list(reached)
+    while front:
+        new = neighbours[front.pop()] - reached
+        reached |= new
+        front += new
+    found = []
+    for name in movable:
+        if not neighbours[name]:
+            found.append((name, "nothing holds it: no cable ends at it"))
+        elif name not in reached:
+            others = ", ".join(sorted(neighbours[name] - {name})) or "itself"
+            found.append((name, f"nothing holds it: its cables lead to nothing that is fixed (only to {others})"))
+    return found

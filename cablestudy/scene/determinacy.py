@@ -1,0 +1,61 @@
+"""Whether the cables of a suspension state as much as its statics need: equations and unknowns, counted and named."""
+
+STATED = ("unstretched_length", "preload", "sag", "tension_to")
+ROTATIONS = ("roll", "pitch", "yaw")
+LISTED = 8  # names in a message
+
+
+def determinacy_mistakes(scene):
+    """What is stated too little, or to no purpose.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path and message.
+    """
+    silent = [name for name, cable in scene.cables.items() if cable.stated is None]
+    if scene.solve_for == "pose":
+        return _of_pose(scene, silent)
+    motions = {name: body.free for name, body in scene.bodies.items()}
+    turning = {
+        name: [motion for motion in body.free if motion in ROTATIONS]
+        for name, body in scene.bodies.items()
+        if body.attitude == "free"
+    }
+    equations = sum(map(len, motions.values()))
+    unknowns = len(silent) + sum(map(len, turning.values()))
+    if not silent:
+        return [(("solve_for",), "lengths: every cable states one already, so that nothing is left to find")]
+    if unknowns >= equations:
+        return []
+    of = _counted(unknowns, "unknown", {"lengths of": silent, **turning})
+    message = f"lengths: {_counted(equations, 'equation', motions)}, and {of}"
+    advice = f"let {equations - unknowns} more cables state nothing, add cables, or give attitude: free"
+    return [(("solve_for",), f"{message}: {advice}")]
+
+
+def _of_pose(scene, silent):
+    found = []
+    if silent:
+        count = f"{len(silent)} of {len(scene.cables)} cables give none: {_few(silent)}"
+        message = f"missing key: one of {', '.join(STATED)} (solve_for: pose needs one of each cable; {count})"
+        found.append((("cables", silent[0]), message))
+    if scene.tensions is not None:
+        found.append((("tensions",), "belongs to solve_for: lengths; with pose each cable states its own"))
+    return found
+
+
+def _counted(count, noun, names):
+    """For example `9 equations (gondola: x, y, z)`."""
+    listed = "; ".join(f"{name} {_few(inside)}" for name, inside in names.items() if inside)
+    return f"{count} {noun}{'s' * (count != 1)} ({listed})"
+
+
+def _few(names):
+    """The first of some names, and how many more there are."""
+    more = len(names) - LISTED
+    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,111 @@
+"""Scenes of suspensions -> the numeric description that the solvers take, with an axis of cases."""
+
+import numpy as np
+
+from cablestudy.scene.suspension import MOTIONS
+from cablestudy.system import rigid
+from cablestudy.system.suspension import GROUND, Suspension
+
+ORIGIN = (0.0, 0.0, 0.0)
+OF_JUNCTION = (True, True, True, False, False, False)  # what of it is free
+# of the six entries in a scene, xx yy zz xy xz yz, that at each place of the tensor
+TENSOR = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
+
+
+def topology_of(scene):
+    """What scenes must share to be cases of one `Suspension`: names, connections, what is free and what is stated.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    dict
+        The fields of `Suspension` that are no arrays of numbers.
+    """
+    junctions = [name for name, point in scene.points.items() if point.free]
+    names = (*scene.bodies, *junctions)
+    index = {name: place for place, name in enumerate(names)}
+    cables = scene.cables.values()
+    free = [[motion in body.free for motion in MOTIONS] for body in scene.bodies.values()]
+    return {
+        "body_names": names,
+        "free": [*free, *[OF_JUNCTION] * len(junctions)],
+        "junctions": len(junctions),
+        "cable_names": tuple(scene.cables),
+        "owner": [[index.get(scene.attachment(end)[0], GROUND) for end in cable.ends] for cable in cables],
+        "given": tuple(cable.stated for cable in cables),
+    }
+
+
+def numbers_of(scenes):
+    """The numeric description of one or more scenes.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        Of equal topology; n of them.
+
+    Returns
+    -------
+    Suspension
+        With one axis of cases, shape (n,).
+
+    Raises
+    ------
+    ValueError
+        The scenes differ in more than numbers.
+    """
+    topology = topology_of(scenes[0])
+    if any(topology_of(scene) != topology for scene in scenes[1:]):
+        raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
+    listed = [_numbers(scene) for scene in scenes]
+    n, b, c = len(scenes), len(topology["body_names"]), len(topology["cable_names"])
+
+    def array(name, *shape):
+        return np.array([numbers[name] for numbers in listed], dtype=float).reshape(n, *shape)
+
+    density = array("force_density", c)
+    return Suspension(
+        gravity=array("gravity"),
+        position=array("position", b, 3),
+        rotation=rigid.from_angles(array("angles", b, 3)),
+        mass=array("mass", b),
+        center=array("center", b, 3),
+        inertia=array("inertia", b, 6)[..., TENSOR],
+        force=array("force", b, 3),
+        moment=array("moment", b, 3),
+        place=array("place", c, 2, 3),
+        axial_stiffness=array("axial_stiffness", c),
+        cable_mass=array("cable_mass", c),
+        value=array("value", c),
+        force_density=None if np.isnan(density).all() else density,
+        **topology
+        | {
+            "free": np.array(topology["free"], dtype=bool).reshape(b, 6),
+            "owner": np.array(topology["owner"], dtype=int).reshape(c, 2),
+        },
+    )
+
+
+def _numbers(scene):
+    """Name -> nested lists of the numbers of one scene, in the order of `topology_of`."""
+    bodies, cables = list(scene.bodies.values()), list(scene.cables.values())
+    points = [point for point in scene.points.values() if point.free]
+    still = [ORIGIN] * len(points)
+    return {
+        "gravity": scene.gravity,
+        "position": [holder.at for holder in (*bodies, *points)],
+        "angles": [*(body.start_angles for body in bodies), *still],
+        "mass": [holder.mass for holder in (*bodies, *points)],
+        "center": [*(body.center_of_mass for body in bodies), *still],
+        "inertia": [*(body.inertia_tensor for body in bodies), *[(0.0,) * 6] * len(points)],
+        "force": [holder.force for holder in (*bodies, *points)],
+        "moment": [*(body.moment for body in bodies), *still],
+        "place": [[scene.attachment(end)[1] for end in cable.ends] for cable in cables],
+        "axial_stiffness": [cable.axial_stiffness for cable in cables],
+        "cable_mass": [cable.mass_per_length for cable in cables],
+        "value": [getattr(cable, cable.stated) if cable.stated else np.nan for cable in cables],
+        "force_density": [np.nan if cable.force_density is None else cable.force_density for cable in cables],
+    }
