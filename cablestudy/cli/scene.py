@@ -3,26 +3,35 @@
 import click
 
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, save_plot
+from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, refuse, save_plot
 from cablestudy.errors import SceneError
+
+TABLES = ("bodies", "points", "cables", "stiffness")
 
 
 @click.command()
 @SCENE
 @SET
 @click.option("--shape", is_flag=True, help="The coordinates along the cable instead.")
+@click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
 @FORMAT
 @PLOT
 @EXPLAIN
 @QUIET
 @handle_errors
-def static(scene, sets, shape, style, plot, explain, quiet):
-    """Tension, sag, end stiffness and more of one scene."""
+def static(scene, sets, shape, name, style, plot, explain, quiet):
+    """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
     check_picture(plot)
     from cablestudy.scene.scene import load_scene
+    from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study import report
 
-    _, model = load_scene(scene, sets)
+    _, model = load_scene(scene, sets, suspensions=True)
+    if isinstance(model, SuspensionScene):
+        refuse({"--shape": shape, "--plot": plot}, "the scene is a suspension")
+        _suspension_tables(model, name, style, explain, quiet)
+        return 0
+    refuse({"--table": name}, "the scene has one cable")
     table, row = report.static_table(model)
     echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
     if row.failed:
@@ -36,6 +45,23 @@ def static(scene, sets, shape, style, plot, explain, quiet):
     return NO_ANSWER if row.failed else 0
 
 
+def _suspension_tables(scene, name, style, explain, quiet):
+    """Print one table of a suspension, or all of them."""
+    if name is None and style in ("csv", "jsonl"):
+        raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(TABLES)}")
+    from cablestudy.study.suspension.case import SuspensionCase
+    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.report import all_tables, static_tables
+
+    case = SuspensionCase(scene)
+    tables = static_tables(case)
+    echo_notes(notes_of(case) if explain else (), quiet)
+    if name:
+        show(tables[name], style)
+    else:
+        click.echo(all_tables(tables, style), nl=False)
+
+
 @click.command()
 @SCENE
 @SET
@@ -47,23 +73,42 @@ def static(scene, sets, shape, style, plot, explain, quiet):
 @QUIET
 @handle_errors
 def modes(scene, sets, count, upto, style, plot, explain, quiet):
-    """Frequencies, kinds and participation factors of the cable with fixed ends."""
+    """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""
     if count is not None and upto is not None:
         raise SceneError("-n and --upto exclude each other")
     check_picture(plot)
     from cablestudy.scene.scene import load_scene
+    from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.scene.units import read_frequency
     from cablestudy.study import case_modes, report
     from cablestudy.study.case import Case
 
     limit = None if upto is None else read_frequency("--upto", upto)
-    _, model = load_scene(scene, sets)
+    _, model = load_scene(scene, sets, suspensions=True)
+    if isinstance(model, SuspensionScene):
+        refuse({"--plot": plot}, "the scene is a suspension")
+        _suspension_modes(model, count or 12, limit, style, explain, quiet)
+        return
     case, found, notes, warnings = case_modes.modes(Case(model), count or 12, limit, estimate=explain)
     echo_notes((*(notes if explain else ()), *warnings), quiet)
     if limit is None and len(found) < (count or 12):
         echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)
     save_plot(plot, lambda plots: plots.mode_shapes(case, found))
     show(report.mode_table(case, found), style)
+
+
+def _suspension_modes(scene, count, limit, style, explain, quiet):
+    """Print the coupled modes of a suspension, so many or all up to a frequency."""
+    from cablestudy.study.suspension.case import SuspensionCase
+    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.report import mode_table
+
+    case = SuspensionCase(scene)
+    found = case.modes(count) if limit is None else case.modes_up_to(limit)
+    echo_notes(notes_of(case) if explain else (), quiet)
+    if limit is None and len(found) < count:
+        echo_notes([f"the model has {len(found)} modes, not {count}"], quiet)
+    show(mode_table(found, limit), style)
 
 
 @click.command()

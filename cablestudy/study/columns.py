@@ -20,7 +20,10 @@ from cablestudy.wind.drag import shedding_frequencies
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
-SUFFIX = {"": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s"}
+SUFFIX = {
+    "": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s",
+    "N/rad": "_N_per_rad", "N m/rad": "_Nm_per_rad",
+}  # fmt: skip
 MAX_MODE_NUMBER = 1000
 WINCH = "gondola.mass, winch.controller"
 BODY = "gondola.mass, gondola.area, gondola.drag_coefficient, wind"

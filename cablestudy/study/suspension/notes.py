@@ -1,0 +1,55 @@
+"""Notes on a suspension: what was modelled, and what each cable was given."""
+
+import numpy as np
+
+LISTED = 12  # cables that are named one by one
+
+
+def notes_of(case):
+    """Lines for --explain.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+
+    Returns
+    -------
+    tuple of str
+        None where the case has no equilibrium.
+    """
+    found = case.known
+    if found is None:
+        return ()
+    record = found.record
+    held = int(found.suspension.free.sum())
+    return (
+        f"statics: {len(found.suspension.cable_names)} cables in closed form, {held} free displacements; "
+        f"{int(record.steps)} Newton steps, net force {float(record.residual):.1e} of the forces",
+        *_of_slack(found),
+        *(line for modes in case.largest_modes for line in _of_modes(modes)),
+    )
+
+
+def _of_slack(found):
+    """Cables that hang by their own weight: the mean tension is below it."""
+    span, tension = found.catenary.span, np.asarray(found.catenary.mean_tension)
+    slack = np.flatnonzero((np.asarray(span.chord_strain) < 0) & (tension < span.weight))
+    names = [found.suspension.cable_names[place] for place in slack[:LISTED]]
+    more = f" and {len(slack) - LISTED} more" if len(slack) > LISTED else ""
+    if len(slack):
+        yield f"slack: {', '.join(names)}{more}"
+
+
+def _of_modes(modes):
+    """What each cable was given for the coupled modes, and which modes coincide."""
+    error = modes.error.max(initial=0.0)
+    stated = "" if np.isnan(error) else f"; estimated error {error:.1e}"
+    yield f"modes: {len(modes)} of a linear model with {len(modes.shapes)} coordinates{stated}"
+    reasons = {}
+    for cable in modes.cables:
+        reasons.setdefault(cable.reason, []).append(cable.name)
+    for reason, names in list(reasons.items())[:LISTED]:
+        more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+        yield f"{', '.join(names[:LISTED])}{more}: {reason}"
+    for first, last in modes.coincident:
+        yield f"modes {first} to {last} coincide: their motions may be combined at will"

@@ -1,0 +1,110 @@
+"""Tables of the commands static and modes for a suspension."""
+
+import json
+
+import numpy as np
+
+from cablestudy.study.suspension.columns import body_columns, cable_columns, point_columns
+from cablestudy.study.suspension.rows import value
+from cablestudy.study.table import Field, Table
+from cablestudy.system.suspension import AXES
+
+
+def static_tables(case):
+    """The tables bodies, points, cables and stiffness of a case.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+
+    Returns
+    -------
+    dict
+        Name -> Table.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        It has no stable equilibrium.
+    """
+    suspension = case.equilibrium.suspension
+    bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
+    return {
+        "bodies": _listed(case, bodies, body_columns("")[:-1], body_columns),
+        "points": _listed(case, points, point_columns("")[:-1], point_columns),
+        "cables": _listed(case, suspension.cable_names, cable_columns(""), cable_columns),
+        "stiffness": _stiffness_table(case),
+    }
+
+
+def _listed(case, names, kinds, columns_of):
+    """One row for each name, with the columns of `kinds` that its scene has the keys for."""
+    fields = [Field("name", "name")]
+    fields += [Field(kind.header[1:], kind.name[1:].replace("_", " "), kind.unit) for kind in kinds]
+    rows, errors = [], []
+    for name in names:
+        found = {}
+        for column, field in zip(columns_of(name), fields[1:], strict=False):
+            if not column.key or case.scene.cables[name].strength is not None:
+                found[field.name] = value(case, column)
+        rows.append({"name": name, **{header: number for header, (number, _) in found.items()}})
+        errors.append({header: error for header, (_, error) in found.items() if error is not None})
+    fields = [field for field in fields if not rows or any(field.name in row for row in rows)]
+    return Table(tuple(fields), rows, errors=lambda: iter(errors))
+
+
+def _stiffness_table(case):
+    """The 6x6 stiffness of each body, one line for each force and moment."""
+    suspension = case.equilibrium.suspension
+    fields = [Field(axis, axis) for axis in ("body", "row", *AXES)]
+    rows = [
+        {"body": name, "row": axis, **dict(zip(AXES, map(float, line), strict=True))}
+        for name, matrix in zip(suspension.body_names, case.equilibrium.body_stiffness, strict=False)
+        for axis, line in zip(AXES, matrix, strict=True)
+    ]
+    return Table(tuple(fields), rows)
+
+
+def all_tables(tables, style):
+    """All tables of `static_tables` as one text.
+
+    Parameters
+    ----------
+    tables : dict
+        Name -> Table.
+    style : {"md", "json"}
+        Markdown with headings, without empty tables; or one object of the tables by their names.
+    """
+    if style == "md":
+        return "\n".join(f"## {name}\n\n{table.render(style)}" for name, table in tables.items() if table.rows)
+    return json.dumps({name: json.loads(table.render(style)) for name, table in tables.items()}, indent=1) + "\n"
+
+
+def mode_table(modes, limit=None):
+    """Coupled modes as rows.
+
+    Parameters
+    ----------
+    modes : CoupledModes
+    limit : float, optional
+        Highest frequency. [Hz]
+
+    Returns
+    -------
+    Table
+    """
+    fields = (
+        Field("number", "number"),
+        Field("frequency_Hz", "frequency", "Hz"),
+        Field("damping_ratio", "damping ratio"),
+        Field("moves", "moves"),
+        Field("body_share", "body share"),
+    )
+    numbers = zip(modes.frequency, modes.damping_ratio, modes.moves, modes.body_share, strict=True)
+    rows = [
+        dict(zip((field.name for field in fields), (place, float(f), float(d), moves, float(share)), strict=True))
+        for place, (f, d, moves, share) in enumerate(numbers, 1)
+        if limit is None or f <= limit
+    ]
+    known = [{} if np.isnan(error) else {"frequency_Hz": float(error)} for error in modes.error]
+    return Table(fields, rows, errors=lambda: iter(known))

@@ -1,0 +1,80 @@
+"""Rows of a table of suspensions: the columns of cases, with the reason where one cannot be had."""
+
+import time
+
+import numpy as np
+
+from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.study.closed_form import status_of
+from cablestudy.study.columns import ROUNDING, not_finite
+from cablestudy.study.row import Row
+from cablestudy.study.suspension.case import SuspensionCase, equilibria
+from cablestudy.study.suspension.notes import notes_of
+
+AT_ONCE = 200  # cases whose equilibria are solved together: bounds the memory
+
+
+def evaluate_suspensions(scenes, columns, explain=False):
+    """Compute the columns of many suspensions.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+    columns : sequence of Column
+    explain : bool
+        Whether notes are needed.
+
+    Returns
+    -------
+    list of Row
+        Where a column cannot be had its cell is empty, and the status says why.
+    """
+    rows, needed = [], any(column.needs in ("statics", "stiffness", "modes") for column in columns)
+    for first in range(0, len(scenes), AT_ONCE):
+        some = scenes[first : first + AT_ONCE]
+        begin = time.perf_counter()
+        found = equilibria(some) if needed else [None] * len(some)
+        shared = (time.perf_counter() - begin) / len(some)
+        cases = [SuspensionCase(scene, one) for scene, one in zip(some, found, strict=True)]
+        rows += [_row(case, columns, shared, explain) for case in cases]
+    return rows
+
+
+def _row(case, columns, seconds, explain):
+    """One row; `seconds` is its share of the time of what was solved with others."""
+    begin, cells, errors, failures = time.perf_counter(), {column.header: None for column in columns}, {}, {}
+    columns = sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)  # most modes first
+    for column in columns:
+        if column.needs == "run":
+            continue
+        try:
+            cells[column.header], errors[column.header] = value(case, column)
+        except CablestudyError as error:
+            failures[column.header] = error
+    known = [error for error in errors.values() if error is not None]
+    run = {
+        "dof": case.size,
+        "error_estimate": max(known, default=0.0) if len(known) == len(errors) else None,
+        "solve_time_ms": 1e3 * (seconds + time.perf_counter() - begin),
+    }
+    cells.update((header, number) for header, number in run.items() if header in cells)
+    cells["status"] = status_of(failures)
+    return Row(cells, case, notes_of(case) if explain else (), errors)
+
+
+def value(case, column):
+    """One number of a case, and its estimated relative error; None where that is not known.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        It cannot be had.
+    """
+    found = column.compute(case)
+    number, error = found if isinstance(found, tuple) else (found, case.statics_error(column))
+    number = np.asarray(number).item()
+    if not np.isfinite(number):
+        if column.key:
+            raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
+        raise not_finite(column)
+    return number + 0.0, None if np.isnan(error) else max(float(error), ROUNDING if error else 0.0)
