@@ -28,8 +28,8 @@ def static(scene, sets, shape, name, style, plot, explain, quiet):
 
     _, model = load_scene(scene, sets, suspensions=True)
     if isinstance(model, SuspensionScene):
-        refuse({"--shape": shape, "--plot": plot}, "the scene is a suspension")
-        _suspension_tables(model, name, style, explain, quiet)
+        refuse({"--shape": shape}, "the scene is a suspension")
+        _suspension_tables(model, name, style, plot, explain, quiet)
         return 0
     refuse({"--table": name}, "the scene has one cable")
     table, row = report.static_table(model)
@@ -45,7 +45,7 @@ def static(scene, sets, shape, name, style, plot, explain, quiet):
     return NO_ANSWER if row.failed else 0
 
 
-def _suspension_tables(scene, name, style, explain, quiet):
+def _suspension_tables(scene, name, style, plot, explain, quiet):
     """Print one table of a suspension, or all of them."""
     if name is None and style in ("csv", "jsonl"):
         raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(TABLES)}")
@@ -56,6 +56,7 @@ def _suspension_tables(scene, name, style, explain, quiet):
     case = SuspensionCase(scene)
     tables = static_tables(case)
     echo_notes(notes_of(case) if explain else (), quiet)
+    save_plot(plot, lambda plots: plots.suspension_views(case))
     if name:
         show(tables[name], style)
     else:

@@ -5,7 +5,17 @@ from cablestudy.study.plots.form import static_form
 from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import study_plot
 from cablestudy.study.plots.style import save
+from cablestudy.study.plots.suspension import suspension_views
 from cablestudy.study.plots.trade import trade_plot
 from cablestudy.study.plots.wind import wind_response
 
-__all__ = ["bode", "mode_shapes", "save", "static_form", "study_plot", "trade_plot", "wind_response"]
+__all__ = [
+    "bode",
+    "mode_shapes",
+    "save",
+    "static_form",
+    "study_plot",
+    "suspension_views",
+    "trade_plot",
+    "wind_response",
+]
