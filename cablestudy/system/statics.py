@@ -20,6 +20,7 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
+from cablestudy.errors import NoSolutionError
 from cablestudy.system import tangent
 from cablestudy.system.rigid import turn
 from cablestudy.system.suspension import GROUND, Equilibrium
@@ -28,11 +29,14 @@ CONVERGED, NO_DESCENT, TOO_MANY = range(3)
 REASONS = ("converged", "no step lowers the energy", "no convergence in the largest number of steps")
 MAX_STEPS = 200
 HALVINGS = 40
+FEW_STEPS = 12
+SOFTENED = (0.3, 0.1, 1e-2, 1e-4, 1e-7)
+SOFT_STEPS, LOOSE = 60, 1e-3
 BALANCED = 1e-11  # net force over the sum of forces at which a pose has converged,
 STALLED = 1e-8  # and at which it has where rounding stops the iteration; also the size of the last step of either
 FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the longest chord, and in radians
 SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo)
-FLATTEST = 1e-13  # of the largest eigenvalue: those below it count as this large in a step
+FLATTEST = 1e-13  # scaled eigenvalues below it count as this large in a step
 TINY, EPSILON = 1e-300, 4e-16
 NEAREST = 1e-9  # of the unstretched length: ends closer than this are taken as this far apart, one above the other
 
@@ -200,7 +204,7 @@ def evaluate(suspension, state):
     span = cables.span
     forces, frame = cables.end_forces("global"), span.frame
     stiffness = np.swapaxes(frame, -1, -2) @ cables.end_stiffness @ frame
-    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces)
+    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
     q, n, y = (part[..., 0] for part in cables.tension)
     length, tension = span.unstretched_length, cables.mean_tension
     strained = (q**2 + n**2 + y**2 + span.weight**2 / 12) / (2 * span.axial_stiffness)
@@ -245,49 +249,45 @@ def newton_step(suspension, state, point):
     ndarray, shape (n, b, 6)
         [m], [rad]
     """
-    free, scales = suspension.free, tangent.coordinate_scales(suspension)
-    force = point.net[:, free] / scales
+    free = suspension.free
+    force = point.net[:, free]
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
-    reach = FARTHEST * longest(state)
-    least = np.maximum(size(force) / np.maximum(reach, TINY), TINY)
+    reach = np.ones((len(force), *free.shape)) * WIDEST
+    reach[..., :3] = FARTHEST * longest(state)[:, None, None]
+    stiffness = np.maximum(tangent.magnitudes(blocks, suspension), np.abs(force) / reach[:, free])
+    scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= tangent.DENSE:
-        scaled = tangent.dense(blocks, suspension) / (scales[:, :, None] * scales[:, None, :])
-        moves = _dense_step(scaled, force, least)
+        moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales)
     else:
         cases = range(len(force))
-        moves = np.stack([_sparse_step(blocks.of(i), suspension, scales[i], force[i], least[i]) for i in cases])
-    step = np.zeros((len(force), *free.shape))
-    step[:, free] = moves / scales
-    far = size(step[..., :3]).max(axis=-1) / np.maximum(reach, TINY)
-    wide = size(step[..., 3:]).max(axis=-1) / WIDEST
-    return step / np.maximum(1.0, np.maximum(far, wide))[:, None, None]
+        moves = [
+            _sparse_step(tangent.scaled_sparse(blocks.of(i), suspension, scales[i]), force[i] / scales[i])
+            for i in cases
+        ]
+    step = np.zeros(reach.shape)
+    step[:, free] = np.asarray(moves) / scales
+    return step / np.maximum(1.0, (np.abs(step) / reach).max(axis=(-1, -2)))[:, None, None]
 
 
-def _dense_step(matrix, force, least):
-    """K^-1 g, or Q (Q^T g/max(|eigenvalue|, least)) where K is not positive definite; shape (n, d)."""
+def _dense_step(matrix, force):
+    """K^-1 g, or Q (Q^T g/|eigenvalue|) where K is not positive definite; shape (n, d)."""
     values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
-    size_of = np.abs(values)
-    floor = np.maximum(FLATTEST * size_of.max(axis=-1), TINY)
-    definite = values[:, 0] > floor
+    definite = values[:, 0] > FLATTEST
     plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
     exact = np.linalg.solve(plain, force[..., None])[..., 0]
     shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
-    positive = np.maximum(size_of, np.maximum(floor, least)[:, None])
-    descending = (vectors @ (shares / positive)[..., None])[..., 0]
+    descending = (vectors @ (shares / np.maximum(np.abs(values), FLATTEST))[..., None])[..., 0]
     return np.where(definite[:, None], exact, descending)
 
 
-def _sparse_step(blocks, suspension, scales, force, least):
+def _sparse_step(matrix, force):
     """The same for one case, with a multiple of the unit matrix added until the stiffness is positive definite."""
-    from scipy.sparse import diags_array
+    from scipy.sparse import eye_array
 
-    matrix = tangent.scaled_sparse(blocks, suspension, scales)
-    shift = 0.0
-    while True:
-        factors = tangent.factorised(matrix + shift * diags_array(np.ones(len(scales)), format="csc"))
-        if factors is not None:
-            return factors.solve(force)
-        shift = max(10 * shift, least, FLATTEST * np.abs(matrix.diagonal()).max())
+    unit, shift = eye_array(len(force), format="csc"), 0.0
+    while (factors := tangent.factorised(matrix + shift * unit)) is None:
+        shift = max(10 * shift, FLATTEST)
+    return factors.solve(force)
 
 
 def imbalance(suspension, point):
@@ -339,7 +339,7 @@ def line_search(suspension, state, point, step):
     return new_state, new_point, np.where(found, share, 0.0)
 
 
-def search(suspension, state):
+def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
     """Poses of least energy, from given starts.
 
     Parameters
@@ -347,6 +347,10 @@ def search(suspension, state):
     suspension : Suspension
         With cases of shape (n,).
     state : State
+    most : int
+        Steps.
+    enough : float
+        Net force over the sum of forces that counts as none. [-]
 
     Returns
     -------
@@ -359,13 +363,15 @@ def search(suspension, state):
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
     before = imbalance(part, point)
-    for _ in range(MAX_STEPS):
+    for _ in range(most):
         step = newton_step(part, state, point)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, point, share = line_search(part, state, point, step)
         after = imbalance(part, point)
         small = change < STALLED
-        found = small & ((after < BALANCED) | ((after < STALLED) & ((after >= before / 4) | (share == 0))))
+        rounded = small & (after < STALLED) & ((after >= before / 4) | (share == 0))
+        # along a motion that nothing holds the step has no definite size
+        found = rounded | ((after < enough) & (small | (before < enough)))
         ended = found | (share == 0)
         count[active] += 1
         residual[active], correction[active] = after, change
@@ -381,6 +387,70 @@ def search(suspension, state):
     return final, Record(count, residual, correction, reason)
 
 
+def typical_loads(suspension, state):
+    """For each cable the smaller one of the loads on the bodies at its ends, shape (n, c). [N]"""
+    gravity = np.abs(suspension.gravity)[:, None]
+    weight = suspension.cable_mass * gravity * state.length
+    loads = (
+        suspension.mass * gravity + size(suspension.force) + size(suspension.moment) / tangent.body_sizes(suspension)
+    )
+    cable, end = np.nonzero(suspension.owner != GROUND)
+    np.add.at(loads, (slice(None), suspension.owner[cable, end]), weight[:, cable])
+    infinite = np.full((len(loads), 1), np.inf)
+    smaller = np.concatenate([loads, infinite], axis=-1)[:, suspension.owner].min(axis=-1)
+    return np.where(np.isfinite(smaller), smaller, 0.0)
+
+
+def search(suspension, state):
+    """Poses of least energy: straight from the start, or where that takes many steps, by way of softer cables.
+
+    Stiff cables make a narrow, curved valley of the energy, along which a Newton iteration creeps. Strains of a third
+    make it wide; stiffer cables then follow, each strain about the square of the one before.
+    """
+    first, record = descend(suspension, state, FEW_STEPS)
+    hard = np.flatnonzero(~record.converged)
+    if not len(hard):
+        return first, record
+    part, state = suspension.take(hard), some(state, hard)
+    loads = typical_loads(part, state)
+    for strain in SOFTENED:
+        softest = np.where(loads > 0, loads / strain, np.inf)
+        soft = replace(part, axial_stiffness=np.minimum(part.axial_stiffness, softest))
+        state, _ = descend(soft, state, SOFT_STEPS, LOOSE)
+        tension = catenary.solve(spans(soft, state)).max_tension
+        loads = (
+            np.clip(tension, loads.min(axis=-1)[:, None], 10 * loads.sum(axis=-1)[:, None])
+            if strain == SOFTENED[0]
+            else tension
+        )
+    state, last = descend(part, state)
+    put(first, hard, state)
+    record = copied(record)
+    put(record, hard, last)
+    return first, record
+
+
+def refuse_unheld(suspension):
+    """Raise for a body that no cables join to the ground, directly or by others, and that is free to move away.
+
+    Raises
+    ------
+    NoSolutionError
+    """
+    held = ~suspension.free[:, :3].all(axis=-1)
+    reached = np.append(held, True)  # the last one is the ground
+    owner = suspension.owner % len(reached)
+    while True:
+        joined = reached[owner].any(axis=-1)
+        fresh = np.unique(owner[joined])
+        if reached[fresh].all():
+            break
+        reached[fresh] = True
+    if not reached.all():
+        name = suspension.body_names[int(np.argmin(reached))]
+        raise NoSolutionError(f"nothing holds {name}: no cables lead from it to the ground")
+
+
 def pose(suspension):
     """Equilibrium of a suspension whose cables all state their unstretched lengths.
 
@@ -394,6 +464,7 @@ def pose(suspension):
     Equilibrium
         Its record says for each case whether it converged; `Equilibrium.stability` whether it is stable.
     """
+    refuse_unheld(suspension)
     shape = suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))
     state, record = search(flat, start(flat))
