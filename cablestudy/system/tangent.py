@@ -56,6 +56,11 @@ def pairs(suspension):
     return _pairs(tuple(map(tuple, np.asarray(suspension.owner).tolist())))
 
 
+def wrenches(arms, forces):
+    """Forces at the ends of arms as forces and moments about the other ends: [F; r x F], shape (..., 6)."""
+    return np.concatenate([forces, np.cross(arms, forces)], axis=-1)
+
+
 def weights(suspension, rotation):
     """Arm of the center of mass and weight of each body, global axes, shape (..., b, 3). [m], [N]"""
     arm = (rotation * suspension.center[..., None, :]).sum(axis=-1)
@@ -92,7 +97,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     cable, end = np.nonzero(suspension.owner != GROUND)
     body = suspension.owner[cable, end]
     force, arm = end_forces[..., cable, end, :], arms[..., cable, end, :]
-    np.add.at(net, (..., body, slice(None)), np.concatenate([force, np.cross(arm, force)], axis=-1))
+    np.add.at(net, (..., body, slice(None)), wrenches(arm, force))
     np.add.at(scale, (..., body), tension[..., cable])
     return net, scale
 
