@@ -24,12 +24,13 @@ from cablestudy.system import tangent
 from cablestudy.system.rigid import turn
 from cablestudy.system.tangent import GROUND
 
-CONVERGED, NO_DESCENT, TOO_MANY, UNMET = range(4)
+CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD = range(5)
 REASONS = (
     "converged",
     "no step lowers the energy",
     "no convergence in the largest number of steps",
     "no lengths were found for which the cables have what they state",
+    "no tensions within the bounds hold the bodies where they shall be",
 )
 MAX_STEPS = 100
 HALVINGS = 30

@@ -205,11 +205,7 @@ def coupled_step(suspension, state, cables, which, error):
 def _dense_coupled(suspension, blocks, scales, which, pulled, turned, own, right):
     """Solution of the equations of `coupled_step` for all cases at once."""
     n, d, s = len(own), scales.shape[-1], own.shape[-1]
-    cable, end = np.nonzero(suspension.owner[which] != GROUND)
-    coupling = np.zeros((2, n, s, *suspension.free.shape))
-    for part, wrenches in zip(coupling, (pulled, turned), strict=True):
-        np.add.at(part, (slice(None), cable, suspension.owner[which][cable, end]), wrenches[:, cable, end])
-    columns, rows = coupling[..., suspension.free] / scales[:, None, :]
+    columns, rows = (tangent.by_body(suspension, which, values) / scales[:, None, :] for values in (pulled, turned))
     matrix = np.zeros((n, d + s, d + s))
     matrix[:, :d, :d] = tangent.scaled_dense(blocks, suspension, scales) + SINGULAR * np.eye(d)
     matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
@@ -286,4 +282,4 @@ def span_of_shape(span, shape):
     names = ("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity", "azimuth")
     arrays = {name: np.asarray(getattr(span, name)) for name in names}
     shaped = {name: array.reshape((*shape, *array.shape[2:])) for name, array in arrays.items()}
-    return replace(span, **shaped).without_loads()
+    return replace(span, **shaped).without_loads().broadcast()

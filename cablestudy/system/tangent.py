@@ -61,6 +61,28 @@ def wrenches(arms, forces):
     return np.concatenate([forces, np.cross(arms, forces)], axis=-1)
 
 
+def by_body(suspension, which, values):
+    """Sums over the two ends of some cables of what acts on the bodies there.
+
+    Parameters
+    ----------
+    suspension : Suspension
+    which : ndarray of int, shape (s,)
+        The cables.
+    values : ndarray, shape (n, s, 2, 6)
+
+    Returns
+    -------
+    ndarray, shape (n, s, d)
+        Of the free degrees of freedom.
+    """
+    owner = suspension.owner[which]
+    cable, end = np.nonzero(owner != GROUND)
+    total = np.zeros((*values.shape[:2], *suspension.free.shape))
+    np.add.at(total, (slice(None), cable, owner[cable, end]), values[:, cable, end])
+    return total[..., suspension.free]
+
+
 def weights(suspension, rotation):
     """Arm of the center of mass and weight of each body, global axes, shape (..., b, 3). [m], [N]"""
     arm = (rotation * suspension.center[..., None, :]).sum(axis=-1)
