@@ -61,7 +61,8 @@ class CableRecord:
         if not self.elements:
             return "without mass: stiffness only"
         if not self.modes + self.residuals:
-            return f"no modes: its first one, at {self.first_mode:.4g} Hz, changes no frequency by more than {self.error:.1e}"
+            first = f"its first one, at {self.first_mode:.4g} Hz,"
+            return f"no modes: {first} changes no frequency by more than {self.error:.1e}"
         if not np.isfinite(self.limit):
             return f"all {self.modes} modes of {self.elements} elements of order {self.order}"
         return (
