@@ -1,7 +1,7 @@
 """Stability of an equilibrium: the least eigenvalue of its stiffness, and the motion that is not held.
 
-Rotations are multiplied by the size of the body, so that all eigenvalues are in N/m. Where dead moments make the
-stiffness unsymmetric its symmetric part decides.
+Each degree of freedom is scaled by the terms whose sum its diagonal element is, so that an eigenvalue compares with
+their rounding. Where dead moments make the stiffness unsymmetric its symmetric part decides.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from cablestudy.system import tangent
 
 STABLE, MECHANISM, UNSTABLE = range(3)
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
-ROUNDING = 1e-14  # of the largest eigenvalue: those smaller count as zero
+ROUNDING = 1e-13  # scaled eigenvalues of this size count as zero, and those of the size of the net forces
 SHARE = 0.5  # of the largest component of a motion: components from here on are named
 NAMED = 3  # components that are named at most
 
@@ -23,8 +23,8 @@ class Stability:
 
     Attributes
     ----------
-    least, tolerance : ndarray, shape (...)
-        Least eigenvalue, and the size up to which one counts as zero. [N/m]
+    least : ndarray, shape (...)
+        Least eigenvalue of the scaled stiffness. [-]
     verdict : ndarray of int, shape (...)
         STABLE, MECHANISM (a motion that nothing holds) or UNSTABLE (a motion that runs away).
     motion : ndarray, shape (..., b, 6)
@@ -33,7 +33,6 @@ class Stability:
     """
 
     least: np.ndarray
-    tolerance: np.ndarray
     verdict: np.ndarray
     motion: np.ndarray
     body_names: tuple
@@ -69,37 +68,38 @@ def judge(equilibrium):
     Stability
     """
     suspension, blocks = equilibrium.suspension, equilibrium.blocks
-    scales = tangent.coordinate_scales(suspension)
+    sizes = tangent.magnitudes(blocks, suspension)
+    scales = np.sqrt(np.where(sizes > 0, sizes, 1.0))
     if scales.shape[-1] <= tangent.DENSE:
-        matrix = tangent.dense(blocks, suspension) / (scales[..., :, None] * scales[..., None, :])
+        matrix = tangent.scaled_dense(blocks, suspension, scales)
         values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
         least, vector = values[..., 0], vectors[..., 0]
-        largest = np.abs(values).max(axis=-1)
     else:
         shape = blocks.matrices.shape[:-3]
-        least, largest, vector = np.empty(shape), np.empty(shape), np.empty(scales.shape)
+        least, vector = np.empty(shape), np.empty(scales.shape)
         for case in np.ndindex(shape):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
-            least[case], largest[case], vector[case] = _lowest(matrix)
-    tolerance = ROUNDING * largest
-    verdict = np.where(least > tolerance, STABLE, np.where(least < -tolerance, UNSTABLE, MECHANISM))
+            least[case], vector[case] = _lowest(matrix)
+    zero = np.maximum(ROUNDING, equilibrium.record.residual)
+    verdict = np.where(least > zero, STABLE, np.where(least < -zero, UNSTABLE, MECHANISM))
     motion = np.zeros((*least.shape, *suspension.free.shape))
-    motion[..., suspension.free] = vector / np.abs(vector).max(axis=-1, keepdims=True)
-    return Stability(least, tolerance, verdict, motion, suspension.body_names)
+    motion[..., suspension.free] = vector / scales
+    motion[..., 3:] *= tangent.body_sizes(suspension)[..., None]
+    motion /= np.abs(motion).max(axis=(-1, -2), keepdims=True)
+    return Stability(least, verdict, motion, suspension.body_names)
 
 
 def _lowest(matrix):
-    """Least eigenvalue, a bound of the largest, and the eigenvector of the least, of a symmetric sparse matrix."""
+    """Least eigenvalue of a sparse matrix that is symmetric but for rounding, and its eigenvector."""
     from scipy.sparse import diags_array
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     matrix = ((matrix + matrix.T) / 2).tocsc()
     count = matrix.shape[0]
-    largest = abs(matrix).sum(axis=0).max()
     unit, shift = diags_array(np.ones(count), format="csc"), 0.0
     while (factors := tangent.factorised(matrix + shift * unit)) is None:
-        shift = max(10 * shift, ROUNDING * largest, np.finfo(float).tiny)
+        shift = max(10 * shift, ROUNDING)
     inverse = LinearOperator(matrix.shape, factors.solve, dtype=float)
     begin = np.random.default_rng(1).normal(size=count)
     values, vectors = eigsh(matrix, 1, sigma=-shift, which="LM", OPinv=inverse, v0=begin)
-    return values[0], largest, vectors[:, 0]
+    return values[0], vectors[:, 0]

@@ -1,137 +1,71 @@
-"""Pose of a suspension whose cables have given lengths: a guarded Newton iteration on its potential energy.
+"""Statics of suspensions with given lengths, preloads, sags or tensions: where the bodies come to rest (`pose`)."""
 
-Between ends at a distance d a cable with the tension vector N at mid-length has the energy
-
-    W(d) = N.d - L (T_mean + (|N|^2 + (w L)^2/12)/(2 EA)),     dW/dd = N,     d2W/dd2 = K,
-
-which is convex (W is the Legendre transform of the complementary energy). With half of each cable's weight as a dead
-load on each of its ends, the potential energy of a suspension is the sum of W and of the dead loads' potentials:
-without rotations it is convex, and Newton's method with a guarded step converges from any start. With rotations,
-negative eigenvalues of the stiffness are taken by their absolute value, so that every step descends.
-
-Sources: Nocedal and Wright (2006), Numerical Optimization, section 3.4 (modified Newton); Hager and Zhang (2005), SIAM
-J. Optim. 16, eq. 4.1 (acceptance of a step by its slope, where the change of energy is below its rounding).
-"""
-
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
 from cablestudy.cable import catenary
-from cablestudy.cable.newton import STALLED as CABLE_STALLED
-from cablestudy.cable.span import Span
-from cablestudy.system import tangent
-from cablestudy.system.rigid import turn
-from cablestudy.system.suspension import GROUND, Equilibrium
+from cablestudy.errors import NoSolutionError
+from cablestudy.system import stated, tangent
+from cablestudy.system.descent import (
+    TINY,
+    UNMET,
+    State,
+    copied,
+    moved,
+    put,
+    search,
+    size,
+    some,
+    spans,
+)  # fmt: skip
+from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
 
-CONVERGED, NO_DESCENT, TOO_MANY = range(3)
-REASONS = ("converged", "no step lowers the energy", "no convergence in the largest number of steps")
-MAX_STEPS = 200
-HALVINGS = 40
-BALANCED = 1e-11  # net force over the sum of forces at which a pose has converged,
-STALLED = 1e-8  # and at which it has where rounding stops the iteration; also the size of the last step of either
-FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the longest chord, and in radians
-SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo)
-FLATTEST = 1e-13  # of the largest eigenvalue: those below it count as this large in a step
-TINY, EPSILON = 1e-300, 4e-16
-NEAREST = 1e-9  # of the unstretched length: ends closer than this are taken as this far apart, one above the other
+MAX_STEPS = 40
+HALVINGS = 8
+MET = 1e-11  # relative error of stated values at which they count as met,
+STALLED = 1e-8  # and at which they do where rounding stops the iteration
+MOST_ERROR = 10.0  # relative error that a step shall take away at most
+LARGEST = 0.3  # change of an unstretched length in one step, over the length
+SINGULAR = 1e-14  # added to the diagonal of the scaled stiffness
 
 
-@dataclass(frozen=True)
-class Record:
-    """How the pose searches went; all arrays have the shape of the cases.
+def pose(suspension):
+    """Equilibrium of a suspension: free points, free degrees of freedom of bodies, and lengths that are not stated.
 
-    Attributes
+    Parameters
     ----------
-    steps : ndarray of int
-        Newton steps.
-    residual : ndarray
-        Largest net force on a body over the sum of the forces on it. [-]
-    correction : ndarray
-        Size of the last step: over the longest chord, or in radians. [-]
-    reason : ndarray of int
-        Why the search stopped: place in REASONS.
+    suspension : Suspension
+        With cases of any shape. Each cable states something.
+
+    Returns
+    -------
+    Equilibrium
+        Its record says for each case whether it converged; `Equilibrium.stability` whether it is stable.
+
+    Raises
+    ------
+    NoSolutionError
+        A cable that states nothing, a body that nothing holds.
+
+    Notes
+    -----
+    Stated preloads, sags and tensions are met by Newton's method on the lengths, about equilibria that `search` finds.
     """
-
-    steps: np.ndarray
-    residual: np.ndarray
-    correction: np.ndarray
-    reason: np.ndarray
-
-    @property
-    def converged(self):
-        """Shape (...)."""
-        return self.reason == CONVERGED
-
-
-@dataclass(frozen=True)
-class State:
-    """A pose, and the chord strains of the cables, which keep their digits from step to step; n cases.
-
-    Attributes
-    ----------
-    position, rotation : ndarray, shape (n, b, 3), (n, b, 3, 3)
-    arms : ndarray, shape (n, c, 2, 3)
-        From the reference point of its owner to each cable end, global axes. [m]
-    vector : ndarray, shape (n, c, 3)
-        From end 1 to end 2. [m]
-    length, strain : ndarray, shape (n, c)
-        Unstretched length [m], and the distance of the ends over it less 1 [-].
-    """
-
-    position: np.ndarray
-    rotation: np.ndarray
-    arms: np.ndarray
-    vector: np.ndarray
-    length: np.ndarray
-    strain: np.ndarray
-
-
-@dataclass(frozen=True)
-class Point:
-    """Forces, stiffness and energy in a state; n cases.
-
-    Attributes
-    ----------
-    net : ndarray, shape (n, b, 6)
-        Force and moment of all loads on each body. [N], [N m]
-    scale : ndarray, shape (n, b)
-        Sum of the sizes of the forces on each body. [N]
-    energy, rounding : ndarray, shape (n,)
-        Sum of W, and its rounding. [J]
-    end_forces, end_stiffness : ndarray, shape (n, c, 2, 3), (n, c, 3, 3)
-        As those of `Equilibrium`.
-    solved : ndarray of bool, shape (n,)
-        Whether all catenaries converged.
-    """
-
-    net: np.ndarray
-    scale: np.ndarray
-    energy: np.ndarray
-    rounding: np.ndarray
-    end_forces: np.ndarray
-    end_stiffness: np.ndarray
-    solved: np.ndarray
-
-
-def some(record, index):
-    """Some of the n cases of a dataclass of arrays."""
-    return replace(record, **{f.name: getattr(record, f.name)[index] for f in fields(record)})
-
-
-def copied(record):
-    """The same cases in arrays of their own."""
-    return replace(record, **{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
-
-
-def put(record, index, part):
-    """Write some cases back into a dataclass of arrays."""
-    for f in fields(record):
-        getattr(record, f.name)[index] = getattr(part, f.name)
+    refuse_unheld(suspension)
+    unstated = [name for name, kind in zip(suspension.cable_names, suspension.given, strict=True) if kind is None]
+    if unstated:
+        raise NoSolutionError(f"{', '.join(unstated)}: states none of {', '.join(GIVEN)}")
+    shape = suspension.shape
+    flat = suspension.broadcast((int(np.prod(shape)),))
+    state, record = search(flat, start(flat))
+    if set(suspension.given) != {"unstretched_length"}:
+        state, record = meet(flat, state, record)
+    return equilibrium(suspension, flat, state, record)
 
 
 def start(suspension):
-    """State in which a search begins, the cables with the unstretched lengths in `value`.
+    """State in which a search begins: lengths for which the cables have what they state where the bodies are.
 
     Parameters
     ----------
@@ -144,260 +78,191 @@ def start(suspension):
     """
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)
-    vector, length = ends[..., 1, :] - ends[..., 0, :], np.array(suspension.value)
+    vector, value = ends[..., 1, :] - ends[..., 0, :], suspension.value
+    own = np.array([kind == "unstretched_length" for kind in suspension.given])
+    length = np.where(own, value, 1.0)
     strain = (size(vector) - length) / length
-    return State(suspension.position.copy(), suspension.rotation.copy(), arms, vector, length, strain)
+    state = State(suspension.position.copy(), suspension.rotation.copy(), arms, vector, length, strain)
+    if own.all():
+        return state
+    span = spans(suspension, state)
+    chosen = np.broadcast_to(~own, value.shape)
+    single = span_of_shape(span, (value.size,)).take(np.flatnonzero(chosen))
+    kinds = np.broadcast_to(np.array(suspension.given, dtype=object), value.shape)[chosen]
+    strain[chosen] = stated.first_strains(single, kinds, value[chosen])
+    return replace(state, strain=strain, length=size(vector) / (1 + strain))
 
 
-def size(vectors):
-    """Euclidean lengths of the vectors on the last axis."""
-    return np.sqrt((vectors**2).sum(axis=-1))
+def lengthened(state, change):
+    """State with unstretched lengths changed by dL/L, shape (n, c), the bodies at rest."""
+    strain = stated.with_relative_length(state.strain, change)
+    return replace(state, length=state.length * (1 + change), strain=strain)
 
 
-def moved(suspension, state, step):
-    """State after a step.
-
-    Parameters
-    ----------
-    suspension : Suspension
-    state : State
-    step : ndarray, shape (n, b, 6)
-        Displacements [m] and rotation vectors [rad] of the bodies.
-
-    Returns
-    -------
-    State
-    """
-    turned = turn(step[..., 3:])
-    owner = suspension.owner
-    rotation = state.rotation + turned @ state.rotation
-    position = state.position + step[..., :3]
-    swing = (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
-    shift = np.where((owner == GROUND)[..., None], 0.0, step[:, owner, :3] + swing)
-    change = shift[..., 1, :] - shift[..., 0, :]
-    ends = suspension.ends(position, rotation)
-    vector = ends[..., 1, :] - ends[..., 0, :]
-    # |d + change| - |d| without cancellation, so that the strain of a stiff cable keeps its digits
-    longer = ((2 * state.vector + change) * change).sum(axis=-1)
-    longer /= np.maximum(size(vector) + size(state.vector), TINY)
-    strain = state.strain + longer / state.length
-    return State(position, rotation, suspension.arms(rotation), vector, state.length, strain)
-
-
-def spans(suspension, state):
-    """The cables between their ends: a `Span` of shape (n, c)."""
-    length, close = state.length, size(state.vector) <= NEAREST * state.length
-    down = np.array([0.0, 0.0, -NEAREST]) * length[..., None]
-    vector = np.where(close[..., None], down, state.vector)
-    gravity = np.asarray(suspension.gravity)[..., None]
-    span = Span.between(np.zeros(3), vector, suspension.axial_stiffness, suspension.cable_mass, gravity)
-    return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
-
-
-def evaluate(suspension, state):
-    """Forces, stiffness and energy in a state: `Point`."""
+def errors(suspension, state, which):
+    """Relative error of what the cables `which` state, shape (n, s), infinite where it is not a number."""
     cables = catenary.solve(spans(suspension, state))
-    span = cables.span
-    forces, frame = cables.end_forces("global"), span.frame
-    stiffness = np.swapaxes(frame, -1, -2) @ cables.end_stiffness @ frame
-    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces)
-    q, n, y = (part[..., 0] for part in cables.tension)
-    length, tension = span.unstretched_length, cables.mean_tension
-    strained = (q**2 + n**2 + y**2 + span.weight**2 / 12) / (2 * span.axial_stiffness)
-    energy = length * (q * (1 + span.chord_strain) - tension - strained)
-    solved = cables.record.reason != CABLE_STALLED
-    return Point(
-        net, scale, energy.sum(axis=-1), EPSILON * (length * cables.max_tension).sum(axis=-1), forces, stiffness,
-        solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
-    )  # fmt: skip
+    error = (stated.values(cables, suspension.given) / suspension.value - 1)[:, which]
+    return np.where(np.isfinite(error), error, np.inf), cables
 
 
-def work(suspension, state, step):
-    """Work of the dead loads along a step: of weights, of half the weight of each cable on each of its ends, of forces.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [J]
-    """
-    turned = turn(step[..., 3:])
-    center, weight = tangent.weights(suspension, state.rotation)
-    lifted = step[..., :3] + (turned * center[..., None, :]).sum(axis=-1)
-    bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
-    bodies = bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
-    owner = suspension.owner
-    swing = step[:, owner, 2] + (turned[:, owner, 2] * state.arms).sum(axis=-1)
-    raised = np.where(owner == GROUND, 0.0, swing).sum(axis=-1)
-    half = suspension.cable_mass * np.asarray(suspension.gravity)[..., None] * state.length / 2
-    return bodies.sum(axis=-1) - (half * raised).sum(axis=-1)
-
-
-def longest(state):
-    """Longest cable or distance of its ends, shape (n,). [m]"""
-    return np.maximum(size(state.vector), state.length).max(axis=-1)
-
-
-def newton_step(suspension, state, point):
-    """Newton step of all free degrees of freedom, where the stiffness is positive definite; else one that descends.
-
-    Returns
-    -------
-    ndarray, shape (n, b, 6)
-        [m], [rad]
-    """
-    free, scales = suspension.free, tangent.coordinate_scales(suspension)
-    force = point.net[:, free] / scales
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
-    reach = FARTHEST * longest(state)
-    least = np.maximum(size(force) / np.maximum(reach, TINY), TINY)
-    if free.sum() <= tangent.DENSE:
-        scaled = tangent.dense(blocks, suspension) / (scales[:, :, None] * scales[:, None, :])
-        moves = _dense_step(scaled, force, least)
-    else:
-        cases = range(len(force))
-        moves = np.stack([_sparse_step(blocks.of(i), suspension, scales[i], force[i], least[i]) for i in cases])
-    step = np.zeros((len(force), *free.shape))
-    step[:, free] = moves / scales
-    far = size(step[..., :3]).max(axis=-1) / np.maximum(reach, TINY)
-    wide = size(step[..., 3:]).max(axis=-1) / WIDEST
-    return step / np.maximum(1.0, np.maximum(far, wide))[:, None, None]
-
-
-def _dense_step(matrix, force, least):
-    """K^-1 g, or Q (Q^T g/max(|eigenvalue|, least)) where K is not positive definite; shape (n, d)."""
-    values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
-    size_of = np.abs(values)
-    floor = np.maximum(FLATTEST * size_of.max(axis=-1), TINY)
-    definite = values[:, 0] > floor
-    plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
-    exact = np.linalg.solve(plain, force[..., None])[..., 0]
-    shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
-    positive = np.maximum(size_of, np.maximum(floor, least)[:, None])
-    descending = (vectors @ (shares / positive)[..., None])[..., 0]
-    return np.where(definite[:, None], exact, descending)
-
-
-def _sparse_step(blocks, suspension, scales, force, least):
-    """The same for one case, with a multiple of the unit matrix added until the stiffness is positive definite."""
-    from scipy.sparse import diags_array
-
-    matrix = tangent.scaled_sparse(blocks, suspension, scales)
-    shift = 0.0
-    while True:
-        factors = tangent.factorised(matrix + shift * diags_array(np.ones(len(scales)), format="csc"))
-        if factors is not None:
-            return factors.solve(force)
-        shift = max(10 * shift, least, FLATTEST * np.abs(matrix.diagonal()).max())
-
-
-def imbalance(suspension, point):
-    """Largest net force on a free degree of freedom over the sum of forces on that body, shape (n,). [-]"""
-    sizes = np.ones_like(point.net)
-    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
-    net = np.where(suspension.free, point.net / sizes, 0.0)
-    return (np.abs(net) / np.maximum(point.scale, TINY)[..., None]).max(axis=(-1, -2))
-
-
-def line_search(suspension, state, point, step):
-    """The largest of a falling series of shares of a step that lowers the energy enough.
-
-    Returns
-    -------
-    state : State
-    point : Point
-        There.
-    share : ndarray, shape (n,)
-        Zero where no share lowers the energy: state and point are those before.
-    """
-    slope = (point.net * step).sum(axis=(-1, -2))  # of the energy, with the sign turned
-    share, found = np.ones(len(slope)), np.zeros(len(slope), dtype=bool)
-    new_state, new_point = copied(state), copied(point)
-    rest = np.arange(len(slope))
-    for _ in range(HALVINGS):
-        part = suspension if len(rest) == len(slope) else suspension.take(rest)
-        before, taken = some(state, rest), step[rest] * share[rest, None, None]
-        trial = moved(part, before, taken)
-        there = evaluate(part, trial)
-        change = there.energy - point.energy[rest] - work(part, before, taken)
-        rounding = there.rounding + point.rounding[rest]
-        ahead = (there.net * step[rest]).sum(axis=(-1, -2))
-        falls = change <= -SUFFICIENT * share[rest] * slope[rest]
-        flat = (change <= rounding) & (ahead >= -(1 - 2 * 0.1) * slope[rest])
-        good = there.solved & (falls | flat)
-        if not found.any() and good.all():
-            return trial, there, share
-        put_into = rest[good]
-        for whole, fresh in ((new_state, trial), (new_point, there)):
-            put(whole, put_into, some(fresh, good))
-        found[put_into] = True
-        # where the slope along the step vanishes, by the secant
-        secant = slope[rest] / np.maximum(slope[rest] - ahead, TINY)
-        share[rest] *= np.where(there.solved, np.clip(secant, 0.05, 0.5), 0.25)
-        rest = rest[~good]
-        if not len(rest):
-            break
-    return new_state, new_point, np.where(found, share, 0.0)
-
-
-def search(suspension, state):
-    """Poses of least energy, from given starts.
+def meet(suspension, state, record):
+    """Change lengths until preloads, sags and tensions are what the cables state, with the bodies in equilibrium.
 
     Parameters
     ----------
     suspension : Suspension
         With cases of shape (n,).
     state : State
+        In equilibrium.
+    record : Record
+        Of the search that led there.
 
     Returns
     -------
     State
-        Each case's to the last digit as if it were alone.
     Record
     """
-    cases = len(state.length)
-    final, count = copied(state), np.zeros(cases, dtype=int)
-    residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
-    active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
-    before = imbalance(part, point)
+    which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
+    final, whole = copied(state), copied(record)
+    active, part = np.arange(len(state.length)), suspension
+    error, cables = errors(part, state, which)
     for _ in range(MAX_STEPS):
-        step = newton_step(part, state, point)
-        change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
-        state, point, share = line_search(part, state, point, step)
-        after = imbalance(part, point)
-        small = change < STALLED
-        found = small & ((after < BALANCED) | ((after < STALLED) & ((after >= before / 4) | (share == 0))))
-        ended = found | (share == 0)
-        count[active] += 1
-        residual[active], correction[active] = after, change
-        reason[active] = np.where(found, CONVERGED, np.where(share == 0, NO_DESCENT, TOO_MANY))
+        before = np.abs(error).max(axis=-1)
+        step, change = coupled_step(part, state, cables, which, error)
+        state, error, cables, last = backtrack(part, state, step, change, which, error)
         put(final, active, state)
-        if ended.any():
-            rest = ~ended
-            active, state, point, after = active[rest], some(state, rest), some(point, rest), after[rest]
-            part = suspension.take(active)
-        if not len(active):
+        put(whole, active, replace(last, steps=whole.steps[active] + last.steps))
+        worst = np.abs(error).max(axis=-1)
+        met = (worst < MET) | ((worst < STALLED) & (worst >= before / 2))
+        ended = met | ~last.converged
+        whole.reason[active] = np.where(met | ~last.converged, last.reason, UNMET)
+        if ended.all():
             break
-        before = after
-    return final, Record(count, residual, correction, reason)
+        if ended.any():
+            rest = np.flatnonzero(~ended)
+            active, state, error = active[rest], some(state, rest), error[rest]
+            part = suspension.take(active)
+            cables = catenary.solve(spans(part, state))
+    return final, whole
 
 
-def pose(suspension):
-    """Equilibrium of a suspension whose cables all state their unstretched lengths.
+def backtrack(suspension, state, step, change, which, error):
+    """The largest of a falling series of shares of a step of bodies and lengths that lowers the errors."""
+    before, share = badness(error), np.ones(len(error))
+    for _ in range(HALVINGS):
+        trial = moved(suspension, state, step * share[:, None, None])
+        trial, record = search(suspension, lengthened(trial, change * share[:, None]))
+        fresh, cables = errors(suspension, trial, which)
+        worse = ~(badness(fresh) < before) & (np.abs(fresh).max(axis=-1) > STALLED) | ~record.converged
+        if not worse.any():
+            break
+        share = np.where(worse, share / 4, share)
+    return trial, fresh, cables, record
 
-    Parameters
-    ----------
-    suspension : Suspension
-        With cases of any shape.
+
+def badness(error):
+    """Largest logarithm of what is over what shall be, shape (n,)."""
+    return np.abs(np.log(np.maximum(1 + error, TINY))).max(axis=-1)
+
+
+def coupled_step(suspension, state, cables, which, error):
+    """Newton step of bodies and lengths together towards what the cables `which` state.
 
     Returns
     -------
-    Equilibrium
-        Its record says for each case whether it converged; `Equilibrium.stability` whether it is stable.
+    step : ndarray, shape (n, b, 6)
+        [m], [rad]
+    change : ndarray, shape (n, c)
+        dL/L. [-]
+
+    Notes
+    -----
+    [K, -G; M, D] [q; dL/L] = [0; -error], with G the net forces and D the stated values by dL/L, and M the stated
+    values by q.
     """
-    shape = suspension.shape
-    flat = suspension.broadcast((int(np.prod(shape)),))
-    state, record = search(flat, start(flat))
-    return equilibrium(suspension, flat, state, record)
+    rates = stated.rates(cables, suspension.given)
+    forces = cables.end_forces("global")
+    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
+    value = suspension.value[:, which]
+    pulled = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
+    signed = rates.by_end[:, which, None, :] * np.array([-1.0, 1.0])[:, None] / value[..., None, None]
+    turned = tangent.wrenches(state.arms[:, which], signed)
+    own = rates.by_length[:, which] / value
+    stretch = np.where(own != 0, 1 / np.maximum(np.abs(own), TINY), 1.0)  # dL/L that changes a value by itself
+    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY))
+    right = -np.clip(error, -1.0, MOST_ERROR)
+    couple = _dense_coupled if scales.shape[-1] + len(which) <= tangent.DENSE else _sparse_coupled
+    moves, change = couple(
+        suspension, blocks, scales, which, pulled * stretch[..., None, None], turned, own * stretch, right
+    )
+    step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
+    step[:, suspension.free], changes[:, which] = moves / scales, change * stretch
+    limited = np.maximum(1.0, np.abs(changes).max(axis=-1) / LARGEST)
+    return step / limited[:, None, None], changes / limited[:, None]
+
+
+def _dense_coupled(suspension, blocks, scales, which, pulled, turned, own, right):
+    """Solution of the equations of `coupled_step` for all cases at once."""
+    n, d, s = len(own), scales.shape[-1], own.shape[-1]
+    columns, rows = (tangent.by_body(suspension, which, values) / scales[:, None, :] for values in (pulled, turned))
+    matrix = np.zeros((n, d + s, d + s))
+    matrix[:, :d, :d] = tangent.scaled_dense(blocks, suspension, scales) + SINGULAR * np.eye(d)
+    matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
+    matrix[:, d:, d:] = (own[:, None, :] + SINGULAR) * np.eye(s)
+    vector = np.concatenate([np.zeros((n, d)), right], axis=-1)
+    solution = np.linalg.solve(matrix, vector[..., None])[..., 0]
+    return solution[:, :d], solution[:, d:]
+
+
+def _sparse_coupled(suspension, blocks, scales, which, pulled, turned, own, right):
+    """The same case by case, by sparse matrices."""
+    from scipy.sparse import block_array, coo_array, diags_array, eye_array
+    from scipy.sparse.linalg import splu
+
+    d, s = scales.shape[-1], own.shape[-1]
+    free, owner = suspension.free, suspension.owner[which]
+    number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
+    cable, end = np.nonzero(owner != GROUND)
+    column = number[owner[cable, end]]
+    row = np.broadcast_to(cable[:, None], column.shape)
+    solutions = []
+    for case in range(len(own)):
+        inverse = diags_array(1 / scales[case])
+
+        def assembled(wrenches, inverse=inverse, case=case):
+            entries = wrenches[case, cable, end]
+            there = column >= 0
+            return coo_array((entries[there], (row[there], column[there])), shape=(s, d)) @ inverse
+
+        stiffness = tangent.scaled_sparse(blocks.of(case), suspension, scales[case]) + SINGULAR * eye_array(d)
+        matrix = block_array(
+            [[stiffness, -assembled(pulled).T], [assembled(turned), diags_array(own[case] + SINGULAR)]]
+        )
+        solutions.append(splu(matrix.tocsc()).solve(np.concatenate([np.zeros(d), right[case]])))
+    solution = np.array(solutions)
+    return solution[:, :d], solution[:, d:]
+
+
+def refuse_unheld(suspension):
+    """Raise for a body that no cables join to the ground, directly or by others, and that is free to move away.
+
+    Raises
+    ------
+    NoSolutionError
+    """
+    held = ~suspension.free[:, :3].all(axis=-1)
+    reached = np.append(held, True)  # the last one is the ground
+    owner = suspension.owner % len(reached)
+    while True:
+        joined = reached[owner].any(axis=-1)
+        fresh = np.unique(owner[joined])
+        if reached[fresh].all():
+            break
+        reached[fresh] = True
+    if not reached.all():
+        name = suspension.body_names[int(np.argmin(reached))]
+        raise NoSolutionError(f"nothing holds {name}: no cables lead from it to the ground")
 
 
 def equilibrium(suspension, flat, state, record):
@@ -407,15 +272,14 @@ def equilibrium(suspension, flat, state, record):
     def shaped(array):
         return array.reshape(shape + array.shape[1:])
 
-    cables = catenary.solve(shaped_span(spans(flat, state), shape))
+    cables = catenary.solve(span_of_shape(spans(flat, state), (*shape, state.length.shape[-1])))
     record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
     return Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
 
 
-def shaped_span(span, shape):
-    """Cables of shape (n, c) as cables of shape (..., c)."""
+def span_of_shape(span, shape):
+    """Cables of shape (n, c) in another shape of the same size."""
     names = ("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity", "azimuth")
-    count = np.shape(span.chord)[-1]
     arrays = {name: np.asarray(getattr(span, name)) for name in names}
-    shaped = {name: array.reshape((*shape, count, *array.shape[2:])) for name, array in arrays.items()}
-    return replace(span, **shaped).without_loads()
+    shaped = {name: array.reshape((*shape, *array.shape[2:])) for name, array in arrays.items()}
+    return replace(span, **shaped).without_loads().broadcast()

@@ -56,6 +56,33 @@ def pairs(suspension):
     return _pairs(tuple(map(tuple, np.asarray(suspension.owner).tolist())))
 
 
+def wrenches(arms, forces):
+    """Forces at the ends of arms as forces and moments about the other ends: [F; r x F], shape (..., 6)."""
+    return np.concatenate([forces, np.cross(arms, forces)], axis=-1)
+
+
+def by_body(suspension, which, values):
+    """Sums over the two ends of some cables of what acts on the bodies there.
+
+    Parameters
+    ----------
+    suspension : Suspension
+    which : ndarray of int, shape (s,)
+        The cables.
+    values : ndarray, shape (n, s, 2, 6)
+
+    Returns
+    -------
+    ndarray, shape (n, s, d)
+        Of the free degrees of freedom.
+    """
+    owner = suspension.owner[which]
+    cable, end = np.nonzero(owner != GROUND)
+    total = np.zeros((*values.shape[:2], *suspension.free.shape))
+    np.add.at(total, (slice(None), cable, owner[cable, end]), values[:, cable, end])
+    return total[..., suspension.free]
+
+
 def weights(suspension, rotation):
     """Arm of the center of mass and weight of each body, global axes, shape (..., b, 3). [m], [N]"""
     arm = (rotation * suspension.center[..., None, :]).sum(axis=-1)
@@ -63,7 +90,7 @@ def weights(suspension, rotation):
     return arm, down[..., None] * np.array([0.0, 0.0, 1.0])
 
 
-def net_forces(suspension, rotation, arms, end_forces):
+def net_forces(suspension, rotation, arms, end_forces, tension):
     """Force and moment of all loads on each body, about its reference point, and their scale.
 
     Parameters
@@ -72,13 +99,15 @@ def net_forces(suspension, rotation, arms, end_forces):
     rotation : ndarray, shape (..., b, 3, 3)
     arms, end_forces : ndarray, shape (..., c, 2, 3)
         Of the cable ends [m], forces of the cables on them [N], global axes.
+    tension : ndarray, shape (..., c)
+        Largest one of each cable, for the scale. [N]
 
     Returns
     -------
     net : ndarray, shape (..., b, 6)
         [N], [N m]
     scale : ndarray, shape (..., b)
-        Sum of the sizes of the forces. [N]
+        Sum of the sizes of the loads and of the tensions of the cables. [N]
     """
     center, weight = weights(suspension, rotation)
     moment = suspension.moment + np.cross(center, weight)
@@ -90,8 +119,8 @@ def net_forces(suspension, rotation, arms, end_forces):
     cable, end = np.nonzero(suspension.owner != GROUND)
     body = suspension.owner[cable, end]
     force, arm = end_forces[..., cable, end, :], arms[..., cable, end, :]
-    np.add.at(net, (..., body, slice(None)), np.concatenate([force, np.cross(arm, force)], axis=-1))
-    np.add.at(scale, (..., body), _size(force))
+    np.add.at(net, (..., body, slice(None)), wrenches(arm, force))
+    np.add.at(scale, (..., body), tension[..., cable])
     return net, scale
 
 
@@ -132,6 +161,11 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
         np.concatenate([owner[cable, column], own]),
         np.concatenate([np.broadcast_to(sign * between, (*shape, len(cable), 6, 6)), bodies], axis=-3),
     )
+
+
+def scaled_dense(blocks, suspension, scales):
+    """`dense` with each row and column divided by a scale of its degree of freedom, shape (..., d)."""
+    return dense(blocks, suspension) / (scales[..., :, None] * scales[..., None, :])
 
 
 def full(blocks, bodies):
@@ -189,15 +223,20 @@ def body_sizes(suspension):
     return np.where(square > 0, np.sqrt(square), 1.0)
 
 
-def coordinate_scales(suspension):
-    """Size of each free degree of freedom: 1, or the size of the body for rotations, shape (n, d). [-], [m]"""
-    sizes = np.ones((*suspension.place.shape[:-3], *suspension.free.shape))
-    sizes[..., 3:] = body_sizes(suspension)[..., None]
-    return sizes[..., suspension.free]
+def magnitudes(blocks, suspension):
+    """Sum of the sizes of all terms on the diagonal of each free degree of freedom, shape (..., d). [N/m], [N m/rad]
+
+    As scales of the rows and columns they make each eigenvalue comparable with the rounding of the terms.
+    """
+    diagonal = np.abs(np.diagonal(blocks.matrices, axis1=-2, axis2=-1))
+    own = blocks.rows == blocks.columns
+    total = np.zeros((*blocks.matrices.shape[:-3], *suspension.free.shape))
+    np.add.at(total, (..., blocks.rows[own], slice(None)), diagonal[..., own, :])
+    return total[..., suspension.free]
 
 
 def scaled_sparse(blocks, suspension, scales):
-    """`sparse` with each row and column divided by the scale of its degree of freedom."""
+    """`sparse` with each row and column divided by a scale of its degree of freedom, shape (d,)."""
     from scipy.sparse import diags_array
 
     inverse = diags_array(1 / scales)

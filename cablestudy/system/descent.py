@@ -1,0 +1,420 @@
+"""Pose of a suspension whose cables have given lengths: a guarded Newton iteration on its potential energy.
+
+Between ends at a distance d a cable with the tension vector N at mid-length has the energy
+
+    W(d) = N.d - L (T_mean + (|N|^2 + (w L)^2/12)/(2 EA)),     dW/dd = N,     d2W/dd2 = K,
+
+which is convex (W is the Legendre transform of the complementary energy). With half of each cable's weight as a dead
+load on each of its ends, the potential energy of a suspension is the sum of W and of the dead loads' potentials:
+without rotations it is convex, and Newton's method with a guarded step converges from any start. With rotations,
+negative eigenvalues of the stiffness are taken by their absolute value, so that every step descends.
+
+Sources: Nocedal and Wright (2006), Numerical Optimization, section 3.4 (modified Newton); Hager and Zhang (2005), SIAM
+J. Optim. 16, eq. 4.1 (acceptance of a step by its slope, where the change of energy is below its rounding).
+"""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from cablestudy.cable import catenary
+from cablestudy.cable.newton import STALLED as CABLE_STALLED
+from cablestudy.cable.span import Span
+from cablestudy.system import tangent
+from cablestudy.system.rigid import turn
+from cablestudy.system.tangent import GROUND
+
+CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD = range(5)
+REASONS = (
+    "converged",
+    "no step lowers the energy",
+    "no convergence in the largest number of steps",
+    "no lengths were found for which the cables have what they state",
+    "no tensions within the bounds hold the bodies where they shall be",
+)
+MAX_STEPS = 100
+HALVINGS = 30
+FEW_STEPS = 12
+SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))
+SOFT_STEPS, LOOSE = 60, 1e-3
+MOST_LOAD = 10.0  # tension that a soft cable may have, over the loads on all bodies
+BALANCED = 1e-11  # net force over the sum of forces at which a pose has converged,
+STALLED = 1e-8  # and at which it has where rounding stops the iteration; also the size of the last step of either
+FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the longest chord, and in radians
+SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo)
+FLATTEST = 1e-13  # scaled eigenvalues below it count as this large in a step
+TINY, EPSILON = 1e-300, 4e-16
+NEAREST = 1e-9  # of the unstretched length: ends closer than this are taken as this far apart, one above the other
+
+
+@dataclass(frozen=True)
+class Record:
+    """How the pose searches went; all arrays have the shape of the cases.
+
+    Attributes
+    ----------
+    steps : ndarray of int
+        Newton steps.
+    residual : ndarray
+        Largest net force on a body over the sum of the forces on it. [-]
+    correction : ndarray
+        Size of the last step: over the longest chord, or in radians. [-]
+    reason : ndarray of int
+        Why the search stopped: place in REASONS.
+    """
+
+    steps: np.ndarray
+    residual: np.ndarray
+    correction: np.ndarray
+    reason: np.ndarray
+
+    @property
+    def converged(self):
+        """Shape (...)."""
+        return self.reason == CONVERGED
+
+
+@dataclass(frozen=True)
+class State:
+    """A pose, and the chord strains of the cables, which keep their digits from step to step; n cases.
+
+    Attributes
+    ----------
+    position, rotation : ndarray, shape (n, b, 3), (n, b, 3, 3)
+    arms : ndarray, shape (n, c, 2, 3)
+        From the reference point of its owner to each cable end, global axes. [m]
+    vector : ndarray, shape (n, c, 3)
+        From end 1 to end 2. [m]
+    length, strain : ndarray, shape (n, c)
+        Unstretched length [m], and the distance of the ends over it less 1 [-].
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    arms: np.ndarray
+    vector: np.ndarray
+    length: np.ndarray
+    strain: np.ndarray
+
+
+@dataclass(frozen=True)
+class Point:
+    """Forces, stiffness and energy in a state; n cases.
+
+    Attributes
+    ----------
+    net : ndarray, shape (n, b, 6)
+        Force and moment of all loads on each body. [N], [N m]
+    scale : ndarray, shape (n, b)
+        Sum of the sizes of the forces on each body. [N]
+    energy, rounding : ndarray, shape (n,)
+        Sum of W, and its rounding. [J]
+    end_forces, end_stiffness : ndarray, shape (n, c, 2, 3), (n, c, 3, 3)
+        As those of `Equilibrium`.
+    solved : ndarray of bool, shape (n,)
+        Whether all catenaries converged.
+    """
+
+    net: np.ndarray
+    scale: np.ndarray
+    energy: np.ndarray
+    rounding: np.ndarray
+    end_forces: np.ndarray
+    end_stiffness: np.ndarray
+    solved: np.ndarray
+
+
+def some(record, index):
+    """Some of the n cases of a dataclass of arrays."""
+    return replace(record, **{f.name: getattr(record, f.name)[index] for f in fields(record)})
+
+
+def copied(record):
+    """The same cases in arrays of their own."""
+    return replace(record, **{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
+
+
+def put(record, index, part):
+    """Write some cases back into a dataclass of arrays."""
+    for f in fields(record):
+        getattr(record, f.name)[index] = getattr(part, f.name)
+
+
+def size(vectors):
+    """Euclidean lengths of the vectors on the last axis."""
+    return np.sqrt((vectors**2).sum(axis=-1))
+
+
+def moved(suspension, state, step):
+    """State after a step.
+
+    Parameters
+    ----------
+    suspension : Suspension
+    state : State
+    step : ndarray, shape (n, b, 6)
+        Displacements [m] and rotation vectors [rad] of the bodies.
+
+    Returns
+    -------
+    State
+    """
+    turned = turn(step[..., 3:])
+    owner = suspension.owner
+    rotation = state.rotation + turned @ state.rotation
+    position = state.position + step[..., :3]
+    swing = (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
+    shift = np.where((owner == GROUND)[..., None], 0.0, step[:, owner, :3] + swing)
+    change = shift[..., 1, :] - shift[..., 0, :]
+    ends = suspension.ends(position, rotation)
+    vector = ends[..., 1, :] - ends[..., 0, :]
+    # |d + change| - |d| without cancellation, so that the strain of a stiff cable keeps its digits
+    longer = ((2 * state.vector + change) * change).sum(axis=-1)
+    longer /= np.maximum(size(vector) + size(state.vector), TINY)
+    strain = state.strain + longer / state.length
+    return State(position, rotation, suspension.arms(rotation), vector, state.length, strain)
+
+
+def spans(suspension, state):
+    """The cables between their ends: a `Span` of shape (n, c)."""
+    length, close = state.length, size(state.vector) <= NEAREST * state.length
+    down = np.array([0.0, 0.0, -NEAREST]) * length[..., None]
+    vector = np.where(close[..., None], down, state.vector)
+    gravity = np.asarray(suspension.gravity)[..., None]
+    span = Span.between(np.zeros(3), vector, suspension.axial_stiffness, suspension.cable_mass, gravity)
+    return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
+
+
+def evaluate(suspension, state):
+    """Forces, stiffness and energy in a state: `Point`."""
+    cables = catenary.solve(spans(suspension, state))
+    span = cables.span
+    forces, frame = cables.end_forces("global"), span.frame
+    stiffness = np.swapaxes(frame, -1, -2) @ cables.end_stiffness @ frame
+    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
+    q, n, y = (part[..., 0] for part in cables.tension)
+    length, tension = span.unstretched_length, cables.mean_tension
+    strained = (q**2 + n**2 + y**2 + span.weight**2 / 12) / (2 * span.axial_stiffness)
+    energy = length * (q * (1 + span.chord_strain) - tension - strained)
+    solved = cables.record.reason != CABLE_STALLED
+    return Point(
+        net, scale, energy.sum(axis=-1), EPSILON * (length * cables.max_tension).sum(axis=-1), forces, stiffness,
+        solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
+    )  # fmt: skip
+
+
+def work(suspension, state, step):
+    """Work of the dead loads along a step: of weights, of half the weight of each cable on each of its ends, of forces.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        [J]
+    """
+    turned = turn(step[..., 3:])
+    center, weight = tangent.weights(suspension, state.rotation)
+    lifted = step[..., :3] + (turned * center[..., None, :]).sum(axis=-1)
+    bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
+    bodies = bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
+    owner = suspension.owner
+    swing = step[:, owner, 2] + (turned[:, owner, 2] * state.arms).sum(axis=-1)
+    raised = np.where(owner == GROUND, 0.0, swing).sum(axis=-1)
+    half = suspension.cable_mass * np.asarray(suspension.gravity)[..., None] * state.length / 2
+    return bodies.sum(axis=-1) - (half * raised).sum(axis=-1)
+
+
+def longest(state):
+    """Longest cable or distance of its ends, shape (n,). [m]"""
+    return np.maximum(size(state.vector), state.length).max(axis=-1)
+
+
+def newton_step(suspension, state, point):
+    """Newton step of all free degrees of freedom, where the stiffness is positive definite; else one that descends.
+
+    Returns
+    -------
+    ndarray, shape (n, b, 6)
+        [m], [rad]
+    """
+    free = suspension.free
+    force = point.net[:, free]
+    blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
+    reach = np.ones((len(force), *free.shape)) * WIDEST
+    reach[..., :3] = FARTHEST * longest(state)[:, None, None]
+    # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
+    rounding = BALANCED * np.broadcast_to(point.scale[..., None], reach.shape)[:, free]
+    least = np.maximum(np.abs(force), rounding) / reach[:, free]
+    stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
+    scales = np.sqrt(np.maximum(stiffness, TINY))
+    if free.sum() <= tangent.DENSE:
+        moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales)
+    else:
+        cases = range(len(force))
+        moves = [
+            _sparse_step(tangent.scaled_sparse(blocks.of(i), suspension, scales[i]), force[i] / scales[i])
+            for i in cases
+        ]
+    step = np.zeros(reach.shape)
+    step[:, free] = np.asarray(moves) / scales
+    return step / np.maximum(1.0, (np.abs(step) / reach).max(axis=(-1, -2)))[:, None, None]
+
+
+def _dense_step(matrix, force):
+    """K^-1 g, or Q (Q^T g/|eigenvalue|) where K is not positive definite; shape (n, d)."""
+    values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
+    definite = values[:, 0] > FLATTEST
+    plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
+    exact = np.linalg.solve(plain, force[..., None])[..., 0]
+    shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
+    descending = (vectors @ (shares / np.maximum(np.abs(values), FLATTEST))[..., None])[..., 0]
+    return np.where(definite[:, None], exact, descending)
+
+
+def _sparse_step(matrix, force):
+    """The same for one case, with a multiple of the unit matrix added until the stiffness is positive definite."""
+    from scipy.sparse import eye_array
+
+    unit, shift = eye_array(len(force), format="csc"), 0.0
+    while (factors := tangent.factorised(matrix + shift * unit)) is None:
+        shift = max(10 * shift, FLATTEST)
+    return factors.solve(force)
+
+
+def imbalance(suspension, point):
+    """Largest net force on a free degree of freedom over the sum of forces on that body, shape (n,). [-]"""
+    sizes = np.ones_like(point.net)
+    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
+    net = np.where(suspension.free, point.net / sizes, 0.0)
+    return (np.abs(net) / np.maximum(point.scale, TINY)[..., None]).max(axis=(-1, -2))
+
+
+def line_search(suspension, state, point, step):
+    """The largest of a falling series of shares of a step that lowers the energy enough.
+
+    Returns
+    -------
+    state : State
+    point : Point
+        There.
+    share : ndarray, shape (n,)
+        Zero where no share lowers the energy: state and point are those before.
+    """
+    slope = (point.net * step).sum(axis=(-1, -2))  # of the energy, with the sign turned
+    share, found = np.ones(len(slope)), np.zeros(len(slope), dtype=bool)
+    new_state, new_point = copied(state), copied(point)
+    rest = np.arange(len(slope))
+    for _ in range(HALVINGS):
+        part = suspension if len(rest) == len(slope) else suspension.take(rest)
+        before, taken = some(state, rest), step[rest] * share[rest, None, None]
+        trial = moved(part, before, taken)
+        there = evaluate(part, trial)
+        change = there.energy - point.energy[rest] - work(part, before, taken)
+        rounding = there.rounding + point.rounding[rest]
+        ahead = (there.net * step[rest]).sum(axis=(-1, -2))
+        falls = change <= -SUFFICIENT * share[rest] * slope[rest]
+        flat = (change <= rounding) & (ahead >= -(1 - 2 * 0.1) * slope[rest])
+        good = there.solved & (falls | flat)
+        if not found.any() and good.all():
+            return trial, there, share
+        put_into = rest[good]
+        for whole, fresh in ((new_state, trial), (new_point, there)):
+            put(whole, put_into, some(fresh, good))
+        found[put_into] = True
+        # where the slope along the step vanishes, by the secant
+        secant = slope[rest] / np.maximum(slope[rest] - ahead, TINY)
+        share[rest] *= np.where(there.solved, np.clip(secant, 0.05, 0.5), 0.25)
+        rest = rest[~good]
+        if not len(rest):
+            break
+    return new_state, new_point, np.where(found, share, 0.0)
+
+
+def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
+    """Poses of least energy, from given starts.
+
+    Parameters
+    ----------
+    suspension : Suspension
+        With cases of shape (n,).
+    state : State
+    most : int
+        Steps.
+    enough : float
+        Net force over the sum of forces that counts as none. [-]
+
+    Returns
+    -------
+    State
+        Each case's to the last digit as if it were alone.
+    Record
+    """
+    cases = len(state.length)
+    final, count = copied(state), np.zeros(cases, dtype=int)
+    residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
+    active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
+    before = imbalance(part, point)
+    for _ in range(most):
+        step = newton_step(part, state, point)
+        change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
+        state, point, share = line_search(part, state, point, step)
+        after = imbalance(part, point)
+        small = change < STALLED
+        rounded = small & (after < STALLED) & ((after >= before / 4) | (share == 0))
+        # along a motion that nothing holds the step has no definite size
+        found = rounded | ((after < enough) & (small | (before < enough)))
+        ended = found | (share == 0)
+        count[active] += 1
+        residual[active], correction[active] = after, change
+        reason[active] = np.where(found, CONVERGED, np.where(share == 0, NO_DESCENT, TOO_MANY))
+        put(final, active, state)
+        if ended.any():
+            rest = ~ended
+            active, state, point, after = active[rest], some(state, rest), some(point, rest), after[rest]
+            part = suspension.take(active)
+        if not len(active):
+            break
+        before = after
+    return final, Record(count, residual, correction, reason)
+
+
+def typical_loads(suspension, state):
+    """For each cable the smaller one of the loads on the bodies at its ends, shape (n, c). [N]"""
+    gravity = np.abs(suspension.gravity)[:, None]
+    weight = suspension.cable_mass * gravity * state.length
+    loads = (
+        suspension.mass * gravity + size(suspension.force) + size(suspension.moment) / tangent.body_sizes(suspension)
+    )
+    cable, end = np.nonzero(suspension.owner != GROUND)
+    np.add.at(loads, (slice(None), suspension.owner[cable, end]), weight[:, cable])
+    infinite = np.full((len(loads), 1), np.inf)
+    smaller = np.concatenate([loads, infinite], axis=-1)[:, suspension.owner].min(axis=-1)
+    return np.where(np.isfinite(smaller), smaller, 0.0)
+
+
+def search(suspension, state):
+    """Poses of least energy: straight from the start, or where that takes many steps, by way of softer cables.
+
+    Stiff cables make a narrow, curved valley of the energy, along which a Newton iteration creeps. Strains of a third
+    make it wide; stiffer cables then follow, each strain about the square of the one before.
+    """
+    first, record = descend(suspension, state, FEW_STEPS)
+    hard = np.flatnonzero(~record.converged)
+    if not len(hard):
+        return first, record
+    part, state = suspension.take(hard), some(state, hard)
+    loads, stiffness = typical_loads(part, state), part.axial_stiffness
+    for strain in SOFTENED:
+        softened = np.minimum(stiffness, np.where(loads > 0, loads / strain, np.inf))
+        rest = np.flatnonzero((softened < stiffness).any(axis=-1))
+        if not len(rest):
+            break
+        soft = replace(part.take(rest), axial_stiffness=softened[rest])
+        there, _ = descend(soft, some(state, rest), SOFT_STEPS, LOOSE)
+        put(state, rest, there)
+        tension = catenary.solve(spans(soft, there)).max_tension
+        loads[rest] = np.clip(tension, loads[rest], MOST_LOAD * loads[rest].sum(axis=-1, keepdims=True))
+    state, last = descend(part, state)
+    put(first, hard, state)
+    record = copied(record)
+    put(record, hard, last)
+    return first, record

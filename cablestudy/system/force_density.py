@@ -1,0 +1,96 @@
+"""Form finding by force densities: the places of free points of a net whose cables have given tensions over lengths.
+
+With q = T/l of each cable, C the branch-node matrix (1 at end 1, -1 at end 2) of the free and C_f that of all other
+ends, the balance of the free points is linear in their coordinates, and independent along x, y and z:
+
+    C^T Q C x = p - C^T Q C_f x_f
+
+Source: Schek (1974), The force density method for form finding and computation of general networks, Comput. Methods
+Appl. Mech. Eng. 3, eq. 8. Cables are weightless here; points have their weights and dead forces.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.system.tangent import GROUND
+
+
+def find_form(suspension):
+    """Places of the junctions in balance, the bodies at rest where they are.
+
+    Parameters
+    ----------
+    suspension : Suspension
+        With cases of any shape and a force density of every cable that ends at a free junction.
+
+    Returns
+    -------
+    Suspension
+        With its junctions there.
+    tension : ndarray, shape (..., c)
+        Force density times length; not a number where none is given. [N]
+
+    Raises
+    ------
+    NoSolutionError
+        A cable at a free junction without a force density; a junction that the force densities do not hold.
+    """
+    owner, shape = suspension.owner, suspension.shape
+    flat = suspension.broadcast((int(np.prod(shape)),))
+    density = flat.force_density
+    if density is None:
+        raise NoSolutionError("no cable has a force density")
+    free = flat.free[:, :3].copy()
+    free[: flat.bodies] = False
+    at_free = np.where(owner == GROUND, False, free.any(axis=-1)[owner]).any(axis=-1)
+    missing = at_free & ~np.isfinite(density).all(axis=0)
+    if missing.any():
+        names = [flat.cable_names[i] for i in np.flatnonzero(missing)]
+        raise NoSolutionError(f"no force density of {', '.join(names)}")
+    position = np.array(flat.position)
+    ends = flat.ends(position, flat.rotation)
+    for case in range(len(position)):
+        for axis in range(3):
+            moving = free[:, axis]
+            load = flat.force[case, :, axis] - (axis == 2) * flat.gravity[case] * flat.mass[case]
+            position[case, moving, axis] = _coordinates(
+                flat, moving, np.flatnonzero(at_free), density[case], load, ends[case, :, :, axis]
+            )
+    found = replace(flat, position=position)
+    ends = found.ends(position, flat.rotation)
+    length = np.sqrt(((ends[..., 1, :] - ends[..., 0, :]) ** 2).sum(axis=-1))
+    return found.broadcast(shape), (density * length).reshape((*shape, length.shape[-1]))
+
+
+def _coordinates(suspension, moving, cables, density, load, ends):
+    """One coordinate of the moving points of one case, from that of all cable ends, shape (c, 2)."""
+    from scipy.sparse import coo_array
+
+    if not moving.any():
+        return np.zeros(0)
+    number = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # the last one is the ground
+    node = number[suspension.owner[cables]]
+    q, count, right = density[cables], int(moving.sum()), load[moving].copy()
+    rows, columns, entries = [], [], []
+    for own, other in ((0, 1), (1, 0)):
+        here, fixed = node[:, own] >= 0, node[:, other] < 0
+        rows += [node[here, own], node[here & ~fixed, own]]
+        columns += [node[here, own], node[here & ~fixed, other]]
+        entries += [q[here], -q[here & ~fixed]]
+        np.add.at(right, node[here & fixed, own], (q * ends[cables, other])[here & fixed])
+    matrix = coo_array((np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), shape=(count, count))
+    return _solved(matrix.tocsc(), right, [suspension.body_names[i] for i in np.flatnonzero(moving)])
+
+
+def _solved(matrix, right, names):
+    from scipy.sparse.linalg import splu
+
+    try:
+        solution = splu(matrix).solve(right)
+    except RuntimeError:
+        solution = np.full(len(right), np.nan)
+    if not np.all(np.isfinite(solution)):
+        raise NoSolutionError(f"the force densities do not hold {', '.join(names[:5])}: no form balances them")
+    return solution

@@ -1,0 +1,257 @@
+"""Unstretched lengths with which bodies stand where they shall be: from tensions that balance their loads (`solve`)."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cablestudy.cable import catenary
+from cablestudy.errors import NoSolutionError
+from cablestudy.system import descent, stated, tangent
+from cablestudy.system.descent import CONVERGED, TINY, TOO_MANY, UNHELD, Record, longest, moved, size, spans
+from cablestudy.system.statics import equilibrium, refuse_unheld, start
+from cablestudy.system.tension_distribution import METHODS, distribute
+
+MAX_STEPS = 60
+SETTLED = 1e-10  # relative change of the tensions in a step at which they are found,
+BALANCED = 1e-11  # and net force over the sum of forces
+STALLED = 1e-8  # both, where rounding stops the iteration
+SLOWEST = 0.1  # least share of a tension that a step leaves of it
+UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
+
+
+def default_found(suspension):
+    """Degrees of freedom that come from equilibrium while bodies stand.
+
+    Places of junctions, and attitudes of bodies where the lengths are fewer than the equations left.
+
+    Returns
+    -------
+    ndarray of bool, shape (b, 6)
+    """
+    found = suspension.free.copy()
+    found[: suspension.bodies] = False
+    if suspension.given.count(None) + found.sum() < suspension.free.sum():
+        found[: suspension.bodies, 3:] = suspension.free[: suspension.bodies, 3:]
+    return found
+
+
+def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, found=None):
+    """Lengths of the cables that state nothing, with the bodies where they shall be.
+
+    Parameters
+    ----------
+    suspension : Suspension
+        With cases of any shape. Cables that state something keep it.
+    method : {"balanced", "least", "closest"}
+        Of the mean tensions of the cables that state nothing: least variance, least sum of squares, closest to
+        `reference`.
+    low, high, reference : float or ndarray, shape (..., c)
+        Bounds of the mean tensions, and what they shall be close to. [N]
+    found : ndarray of bool, shape (b, 6), optional
+        Degrees of freedom that come from equilibrium, the others stand; default: `default_found`.
+
+    Returns
+    -------
+    Equilibrium
+        Its record says for each case whether it converged; `Equilibrium.stability` whether it is stable.
+    problems : ndarray of str, shape (...)
+        Why there is no answer; empty where there is one.
+
+    Raises
+    ------
+    NoSolutionError
+        Fewer unknowns than equations, a body that nothing holds.
+    ValueError
+        Another method.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}, not one of {', '.join(METHODS)}")
+    refuse_unheld(suspension)
+    found = suspension.free & (default_found(suspension) if found is None else np.asarray(found, dtype=bool))
+    unstated = np.array([kind is None for kind in suspension.given])
+    refuse_uncountable(suspension, found, int(unstated.sum()))
+    shape, count = suspension.shape, len(suspension.given)
+    n = int(np.prod(shape))
+    bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
+    flat = suspension.broadcast((n,))
+    state, record, problems = search(flat, np.flatnonzero(unstated), found, method, *bounds)
+    return equilibrium(suspension, flat, state, record), problems.reshape(shape)
+
+
+def refuse_uncountable(suspension, found, lengths):
+    """Raise where there are fewer unknowns than equations.
+
+    Raises
+    ------
+    NoSolutionError
+        With both counts.
+    """
+    equations, places = int(suspension.free.sum()), int(found.sum())
+    if lengths + places < equations:
+        raise NoSolutionError(
+            f"{equations} equations of balance for {lengths + places} unknowns ({lengths} lengths and {places} degrees "
+            f"of freedom that come from equilibrium): leave {equations - lengths - places} more lengths unstated"
+        )
+
+
+def first_tensions(suspension, state, which, low, high):
+    """Mean tensions with which the search begins, shape (n, m): a share of the loads, more than the cables' weights."""
+    gravity = np.abs(suspension.gravity)[:, None]
+    loads = (suspension.mass * gravity + size(suspension.force)).sum(axis=-1)
+    chord = size(state.vector)
+    own = (suspension.cable_mass * gravity * chord).sum(axis=-1)
+    tension = np.maximum((loads + own)[:, None] / len(which), 2 * (suspension.cable_mass * gravity * chord)[:, which])
+    middle = np.where(np.isfinite(high), (low + high) / 2, np.maximum(tension, 2 * low))
+    tension = np.where((tension < low) | (tension > high), middle, tension)
+    return np.where(tension > 0, tension, 1e-6 * suspension.axial_stiffness[:, which])
+
+
+def linearised(suspension, state, which, found):
+    """Net forces and their changes with the mean tensions of some cables and with some degrees of freedom.
+
+    Parameters
+    ----------
+    suspension : Suspension
+        With cases of shape (n,); what each cable states is kept while the bodies move.
+    state : State
+    which : ndarray of int, shape (m,)
+    found : ndarray of bool, shape (b, 6)
+
+    Returns
+    -------
+    net : ndarray, shape (n, d)
+        Moments over the size of the body. [N]
+    by_tension : ndarray, shape (n, d, m)
+        [-]
+    by_place : ndarray, shape (n, d, f)
+        [N/m], by rotations times the size of the body.
+    imbalance : ndarray, shape (n,)
+        Largest net force over the sum of forces. [-]
+    """
+    cables = catenary.solve(spans(suspension, state))
+    rates = stated.rates(cables, suspension.given)
+    forces = cables.end_forces("global")
+    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
+    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
+    every = np.arange(len(suspension.given))
+    pulled = tangent.by_body(suspension, every, tangent.wrenches(state.arms, rates.end_forces))
+    signed = rates.by_end[..., None, :] * np.array([-1.0, 1.0])[:, None]
+    turned = tangent.by_body(suspension, every, tangent.wrenches(state.arms, signed))
+    own = rates.by_length[..., None]
+    pulled = pulled / np.where(own != 0, own, np.inf)  # by what is stated
+    stiffness = tangent.dense(blocks, suspension) + np.swapaxes(pulled, -1, -2) @ turned
+    free = suspension.free
+    sizes = np.ones((*state.position.shape[:-1], 6))
+    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
+    sizes = sizes[:, free]
+    by_tension = np.swapaxes(pulled[:, which], -1, -2) / sizes[..., None]
+    by_place = -(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]]
+    worst = np.abs(np.where(free, net / body_units(suspension), 0.0)).max(axis=-1) / np.maximum(scale, TINY)
+    return net[:, free] / sizes, by_tension, by_place, worst.max(axis=-1)
+
+
+def body_units(suspension):
+    """1 for displacements and the size of the body for rotations, shape (n, b, 6). [-], [m]"""
+    sizes = np.ones((*suspension.position.shape[:-1], 6))
+    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
+    return sizes
+
+
+def search(suspension, which, found, method, low, high, reference):
+    """Repeat the linear problem about the current tensions until the true equilibrium holds.
+
+    Parameters
+    ----------
+    suspension : Suspension
+        With cases of shape (n,).
+    which : ndarray of int, shape (m,)
+        Cables that state nothing.
+    found, method
+        As for `solve`.
+    low, high, reference : ndarray, shape (n, m)
+        [N]
+
+    Returns
+    -------
+    State
+    Record
+    problems : ndarray of str, shape (n,)
+    """
+    given = tuple(kind or "preload" for kind in suspension.given)
+    value = np.array(suspension.value)
+    arms_state = start(replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value)))
+    value[:, which] = tension = first_tensions(suspension, arms_state, which, low, high)
+    part = replace(suspension, given=given, value=value)
+    state, cases = start(part), len(value)
+    state = fitted(part, state)
+    problems = np.full(cases, "", dtype=object)
+    steps, settled = np.zeros(cases, dtype=int), np.zeros(cases, dtype=bool)
+    last = np.full(cases, np.inf)
+    for _ in range(MAX_STEPS):
+        net, by_tension, by_place, worst = linearised(part, state, which, found)
+        step, wanted = np.zeros((*state.position.shape[:-1], 6)), tension.copy()
+        change = np.zeros(cases)
+        for case in np.flatnonzero(~settled):
+            right = by_tension[case] @ tension[case] - net[case]
+            answer = distribute(by_tension[case], by_place[case], right, method, reference[case], low[case], high[case])
+            problems[case] = answer
+            wanted[case], step[case, found] = answer.tension, answer.unbounded
+        step = step / body_units(part)
+        step = limited(state, step)
+        wanted = np.where(settled[:, None], tension, np.maximum(wanted, SLOWEST * tension))
+        change = np.abs(wanted - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
+        done = (worst < BALANCED) & (change < SETTLED) | (worst < STALLED) & (change < STALLED) & (change >= last / 2)
+        settled |= done
+        if settled.all():
+            break
+        moving = ~settled
+        steps += moving
+        tension = np.where(moving[:, None], wanted, tension)
+        last = np.where(moving, change, last)
+        value = np.array(part.value)
+        value[:, which] = tension
+        part = replace(part, value=value)
+        state = fitted(part, moved(part, state, np.where(moving[:, None, None], step, 0.0)))
+    good = np.array([answer.held and answer.within for answer in problems], dtype=bool)
+    reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
+    words = [describe(suspension, which, *case) for case in zip(problems, settled, low, high, strict=True)]
+    return state, Record(steps, worst, change, reasons), np.array(words, dtype=object)
+
+
+def limited(state, step):
+    """A step of bodies no longer than a search allows."""
+    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * longest(state))
+    wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / descent.WIDEST
+    return step / np.maximum(1.0, np.maximum(far, wide))[:, None, None]
+
+
+def fitted(suspension, state):
+    """State with the lengths for which the cables have what they state, the bodies at rest."""
+    strain, _ = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
+    return replace(state, strain=strain, length=size(state.vector) / (1 + strain))
+
+
+def describe(suspension, which, answer, settled, low, high):
+    """Why a case has no answer; an empty string where it has one."""
+    names = [suspension.cable_names[i] for i in which]
+    bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]
+    held = ", ".join(bodies) or "the points"
+    if not answer.held:
+        motions = ("along x", "along y", "along z", "about x", "about y", "about z")
+        body, motion = np.argwhere(suspension.free)[int(np.argmax(np.abs(answer.left)))]
+        return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {motions[motion]}"
+    if answer.within and settled:
+        return ""
+    if answer.within:
+        return f"no lengths were found that hold {held} here"
+    rounding = 1e-6 * np.abs(answer.tension).max()
+    outside = (answer.tension < low - rounding) | (answer.tension > high + rounding)
+    unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
+    nearest = ", ".join(
+        f"{cable} at {value / unit:.4g} {name}"
+        for cable, value, out in zip(names, answer.tension, outside, strict=True)
+        if out
+    )
+    return (
+        f"no tensions in [{low.min() / unit:.4g}, {high.max() / unit:.4g}] {name} hold {held} here; nearest: {nearest}"
+    )

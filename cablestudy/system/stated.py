@@ -1,0 +1,221 @@
+"""What a cable may state instead of its unstretched length (preload, sag, tension at end 2), and how it depends on it.
+
+With N the tension vector at mid-length, P_1, P_2 the tension vectors at the ends, T_1, T_2 their sizes, d the vector
+from end 1 to end 2 and K the stiffness, at ends that do not move
+
+    dN/dL = -K (P_1/T_1 + P_2/T_2 + (P_1 + P_2)/EA)/2,
+
+since a longer cable moves either end out by (1 + T/EA) dL/2 along its tangent. For the mean tension T_m
+
+    dT_m/dN = d/L - N/EA,     dT_m/dL = ((T_1 + T_2)/2 - T_m)/L at given N,
+
+because L (T_m + (|N|^2 + (w L)^2/12)/(2 EA)) is the complementary energy, whose derivative by N is d.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.cable import catenary, initial_length
+
+MAX_STEPS = 60
+EXACT = 1e-13  # relative error of a stated value at which its length is found,
+STALLED = 1e-9  # and at which it is where rounding stops the iteration
+DIFFERENCE = 1e-5  # relative step for the derivatives of a sag, which are good to its square
+LARGEST = 0.2  # change of an unstretched length in one step, over the length
+TINY = 1e-300
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Derivatives of cables between ends, per relative change dL/L of their unstretched lengths.
+
+    Attributes
+    ----------
+    end_forces : ndarray, shape (..., c, 2, 3)
+        Of the force on each end, global axes, by dL/L. [N]
+    stiffness : ndarray, shape (..., c, 3, 3)
+        dN/dd, global axes. [N/m]
+    by_length : ndarray, shape (..., c)
+        Of the stated quantity by dL/L; not a number where nothing is stated. [N] or [m]
+    by_end : ndarray, shape (..., c, 3)
+        Of the stated quantity by the place of end 2, global axes; zero where nothing is stated. [N/m] or [-]
+    """
+
+    end_forces: np.ndarray
+    stiffness: np.ndarray
+    by_length: np.ndarray
+    by_end: np.ndarray
+
+
+def values(cables, given):
+    """Of what each cable states.
+
+    Parameters
+    ----------
+    cables : Catenary
+        Of shape (..., c).
+    given : sequence of (str or None)
+        One of "unstretched_length", "preload", "sag", "tension_to", None for each cable.
+
+    Returns
+    -------
+    ndarray, shape (..., c)
+        Not a number where nothing is stated. [m] or [N]
+    """
+    kinds = np.asarray(given, dtype=object)
+    result = np.full(np.shape(cables.span.chord), np.nan)
+    quantities = {
+        "unstretched_length": lambda: cables.span.unstretched_length,
+        "preload": lambda: cables.mean_tension,
+        "sag": lambda: cables.sag,
+        "tension_to": lambda: size(cables.end_forces("global")[..., 1, :]),
+    }
+    for kind, quantity in quantities.items():
+        if (kinds == kind).any():
+            result = np.where(kinds == kind, quantity(), result)
+    return result
+
+
+def size(vectors):
+    """Euclidean lengths of the vectors on the last axis."""
+    return np.sqrt((vectors**2).sum(axis=-1))
+
+
+def rates(cables, given):
+    """Derivatives of the end forces and of what is stated: `Rates`.
+
+    Parameters
+    ----------
+    cables, given
+        As for `values`.
+    """
+    span, kinds = cables.span, np.asarray(given, dtype=object)
+    length, stiff = span.unstretched_length[..., None], np.asarray(span.axial_stiffness)[..., None]
+    forces = cables.end_forces("global")
+    first, last = forces[..., 0, :], -forces[..., 1, :]  # tension vectors at the ends
+    middle, half = (first + last) / 2, (last - first) / 2
+    t1, t2 = size(first)[..., None], size(last)[..., None]
+    tangents = [p / np.maximum(t, TINY) for p, t in ((first, t1), (last, t2))]
+    frame = span.frame
+    stiffness = np.swapaxes(frame, -1, -2) @ cables.end_stiffness @ frame
+    outward = length * ((tangents[0] + tangents[1]) / 2 + middle / stiff)
+    by_length = -(stiffness @ outward[..., None])[..., 0]
+    end_forces = np.stack([by_length - half, -by_length - half], axis=-2)
+    mean = cables.mean_tension
+    direction = frame[..., 0, :] * (1 + np.asarray(span.chord_strain))[..., None] - middle / stiff
+    gradients = {
+        "preload": (direction, (t1 + t2)[..., 0] / 2 - mean),
+        "tension_to": (tangents[1], (tangents[1] * half).sum(axis=-1)),
+    }
+    own = np.where(kinds == "unstretched_length", length[..., 0], np.nan)
+    across = np.zeros_like(middle)
+    for kind, (gradient, direct) in gradients.items():
+        chosen = kinds == kind
+        own = np.where(chosen, (gradient * by_length).sum(axis=-1) + direct, own)
+        across = np.where(chosen[..., None], (stiffness @ gradient[..., None])[..., 0], across)
+    if (kinds == "sag").any():
+        sag = _sag_rates(span)
+        own = np.where(kinds == "sag", sag[..., 0], own)
+        across = np.where((kinds == "sag")[..., None], sag[..., 1:], across)
+    return Rates(end_forces, stiffness, own, across)
+
+
+def _sag_rates(span):
+    """Derivatives of the sag by dL/L and by the place of end 2, by central differences, shape (..., 4)."""
+    vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
+
+    def sag(factor, shift):
+        span_of = replace(span).__class__.between(
+            np.zeros(3), vector + shift, span.axial_stiffness, span.mass, span.gravity
+        )
+        longer = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)
+        length = span.unstretched_length
+        strain = span.chord_strain + longer / (span_of.chord + span.chord) / length
+        return catenary.solve(span_of.with_chord_strain((strain - factor) / (1 + factor))).sag
+
+    # a change of strain about as large as what the cable's slack or stretch can tell
+    step = DIFFERENCE * np.maximum(np.abs(span.chord_strain), 1e-8)
+    none = np.zeros(3)
+    columns = [(sag(step, none) - sag(-step, none)) / (2 * step)]
+    for axis in range(3):
+        shift = np.eye(3)[axis] * (step * span.unstretched_length)[..., None]
+        columns.append((sag(0.0, shift) - sag(0.0, -shift)) / (2 * step * span.unstretched_length))
+    return np.stack(columns, axis=-1)
+
+
+def with_relative_length(strain, change):
+    """Chord strain of cables whose unstretched lengths change by dL/L, the ends at rest."""
+    return (strain - change) / (1 + change)
+
+
+def first_strains(span, given, value):
+    """Chord strains with which cables between given ends have what they state, or about so.
+
+    Parameters
+    ----------
+    span : Span
+        Of shape (n,).
+    given : ndarray of object, shape (n,)
+    value : ndarray, shape (n,)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Of "tension_to" as if it were the mean tension; 0 where nothing is stated or no length was found. [-]
+    """
+    strain = np.zeros(len(value))
+    finders = {
+        "preload": initial_length.strains_for_tension, "tension_to": initial_length.strains_for_tension,
+        "sag": initial_length.strains_for_sag,
+    }  # fmt: skip
+    for kind, find in finders.items():
+        chosen = np.flatnonzero(given == kind)
+        if len(chosen):
+            strain[chosen] = find(span.take(chosen), value[chosen])
+    own = given == "unstretched_length"
+    strain[own] = (span.chord[own] - value[own]) / value[own]
+    return np.where(np.isfinite(strain), strain, 0.0)
+
+
+def fit(span, given, value, strain):
+    """Chord strains with which cables between given ends have what they state, by Newton's method.
+
+    Parameters
+    ----------
+    span : Span
+        Of shape (..., c).
+    given : sequence of (str or None), one per cable
+    value, strain : ndarray, shape (..., c)
+        Of what is stated, and where the iteration begins.
+
+    Returns
+    -------
+    strain : ndarray, shape (..., c)
+        That of the beginning where nothing is stated.
+    error : ndarray, shape (..., c)
+        Relative, of what is stated; zero where nothing is.
+
+    Notes
+    -----
+    The tension is a convex function of the length of a cable that is not very slack. From the strain of a weightless
+    cable with this tension, which is too large, Newton steps fall on the solution and never pass it.
+    """
+    kinds = np.asarray(given, dtype=object)
+    stated = np.array([kind is not None for kind in given])
+    force = np.isin(kinds, ["preload", "tension_to"])
+    most = np.where(force, value / span.axial_stiffness, np.inf)
+    strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
+    for _ in range(MAX_STEPS):
+        cables = catenary.solve(span.with_chord_strain(strain))
+        error = np.where(stated, values(cables, given) / value - 1, 0.0)
+        error = np.where(np.isfinite(error), error, 1.0)
+        worst = np.abs(error)
+        if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2))):
+            break
+        slope = rates(cables, given).by_length / value
+        change = np.where(stated & (slope != 0) & np.isfinite(slope), -error / np.where(slope != 0, slope, 1.0), 0.0)
+        change = np.clip(np.nan_to_num(change), -LARGEST, LARGEST)
+        strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
+        last = worst
+    return strain, error

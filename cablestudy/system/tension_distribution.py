@@ -1,0 +1,142 @@
+"""Tensions that balance given loads, within bounds and chosen by a method: a convex least-squares problem.
+
+    minimise |S (t - reference)|^2    with  A t + E y = b,   low <= t <= high,
+
+t being the tensions, y unknowns without bounds (free degrees of freedom) and A, E the changes of the net forces with
+them. S depends on the method: `balanced` takes the deviations from the mean, `least` and `closest` the tensions
+themselves. Where the tensions can all rise together, `balanced` takes the smallest of them.
+
+The equations are eliminated by a singular value decomposition; the bounds make a least-distance problem, solved exactly
+by non-negative least squares. Source: Lawson and Hanson (1974), Solving Least Squares Problems, chapter 23.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+METHODS = ("balanced", "least", "closest")
+RANK = 1e-10  # singular values below it, over the largest one, count as zero
+BALANCE = 1e-8  # force left over, over the loads, from which no tensions hold the loads
+LEVEL = 1e-4  # weight of the tensions themselves beside their deviations from the mean: the smaller of equals
+OUTSIDE = 1e-9  # share of the largest tension by which one may lie outside the bounds: rounding
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Tensions found.
+
+    Attributes
+    ----------
+    tension : ndarray, shape (m,)
+        Where no tensions are within the bounds, those that are outside by the least sum. [N]
+    unbounded : ndarray, shape (f,)
+        The unknowns y.
+    left : ndarray, shape (e,)
+        Net forces that no tensions balance: zero where the loads can be held.
+    held, within : bool
+        Whether the loads can be held, and within the bounds.
+    """
+
+    tension: np.ndarray
+    unbounded: np.ndarray
+    left: np.ndarray
+    held: bool
+    within: bool
+
+
+def distribute(by_tension, by_unbounded, right, method, reference, low, high):
+    """Tensions within bounds that balance loads.
+
+    Parameters
+    ----------
+    by_tension, by_unbounded : ndarray, shape (e, m), (e, f)
+        A and E, rows in comparable units.
+    right : ndarray, shape (e,)
+        b. [N]
+    method : {"balanced", "least", "closest"}
+    reference : ndarray, shape (m,)
+        Of the method `closest`. [N]
+    low, high : ndarray, shape (m,)
+        Bounds; infinite where there is none. [N]
+
+    Returns
+    -------
+    Distribution
+    """
+    count = by_tension.shape[1]
+    matrix = np.hstack([by_tension, by_unbounded])
+    norms = np.sqrt((matrix**2).sum(axis=0))
+    columns = np.where(norms > 0, norms, 1.0)
+    columns[:count] = columns[:count].max(initial=0.0) or 1.0  # the tensions stay comparable
+    left_vectors, values, right_vectors = np.linalg.svd(matrix / columns)
+    rank = int((values > RANK * values.max(initial=0.0)).sum())
+    particular = right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ right) / values[:rank]) / columns
+    space = right_vectors[rank:].T / columns[:, None]
+    left = right - matrix @ particular
+    size = np.abs(right).max(initial=0.0)
+    held = bool(np.abs(left).max(initial=0.0) <= BALANCE * max(size, np.finfo(float).tiny))
+    unit = max(np.abs(particular[:count]).max(initial=0.0), np.abs(reference).max(initial=0.0), 1e-300)
+    free = _least_distance(particular, space, count, method, reference, low, high, unit)
+    within = free is not None
+    if not within:
+        free = _nearest(particular, space, count, low, high, unit)
+    solution = particular + space @ free
+    return Distribution(solution[:count], solution[count:], left, held, within)
+
+
+def _objective(method, count):
+    """S of a method, shape (m or 2 m, m)."""
+    if method != "balanced":
+        return np.eye(count)
+    return np.vstack([np.eye(count) - 1.0 / count, LEVEL * np.eye(count)])
+
+
+def _least_distance(particular, space, count, method, reference, low, high, unit):
+    """Coordinates z of the solution in the null space of the equations, or None where the bounds leave none."""
+    from scipy.optimize import nnls
+
+    objective = _objective(method, count)
+    target = reference if method == "closest" else np.zeros(count)
+    # S (t_0 + Z z - target) = S Z z - f, with z = V (w + f')/s; motions that change no tension are left out
+    left_vectors, values, right_vectors = np.linalg.svd(objective @ space[:count], full_matrices=False)
+    kept = values > RANK * values.max(initial=0.0)
+    basis = right_vectors[kept].T / values[kept]
+    start = basis @ (left_vectors[:, kept].T @ (objective @ (target - particular[:count])))
+    tension, slopes = particular[:count] + space[:count] @ start, space[:count] @ basis
+    lower, upper = np.isfinite(low), np.isfinite(high)
+    rows = np.vstack([slopes[lower], -slopes[upper]])
+    bounds = np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit
+    if not np.any(bounds > OUTSIDE):
+        return start
+    if not kept.any():
+        return None
+    multipliers, _ = nnls(np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0), maxiter=100 * count)
+    gap = np.vstack([rows.T, bounds]) @ multipliers - np.append(np.zeros(rows.shape[1]), 1.0)
+    if -gap[-1] <= OUTSIDE**2:
+        return None
+    # the bounds that hold with a multiplier, met exactly
+    active = multipliers > OUTSIDE * multipliers.max()
+    step = np.linalg.lstsq(rows[active], bounds[active], rcond=None)[0]
+    if np.any(rows @ step < bounds - 1e3 * OUTSIDE):
+        step = -gap[:-1] / gap[-1]
+        if np.any(rows @ step < bounds - 1e3 * OUTSIDE):
+            return None
+    return start + basis @ (step * unit)
+
+
+def _nearest(particular, space, count, low, high, unit):
+    """Coordinates z for which the sum of the tensions outside the bounds is least, by a linear program."""
+    from scipy.optimize import linprog
+
+    size = space.shape[1]
+    if size == 0:
+        return np.zeros(0)
+    slopes = space[:count]
+    lower, upper = np.isfinite(low), np.isfinite(high)
+    eye = np.eye(count)
+    rows = np.vstack([np.hstack([-slopes, -eye])[lower], np.hstack([slopes, -eye])[upper]])
+    bounds = np.concatenate([(particular[:count] - low)[lower], (high - particular[:count])[upper]])
+    cost = np.append(np.zeros(size), np.ones(count))
+    limits = [(None, None)] * size + [(0, None)] * count
+    found = linprog(cost, A_ub=rows, b_ub=bounds / unit, bounds=limits, method="highs")
+    return found.x[:size] * unit if found.success else np.zeros(size)
