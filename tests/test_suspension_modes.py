@@ -20,7 +20,7 @@ def trifilar(lines=3, radius=0.5, height=2.0, mass=50.0, depth=0.1, inertia=(4.0
     """A body on vertical cables without mass, on a circle; its center of mass lies `depth` below the attachments."""
     angle = 2 * np.pi * np.arange(lines) / lines
     ring = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=-1)
-    cables = [(tuple(r + [0, 0, height]), ("plate", tuple(r)), stiffness, cable.get("mass", 0.0)) for r in ring]
+    cables = [(tuple(np.add(r, [0, 0, height])), ("plate", tuple(r)), stiffness, cable.get("mass", 0.0)) for r in ring]
     model = suspension({"plate": {"mass": mass, "center": (0, 0, -depth), "inertia": np.diag(inertia)}}, cables)
     weight = mass * G / lines + cable.get("mass", 0.0) * G * height / 2
     return hung(model, np.full(lines, height / (1 + weight / stiffness)))
