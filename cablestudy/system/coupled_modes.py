@@ -20,6 +20,7 @@ PER_WAVE, PER_DIGIT, MORE_ORDERS = 1.7, 0.9, 1.0  # orders of a cable's mesh, as
 STEP, GROWTH = 2, 1.3  # orders from one level to the next; growth where two levels do not agree
 ALLOWED = 0.25  # share of the accuracy that what is left out of the coordinates may take
 MARGIN = 2.0  # modes are kept up to this multiple of the highest frequency
+NEAR = 1.5  # multiple of the highest frequency up to which the first mode of a cable may be among those asked for
 WIDER = 1.5  # growth of that multiple where it does not suffice
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
@@ -253,23 +254,26 @@ class Search:
         """Angular frequency up to which each cable keeps its modes: zero where all lie far above."""
         first = np.pi / np.maximum(self.cables.travel_time, 1e-300)
         share = self.cables.mass.sum() / (self.cables.mass.sum() + np.sum(self.equilibrium.suspension.mass))
-        far = share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy
+        far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
         return np.where(far | ~self.cables.heavy, 0.0, MARGIN * highest)
 
     def _resolved(self, models, highest, limits):
         """The modes with so many coordinates that what these leave out is within the accuracy."""
         limits = self._limits(highest) if limits is None else limits
+        first = np.array([element.omega.min(initial=np.inf) for element in models.elements])
         allowed = 2 * ALLOWED * self.accuracy  # of squared frequencies
         for _ in range(TRIALS):
             solution = self._modes(models, limits)
-            least = np.where(limits > 0, MARGIN * solution.omega.max(initial=0.0), 0.0)
-            total = np.abs(solution.omitted).sum(axis=0).max(initial=0.0)
-            if total <= allowed and (limits >= least / MARGIN).all():
+            few = len(solution.omega) < self.count
+            highest = WIDER * highest if few else solution.omega[-1]
+            near = first < NEAR * highest
+            omitted = np.abs(solution.omitted)
+            if not few and omitted.sum(axis=0).max() <= allowed and (limits[near] >= highest).all():
                 return solution
-            largest = np.abs(solution.omitted).max(axis=1, initial=0.0)
+            largest = omitted.max(axis=1, initial=0.0)
             much = largest > allowed / (2 * max(1, np.count_nonzero(largest)))
-            more = np.where(limits > 0, np.maximum(WIDER * limits, least), MARGIN * solution.omega.max(initial=0.0))
-            limits = np.where(much, more, np.maximum(limits, least))
+            limits = np.where(much, WIDER * limits, limits)
+            limits = np.where(much | near | (limits > 0), np.maximum(limits, MARGIN * highest), limits)
         raise ConvergenceError(
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables"
         )
