@@ -311,3 +311,18 @@ def test_what_each_cable_was_given_is_recorded():
     more = coupled_modes(state, 30)
     assert all(record.modes > 0 for record in more.cables)
     assert all(record.limit > more.frequency[-1] for record in more.cables)
+
+
+def test_the_nodes_of_a_mode_meet_the_body():
+    """The last node of each cable is where it is attached, and moves with the body."""
+    found = coupled_modes(platform(), 4)
+    state = found.layout.equilibrium
+    model = state.suspension
+    places = model.ends(state.position, state.rotation)
+    x = found.layout.bodies(found.shapes)[:, 1]
+    for cable, (place, moved) in enumerate(found.nodes(1)):
+        assert place[0] == pytest.approx(np.zeros(3), abs=1e-12)
+        assert places[cable, 0] + place[-1] == pytest.approx(places[cable, 1], abs=1e-10)
+        arm = places[cable, 1] - state.position[0]
+        assert moved[-1] == pytest.approx(x[:3] + np.cross(x[3:], arm), abs=1e-12)
+        assert moved[0] == pytest.approx(np.zeros(3), abs=1e-14)

@@ -74,82 +74,6 @@ class CableRecord:
 
 
 @dataclass(frozen=True)
-class CoupledModes:
-    """The lowest modes of a suspension.
-
-    Attributes
-    ----------
-    frequency : ndarray, shape (k,)
-        Undamped. [Hz]
-    error : ndarray, shape (k,)
-        Estimated relative error of each; not a number for an exact choice of elements. [-]
-    damping_ratio : ndarray, shape (k,)
-        [-]
-    body_energy : ndarray, shape (b, 6, k)
-        Shares of the kinetic energy: x y z of the center of mass, rotation about the body's own axes. [-]
-    cable_energy : ndarray, shape (c, 3, k)
-        In the plane of the cable, out of it, along the cable. [-]
-    coincident : tuple of (int, int)
-        First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
-        may be combined at will.
-    cables : tuple of CableRecord
-    system : LinearSystem
-    shapes : ndarray, shape (n, k)
-        In the coordinates of the system, mass-normalised.
-    body_names : tuple of str
-    junctions : int
-    """
-
-    frequency: np.ndarray
-    error: np.ndarray
-    damping_ratio: np.ndarray
-    body_energy: np.ndarray
-    cable_energy: np.ndarray
-    coincident: tuple
-    cables: tuple
-    system: LinearSystem
-    shapes: np.ndarray
-    body_names: tuple
-    junctions: int
-
-    def __len__(self):
-        return len(self.frequency)
-
-    @property
-    def body_share(self):
-        """Share of the kinetic energy in bodies and junctions, shape (k,). [-]"""
-        return self.body_energy.sum(axis=(0, 1))
-
-    @cached_property
-    def moves(self):
-        """What has the largest share of the kinetic energy in each mode, such as "gondola x" or "n1 in-plane".
-
-        A body, the junctions together or the cables together; of these one by its name where it has more than half.
-        """
-        return tuple(self._moving(mode) for mode in range(len(self)))
-
-    def _moving(self, mode):
-        energy, count = self.body_energy[..., mode], len(self.body_names) - self.junctions
-        groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]
-        largest = int(np.argmax(np.round(groups, 9)))
-        if largest < count:
-            return _largest(self.body_names[largest : largest + 1], AXES, energy[largest : largest + 1], None)
-        if largest == count:
-            return _largest(self.body_names[count:], AXES, energy[count:], "points")
-        names = [record.name for record in self.cables]
-        return _largest(names, KINDS, self.cable_energy[..., mode], "cables")
-
-
-def _largest(names, kinds, energy, all_of_them):
-    """Name and kind of the largest part, or a word for all where no name has more than half of the energy."""
-    each = energy.sum(axis=1)
-    place = int(np.argmax(each))
-    if each[place] <= 0.5 * each.sum():
-        return all_of_them
-    return f"{names[place]} {kinds[int(np.argmax(np.round(energy[place], 9)))]}"
-
-
-@dataclass(frozen=True)
 class Solution:
     """Modes of one choice of models and coordinates.
 
@@ -174,6 +98,108 @@ class Solution:
     omega: np.ndarray
     shapes: np.ndarray
     omitted: np.ndarray
+
+    def amplitudes(self, shapes):
+        """Of all modes of each cable, about its static shapes: list of ndarray, shape (n, r)."""
+        begin, found = 0, []
+        for one in self.kept:
+            n = len(one.element.omega)
+            found.append(one.shapes @ shapes[begin : begin + n])
+            begin += n
+        return found
+
+
+@dataclass(frozen=True)
+class CoupledModes:
+    """The lowest modes of a suspension.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (k,)
+        Undamped. [Hz]
+    error : ndarray, shape (k,)
+        Estimated relative error of each; not a number for an exact choice of elements. [-]
+    damping_ratio : ndarray, shape (k,)
+        [-]
+    body_energy : ndarray, shape (b, 6, k)
+        Shares of the kinetic energy: x y z of the center of mass, rotation about the body's own axes. [-]
+    cable_energy : ndarray, shape (c, 3, k)
+        In the plane of the cable, out of it, along the cable. [-]
+    coincident : tuple of (int, int)
+        First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
+        may be combined at will.
+    cables : tuple of CableRecord
+    layout : Layout
+    solution : Solution
+        Models and coordinates of the cables, and the system: what a state space is made of.
+    shapes : ndarray, shape (n, k)
+        In the coordinates of the system, mass-normalised.
+    """
+
+    frequency: np.ndarray
+    error: np.ndarray
+    damping_ratio: np.ndarray
+    body_energy: np.ndarray
+    cable_energy: np.ndarray
+    coincident: tuple
+    cables: tuple
+    layout: Layout
+    solution: Solution
+    shapes: np.ndarray
+
+    def __len__(self):
+        return len(self.frequency)
+
+    @property
+    def system(self):
+        """The `LinearSystem`."""
+        return self.solution.system
+
+    def nodes(self, mode):
+        """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.
+
+        Returns
+        -------
+        list of (ndarray, ndarray)
+            Both of shape (nodes, 3). [m], [1/sqrt(kg)]
+        """
+        shape = self.shapes[:, [mode]]
+        found = self.solution.models.nodes(self.solution.amplitudes(shape), self.layout.ends(self.layout.bodies(shape)))
+        return [(place, moved[..., 0]) for place, moved in found]
+
+    @property
+    def body_share(self):
+        """Share of the kinetic energy in bodies and junctions, shape (k,). [-]"""
+        return self.body_energy.sum(axis=(0, 1))
+
+    @cached_property
+    def moves(self):
+        """What has the largest share of the kinetic energy in each mode, such as "gondola x" or "n1 in-plane".
+
+        A body, the junctions together or the cables together; of these one by its name where it has more than half.
+        """
+        return tuple(self._moving(mode) for mode in range(len(self)))
+
+    def _moving(self, mode):
+        suspension, energy = self.layout.equilibrium.suspension, self.body_energy[..., mode]
+        body_names, count = suspension.body_names, suspension.bodies
+        groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]
+        largest = int(np.argmax(np.round(groups, 9)))
+        if largest < count:
+            return _largest(body_names[largest : largest + 1], AXES, energy[largest : largest + 1], None)
+        if largest == count:
+            return _largest(body_names[count:], AXES, energy[count:], "points")
+        names = [record.name for record in self.cables]
+        return _largest(names, KINDS, self.cable_energy[..., mode], "cables")
+
+
+def _largest(names, kinds, energy, all_of_them):
+    """Name and kind of the largest part, or a word for all where no name has more than half of the energy."""
+    each = energy.sum(axis=1)
+    place = int(np.argmax(each))
+    if each[place] <= 0.5 * each.sum():
+        return all_of_them
+    return f"{names[place]} {kinds[int(np.argmax(np.round(energy[place], 9)))]}"
 
 
 class Search:
@@ -286,7 +312,7 @@ class Search:
         except NoSolutionError:
             reason = self.equilibrium.stability.reason() or "its stiffness is next to nothing"
             raise NoSolutionError(f"no modes about this equilibrium: {reason}") from None
-        ends = self.layout.ends(shapes[len(shapes) - len(self.layout.free) :])
+        ends = self.layout.ends(self.layout.bodies(shapes))
         return Solution(models, kept, limits, system, omega, shapes, models.omitted(kept, omega**2, ends))
 
     def _error(self, before, solution):
@@ -295,7 +321,7 @@ class Search:
         return np.maximum(difference + np.abs(solution.omitted).sum(axis=0) / 2, NOISE)
 
     def _finished(self, solution, error):
-        modes, suspension = len(solution.omega), self.equilibrium.suspension
+        modes = len(solution.omega)
         exact = error is None
         error = np.full(modes, np.nan) if exact else error
         coincident = tuple(runs(solution.omega, np.full(modes, NOISE) if exact else error))
@@ -306,14 +332,9 @@ class Search:
             # modes that coincide: separated by which coordinates move
             mixed = some.T @ (moving[:, None] * (solution.system.mass @ some))
             shapes[:, first - 1 : last] = some @ np.linalg.eigh(mixed + mixed.T)[1]
-        displaced = shapes[len(shapes) - len(self.layout.free) :]
-        amplitudes, begin = [], 0
-        for one in solution.kept:
-            n = len(one.element.omega)
-            amplitudes.append(one.shapes @ shapes[begin : begin + n])
-            begin += n
+        displaced = self.layout.bodies(shapes)
         bodies = self.layout.kinetic(displaced)
-        cables = solution.models.kinetic(amplitudes, self.layout.ends(displaced))
+        cables = solution.models.kinetic(solution.amplitudes(shapes), self.layout.ends(displaced))
         whole = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
         return CoupledModes(
             frequency=solution.omega / (2 * np.pi),
@@ -323,10 +344,9 @@ class Search:
             cable_energy=cables / whole,
             coincident=coincident,
             cables=tuple(self._record(solution, place) for place in range(self.cables.count)),
-            system=solution.system,
+            layout=self.layout,
+            solution=solution,
             shapes=shapes,
-            body_names=suspension.body_names,
-            junctions=suspension.junctions,
         )
 
     def _record(self, solution, place):
