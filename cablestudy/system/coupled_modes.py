@@ -17,6 +17,7 @@ from cablestudy.system.linear import LinearSystem
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
 PER_WAVE, PER_DIGIT, MORE_ORDERS = 1.7, 0.9, 1.0  # orders of a cable's mesh, as in the refinement of one cable
+STEPS = np.array([8, 12, 16, 24, 32, 40])  # sums of orders to begin with: few, so that many cables share a mesh
 STEP, GROWTH = 2, 1.3  # orders from one level to the next; growth where two levels do not agree
 ALLOWED = 0.25  # share of the accuracy that what is left out of the coordinates may take
 MARGIN = 2.0  # modes are kept up to this multiple of the highest frequency
@@ -274,7 +275,8 @@ class Search:
         """Sum of orders along each cable from which waves up to a frequency are resolved to the accuracy."""
         waves = highest * self.cables.travel_time / np.pi
         orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy) + MORE_ORDERS
-        return 2 * np.ceil(orders / 2)
+        steps = STEPS[np.minimum(np.searchsorted(STEPS, orders), len(STEPS) - 1)]
+        return np.where(orders <= STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
     def _limits(self, highest):
         """Angular frequency up to which each cable keeps its modes: zero where all lie far above."""
