@@ -6,11 +6,12 @@ import numpy as np
 
 from cablestudy.cable import catenary
 from cablestudy.cable.span import Span
-from cablestudy.system import statics
+from cablestudy.system import descent, statics
 from cablestudy.system.rigid import from_angles
 from cablestudy.system.suspension import GROUND, Equilibrium, Suspension
 
 G = 9.81
+STANDS = descent.Record(*(np.array(value) for value in (0, 0.0, 0.0, descent.CONVERGED)))
 
 
 def suspension(bodies, cables, gravity=G):
@@ -68,7 +69,7 @@ def with_lengths(model, lengths):
     span = Span.between(
         ends[:, 0], ends[:, 1], model.axial_stiffness, model.cable_mass, float(model.gravity), np.asarray(lengths)
     )
-    return Equilibrium(model, model.position, model.rotation, catenary.solve(span), None)
+    return Equilibrium(model, model.position, model.rotation, catenary.solve(span), STANDS)
 
 
 def hung(model, lengths):

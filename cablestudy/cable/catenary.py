@@ -16,6 +16,7 @@ from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, ne
 from cablestudy.cable.segment import TINY, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
 
+GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
 LAST = 1e-8  # relative size of the last step up to which a tension counts as found: the error is about its square
 
 
@@ -262,6 +263,30 @@ class Catenary:
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
         sag = self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
         return np.where(self.slack, np.nan, sag)
+
+
+def travel_shares(catenary, edges):
+    """Travel time of a transverse wave along each piece of one cable, over the longest of these times.
+
+    Parameters
+    ----------
+    catenary : Catenary
+        Of one cable.
+    edges : sequence of float
+        Of the pieces, shares of the unstretched length.
+
+    Returns
+    -------
+    list of float
+        By the speed sqrt(T/m), with Gauss's rule on each piece. [-]
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    low, high = np.array(edges[:-1]), np.array(edges[1:])
+    places = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
+    force = catenary.at(places.ravel())[1]
+    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY).reshape(places.shape)
+    time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
+    return (time / time.max()).tolist()
 
 
 def solve(span):

@@ -324,13 +324,7 @@ def _first_order(model, free, driven, inputs, gondola=None):
     given = [-(free.T @ matrix @ driven) / mass[:, None] for matrix in (model.stiffness, damping, model.mass)]
     body = np.eye(moving)[:, moving - (gondola is not None) :]
     acceleration = np.concatenate([body, free.T @ model.forces], axis=1) / mass[:, None]
-    # with moving = z + b2 u and moving' = v + b1 u + b2 u' no derivative of u is left in z' and v'
-    b2 = given[2]
-    b1 = given[1] - c @ b2
-    b0 = given[0] - k @ b2 - c @ b1
     scale = np.concatenate([model.omega, np.ones(moving - n)])
-    a = np.block([[np.zeros((moving, moving)), np.diag(scale)], [-k / scale, -c]])
-    b = np.block([[scale[:, None] * b1, np.zeros_like(acceleration)], [b0, acceleration]])
     # outputs: position and velocity of the gondola, then the forces at the ends
     r0, r1, r2 = (matrix[n:] @ free for matrix in (model.stiffness, damping, model.mass))
     s0, s1, s2 = (matrix[n:] @ driven for matrix in (model.stiffness, damping, model.mass))
@@ -340,13 +334,49 @@ def _first_order(model, free, driven, inputs, gondola=None):
         r0, r1, r2 = (np.concatenate([above, rows]) for rows in (r0, r1, r2))
         s0, s1, s2, held = (np.concatenate([np.zeros((2, rows.shape[1])), rows]) for rows in (s0, s1, s2, held))
         r0[0, -1] = r1[1, -1] = 1.0
-    output = np.concatenate([r0 / scale, r1], axis=1) + r2 @ a[moving:]
-    d = np.concatenate([r0 @ b2 + r1 @ b1 + r2 @ b0 + s0, r2 @ acceleration + held], axis=1)
-    first, second = r1 @ b2 + r2 @ b1 + s1, r2 @ b2 + s2
-    derivatives = tuple(np.concatenate([rows, np.zeros_like(held)], axis=1) for rows in (first, second))
+    found = first_order((k, c), given, acceleration, scale, (r0, r1, r2), (s0, s1, s2), held)
+    a, b, output, d, derivatives = found
     return StateSpace(
         a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola)
     )
+
+
+def first_order(matrices, given, acceleration, scale, moved, imposed, held):
+    """A, B, C, D and D1, D2 of z'' = -k z - c z' + g0 v + g1 v' + g2 v'' + acceleration f.
+
+    Parameters
+    ----------
+    matrices : tuple of 2 ndarray, shape (n, n)
+        k and c.
+    given : tuple of 3 ndarray, shape (n, i)
+        g0, g1 and g2.
+    acceleration : ndarray, shape (n, j)
+        By forces f.
+    scale : ndarray, shape (n,)
+        States are scale times z, and z', each less a multiple of v.
+    moved, imposed : tuple of 3 ndarray, shapes (o, n) and (o, i)
+        Outputs by z, z', z'' and by v, v', v''.
+    held : ndarray, shape (o, j)
+        Outputs by forces.
+
+    Returns
+    -------
+    a, b, c, d : ndarray
+    derivatives : tuple of 2 ndarray
+        Inputs are v, then f.
+    """
+    k, c = matrices
+    n, (r0, r1, r2), (s0, s1, s2) = len(k), moved, imposed
+    # with z = y + b2 v and z' = y' + b1 v + b2 v' no derivative of v is left in the equations
+    b2 = given[2]
+    b1 = given[1] - c @ b2
+    b0 = given[0] - k @ b2 - c @ b1
+    a = np.block([[np.zeros((n, n)), np.diag(scale)], [-k / scale, -c]])
+    b = np.block([[scale[:, None] * b1, np.zeros_like(acceleration)], [b0, acceleration]])
+    output = np.concatenate([r0 / scale, r1], axis=1) + r2 @ a[n:]
+    d = np.concatenate([r0 @ b2 + r1 @ b1 + r2 @ b0 + s0, r2 @ acceleration + held], axis=1)
+    first, second = r1 @ b2 + r2 @ b1 + s1, r2 @ b2 + s2
+    return a, b, output, d, tuple(np.concatenate([rows, np.zeros_like(held)], axis=1) for rows in (first, second))
 
 
 def _labels(model, inputs, gondola):

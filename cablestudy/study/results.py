@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.catenary import solve
+from cablestudy.cable.catenary import solve, travel_shares
 from cablestudy.cable.element import pieces
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
@@ -13,7 +13,6 @@ from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
 from cablestudy.study.spans import spans_of
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
-GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
@@ -207,17 +206,8 @@ class Results:
         return pieces(fraction[case], self.catenary.singularities[case])
 
     def travel_shares(self, case, edges):
-        """Travel time of a transverse wave along each piece of one cable, over the longest of these times. [-]
-
-        By the speed sqrt(T/m), with Gauss's rule on each piece.
-        """
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-        low, high = np.array(edges[:-1]), np.array(edges[1:])
-        places = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
-        force = self.catenary.take(case).at(places.ravel())[1]
-        tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), TINY).reshape(places.shape)
-        time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
-        return (time / time.max()).tolist()
+        """See `catenary.travel_shares`."""
+        return travel_shares(self.catenary.take(case), edges)
 
 
 def along(span, stiffness, axis):

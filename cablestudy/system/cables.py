@@ -17,15 +17,15 @@ from math import ceil
 import numpy as np
 
 from cablestudy.cable import equilibrium
+from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.element import basis, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.superelement import Damping, Ends, Strain, Superelement
 
 MAX_MODES = 600  # of one cable
 HIGHEST_ORDER = 44
-GAUSS_POINTS = 8
 FOLDED = 1e-12  # smallest tension over the largest, below which a cable hangs folded and has no motion
 STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends
 DEPENDENT = 1e-12  # size of a residual vector over the largest, below which rounding determines it
@@ -116,23 +116,19 @@ class Cables:
 
         By the speed sqrt(T/m) with Gauss's rule.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-        span = self.catenary.span
-        force = self.catenary.at((1 + nodes) / 2)[1]
+        gauss, span = basis(GAUSS_POINTS), self.catenary.span
+        force = self.catenary.at(gauss.points)[1]
         tension = np.sqrt((force**2).sum(axis=-1))
         slow = np.where(tension > 0, 1 / np.where(tension > 0, tension, 1.0), 0.0) + 1 / span.axial_stiffness[:, None]
-        return span.unstretched_length * (np.sqrt(slow * span.mass[:, None]) @ weights) / 2
+        return span.unstretched_length * (np.sqrt(slow * span.mass[:, None]) @ gauss.weights)
 
     @cached_property
     def edges(self):
         """Edges of the pieces along which each cable bends little, shares of its length; see `element.pieces`."""
         singularities = self.catenary.singularities
         bent = (np.abs(0.5 - singularities) < 1)[:, 0]
-        whole = np.array([0.0, 1.0])
-        return [
-            pieces(np.ones(1), singularities[i]) if bent[i] and self.heavy[i] else tuple(whole)
-            for i in range(self.count)
-        ]
+        divided = bent & self.heavy
+        return [pieces(np.ones(1), singularities[i]) if divided[i] else (0.0, 1.0) for i in range(self.count)]
 
     @cached_property
     def end_stiffness(self):
@@ -187,19 +183,10 @@ class Cables:
             edges = self.edges[place]
             counts = (elements,)
             if len(edges) > 2:
-                counts = tuple(ceil(elements * share - 1e-9) or 1 for share in self._travel_shares(place))
+                shares = travel_shares(self.catenary.take(place), edges)
+                counts = tuple(ceil(elements * share - 1e-9) or 1 for share in shares)
             found[place] = mesh_pieces(edges, counts, order)
         return found
-
-    def _travel_shares(self, place):
-        """Travel time along each piece of one cable, over the longest of these times. [-]"""
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-        edges = np.array(self.edges[place])
-        middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
-        force = self.catenary.take(place).at((middle[:, None] + half[:, None] * nodes).ravel())[1]
-        tension = np.sqrt((force**2).sum(axis=-1)).reshape(-1, GAUSS_POINTS)
-        time = half * ((1 / np.sqrt(tension)) @ weights)
-        return (time / time.max()).tolist()
 
 
 class Models:
@@ -306,6 +293,34 @@ class Models:
                 moved = one.element.coupling @ ends[cable]
                 error[cable] -= _added_mass(one.element.omega[:, None], moved, square, own).sum(axis=0)
         return error
+
+    def nodes(self, amplitudes, ends):
+        """Places and displacements of the nodes of each cable, from end 1 to end 2.
+
+        Parameters
+        ----------
+        amplitudes, ends
+            As for `kinetic`.
+
+        Returns
+        -------
+        list of (ndarray, ndarray)
+            Places from end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r), global axes; the two ends of a
+            cable without mass. [m]
+        """
+        span = self.cables.catenary.span
+        chords = (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
+        found = [(chord, moved.reshape(2, 3, -1)) for chord, moved in zip(chords, ends, strict=True)]
+        for group in self.groups:
+            state, frame = group.state, group.state.span.frame
+            moved = group.ends.motion(np.stack([amplitudes[i] for i in group.places.tolist()]), ends[group.places])
+            straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])
+            stretch = 1 + state.span.chord_strain
+            places = stretch[:, None, None] * straight + state.displacement
+            places = places * state.span.unstretched_length[:, None, None] @ frame
+            for place, cable in enumerate(group.places.tolist()):
+                found[cable] = places[place], np.einsum("nir,ij->njr", moved[place], frame[place])
+        return found
 
     def kinetic(self, amplitudes, ends):
         """Mass that moves in the plane of each cable, out of it, and along the cable.

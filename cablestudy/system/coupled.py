@@ -108,6 +108,10 @@ class Layout:
         stiffness = self.of_bodies(self.geometric_stiffness)
         return assemble(elements, self.moved, self.of_bodies(self.mass), imposed, stiffness)
 
+    def bodies(self, shapes):
+        """The free displacements in the coordinates of the system, shape (d, r)."""
+        return shapes[len(shapes) - len(self.free) :]
+
     def ends(self, displacements):
         """Displacements of the six ends of each cable, shape (c, 6, r), for free ones of shape (d, r)."""
         return (self.moved @ displacements).reshape(-1, 6, displacements.shape[-1])

@@ -17,14 +17,17 @@ from cablestudy.system.linear import LinearSystem
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
 PER_WAVE, PER_DIGIT, MORE_ORDERS = 1.7, 0.9, 1.0  # orders of a cable's mesh, as in the refinement of one cable
+STEPS = np.array([8, 12, 16, 24, 32, 40])  # sums of orders to begin with: few, so that many cables share a mesh
 STEP, GROWTH = 2, 1.3  # orders from one level to the next; growth where two levels do not agree
 ALLOWED = 0.25  # share of the accuracy that what is left out of the coordinates may take
 MARGIN = 2.0  # modes are kept up to this multiple of the highest frequency
+NEAR = 1.5  # multiple of the highest frequency up to which the first mode of a cable may be among those asked for
 WIDER = 1.5  # growth of that multiple where it does not suffice
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
 NOISE = 1e-12  # error of a frequency by rounding
-SEPARATE = 100  # undamped modes up to which damped ones are sought among all
+DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
+COUPLED = 40  # modes above those asked for that damping may couple to them
 
 
 @dataclass(frozen=True)
@@ -61,89 +64,14 @@ class CableRecord:
         if not self.elements:
             return "without mass: stiffness only"
         if not self.modes + self.residuals:
-            return f"no modes: its first one, at {self.first_mode:.4g} Hz, changes no frequency by more than {self.error:.1e}"
+            first = f"its first one, at {self.first_mode:.4g} Hz,"
+            return f"no modes: {first} changes no frequency by more than {self.error:.1e}"
         if not np.isfinite(self.limit):
             return f"all {self.modes} modes of {self.elements} elements of order {self.order}"
         return (
             f"{self.modes} modes below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
             f"what is left out changes no frequency by more than {self.error:.1e}"
         )
-
-
-@dataclass(frozen=True)
-class CoupledModes:
-    """The lowest modes of a suspension.
-
-    Attributes
-    ----------
-    frequency : ndarray, shape (k,)
-        Undamped. [Hz]
-    error : ndarray, shape (k,)
-        Estimated relative error of each; not a number for an exact choice of elements. [-]
-    damping_ratio : ndarray, shape (k,)
-        [-]
-    body_energy : ndarray, shape (b, 6, k)
-        Shares of the kinetic energy: x y z of the center of mass, rotation about the body's own axes. [-]
-    cable_energy : ndarray, shape (c, 3, k)
-        In the plane of the cable, out of it, along the cable. [-]
-    coincident : tuple of (int, int)
-        First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
-        may be combined at will.
-    cables : tuple of CableRecord
-    system : LinearSystem
-    shapes : ndarray, shape (n, k)
-        In the coordinates of the system, mass-normalised.
-    body_names : tuple of str
-    junctions : int
-    """
-
-    frequency: np.ndarray
-    error: np.ndarray
-    damping_ratio: np.ndarray
-    body_energy: np.ndarray
-    cable_energy: np.ndarray
-    coincident: tuple
-    cables: tuple
-    system: LinearSystem
-    shapes: np.ndarray
-    body_names: tuple
-    junctions: int
-
-    def __len__(self):
-        return len(self.frequency)
-
-    @property
-    def body_share(self):
-        """Share of the kinetic energy in bodies and junctions, shape (k,). [-]"""
-        return self.body_energy.sum(axis=(0, 1))
-
-    @cached_property
-    def moves(self):
-        """What has the largest share of the kinetic energy in each mode, such as "gondola x" or "n1 in-plane".
-
-        A body, the junctions together or the cables together; of these one by its name where it has more than half.
-        """
-        return tuple(self._moving(mode) for mode in range(len(self)))
-
-    def _moving(self, mode):
-        energy, count = self.body_energy[..., mode], len(self.body_names) - self.junctions
-        groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]
-        largest = int(np.argmax(np.round(groups, 9)))
-        if largest < count:
-            return _largest(self.body_names[largest : largest + 1], AXES, energy[largest : largest + 1], None)
-        if largest == count:
-            return _largest(self.body_names[count:], AXES, energy[count:], "points")
-        names = [record.name for record in self.cables]
-        return _largest(names, KINDS, self.cable_energy[..., mode], "cables")
-
-
-def _largest(names, kinds, energy, all_of_them):
-    """Name and kind of the largest part, or a word for all where no name has more than half of the energy."""
-    each = energy.sum(axis=1)
-    place = int(np.argmax(each))
-    if each[place] <= 0.5 * each.sum():
-        return all_of_them
-    return f"{names[place]} {kinds[int(np.argmax(np.round(energy[place], 9)))]}"
 
 
 @dataclass(frozen=True)
@@ -171,6 +99,108 @@ class Solution:
     omega: np.ndarray
     shapes: np.ndarray
     omitted: np.ndarray
+
+    def amplitudes(self, shapes):
+        """Of all modes of each cable, about its static shapes: list of ndarray, shape (n, r)."""
+        begin, found = 0, []
+        for one in self.kept:
+            n = len(one.element.omega)
+            found.append(one.shapes @ shapes[begin : begin + n])
+            begin += n
+        return found
+
+
+@dataclass(frozen=True)
+class CoupledModes:
+    """The lowest modes of a suspension.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (k,)
+        Undamped. [Hz]
+    error : ndarray, shape (k,)
+        Estimated relative error of each; not a number for an exact choice of elements. [-]
+    damping_ratio : ndarray, shape (k,)
+        [-]
+    body_energy : ndarray, shape (b, 6, k)
+        Shares of the kinetic energy: x y z of the center of mass, rotation about the body's own axes. [-]
+    cable_energy : ndarray, shape (c, 3, k)
+        In the plane of the cable, out of it, along the cable. [-]
+    coincident : tuple of (int, int)
+        First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
+        may be combined at will.
+    cables : tuple of CableRecord
+    layout : Layout
+    solution : Solution
+        Models and coordinates of the cables, and the system: what a state space is made of.
+    shapes : ndarray, shape (n, k)
+        In the coordinates of the system, mass-normalised.
+    """
+
+    frequency: np.ndarray
+    error: np.ndarray
+    damping_ratio: np.ndarray
+    body_energy: np.ndarray
+    cable_energy: np.ndarray
+    coincident: tuple
+    cables: tuple
+    layout: Layout
+    solution: Solution
+    shapes: np.ndarray
+
+    def __len__(self):
+        return len(self.frequency)
+
+    @property
+    def system(self):
+        """The `LinearSystem`."""
+        return self.solution.system
+
+    def nodes(self, mode):
+        """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.
+
+        Returns
+        -------
+        list of (ndarray, ndarray)
+            Both of shape (nodes, 3). [m], [1/sqrt(kg)]
+        """
+        shape = self.shapes[:, [mode]]
+        found = self.solution.models.nodes(self.solution.amplitudes(shape), self.layout.ends(self.layout.bodies(shape)))
+        return [(place, moved[..., 0]) for place, moved in found]
+
+    @property
+    def body_share(self):
+        """Share of the kinetic energy in bodies and junctions, shape (k,). [-]"""
+        return self.body_energy.sum(axis=(0, 1))
+
+    @cached_property
+    def moves(self):
+        """What has the largest share of the kinetic energy in each mode, such as "gondola x" or "n1 in-plane".
+
+        A body, the junctions together or the cables together; of these one by its name where it has more than half.
+        """
+        return tuple(self._moving(mode) for mode in range(len(self)))
+
+    def _moving(self, mode):
+        suspension, energy = self.layout.equilibrium.suspension, self.body_energy[..., mode]
+        body_names, count = suspension.body_names, suspension.bodies
+        groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]
+        largest = int(np.argmax(np.round(groups, 9)))
+        if largest < count:
+            return _largest(body_names[largest : largest + 1], AXES, energy[largest : largest + 1], None)
+        if largest == count:
+            return _largest(body_names[count:], AXES, energy[count:], "points")
+        names = [record.name for record in self.cables]
+        return _largest(names, KINDS, self.cable_energy[..., mode], "cables")
+
+
+def _largest(names, kinds, energy, all_of_them):
+    """Name and kind of the largest part, or a word for all where no name has more than half of the energy."""
+    each = energy.sum(axis=1)
+    place = int(np.argmax(each))
+    if each[place] <= 0.5 * each.sum():
+        return all_of_them
+    return f"{names[place]} {kinds[int(np.argmax(np.round(energy[place], 9)))]}"
 
 
 class Search:
@@ -245,29 +275,33 @@ class Search:
         """Sum of orders along each cable from which waves up to a frequency are resolved to the accuracy."""
         waves = highest * self.cables.travel_time / np.pi
         orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy) + MORE_ORDERS
-        return 2 * np.ceil(orders / 2)
+        steps = STEPS[np.minimum(np.searchsorted(STEPS, orders), len(STEPS) - 1)]
+        return np.where(orders <= STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
     def _limits(self, highest):
         """Angular frequency up to which each cable keeps its modes: zero where all lie far above."""
         first = np.pi / np.maximum(self.cables.travel_time, 1e-300)
         share = self.cables.mass.sum() / (self.cables.mass.sum() + np.sum(self.equilibrium.suspension.mass))
-        far = share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy
+        far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
         return np.where(far | ~self.cables.heavy, 0.0, MARGIN * highest)
 
     def _resolved(self, models, highest, limits):
         """The modes with so many coordinates that what these leave out is within the accuracy."""
         limits = self._limits(highest) if limits is None else limits
+        first = np.array([element.omega.min(initial=np.inf) for element in models.elements])
         allowed = 2 * ALLOWED * self.accuracy  # of squared frequencies
         for _ in range(TRIALS):
             solution = self._modes(models, limits)
-            least = np.where(limits > 0, MARGIN * solution.omega.max(initial=0.0), 0.0)
-            total = np.abs(solution.omitted).sum(axis=0).max(initial=0.0)
-            if total <= allowed and (limits >= least / MARGIN).all():
+            few = len(solution.omega) < self.count
+            highest = WIDER * highest if few else solution.omega[-1]
+            near = first < NEAR * highest
+            omitted = np.abs(solution.omitted)
+            if not few and omitted.sum(axis=0).max() <= allowed and (limits[near] >= highest).all():
                 return solution
-            largest = np.abs(solution.omitted).max(axis=1, initial=0.0)
+            largest = omitted.max(axis=1, initial=0.0)
             much = largest > allowed / (2 * max(1, np.count_nonzero(largest)))
-            more = np.where(limits > 0, np.maximum(WIDER * limits, least), MARGIN * solution.omega.max(initial=0.0))
-            limits = np.where(much, more, np.maximum(limits, least))
+            limits = np.where(much, WIDER * limits, limits)
+            limits = np.where(much | near | (limits > 0), np.maximum(limits, MARGIN * highest), limits)
         raise ConvergenceError(
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables"
         )
@@ -280,7 +314,7 @@ class Search:
         except NoSolutionError:
             reason = self.equilibrium.stability.reason() or "its stiffness is next to nothing"
             raise NoSolutionError(f"no modes about this equilibrium: {reason}") from None
-        ends = self.layout.ends(shapes[len(shapes) - len(self.layout.free) :])
+        ends = self.layout.ends(self.layout.bodies(shapes))
         return Solution(models, kept, limits, system, omega, shapes, models.omitted(kept, omega**2, ends))
 
     def _error(self, before, solution):
@@ -289,7 +323,7 @@ class Search:
         return np.maximum(difference + np.abs(solution.omitted).sum(axis=0) / 2, NOISE)
 
     def _finished(self, solution, error):
-        modes, suspension = len(solution.omega), self.equilibrium.suspension
+        modes = len(solution.omega)
         exact = error is None
         error = np.full(modes, np.nan) if exact else error
         coincident = tuple(runs(solution.omega, np.full(modes, NOISE) if exact else error))
@@ -300,14 +334,9 @@ class Search:
             # modes that coincide: separated by which coordinates move
             mixed = some.T @ (moving[:, None] * (solution.system.mass @ some))
             shapes[:, first - 1 : last] = some @ np.linalg.eigh(mixed + mixed.T)[1]
-        displaced = shapes[len(shapes) - len(self.layout.free) :]
-        amplitudes, begin = [], 0
-        for one in solution.kept:
-            n = len(one.element.omega)
-            amplitudes.append(one.shapes @ shapes[begin : begin + n])
-            begin += n
+        displaced = self.layout.bodies(shapes)
         bodies = self.layout.kinetic(displaced)
-        cables = solution.models.kinetic(amplitudes, self.layout.ends(displaced))
+        cables = solution.models.kinetic(solution.amplitudes(shapes), self.layout.ends(displaced))
         whole = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
         return CoupledModes(
             frequency=solution.omega / (2 * np.pi),
@@ -317,10 +346,9 @@ class Search:
             cable_energy=cables / whole,
             coincident=coincident,
             cables=tuple(self._record(solution, place) for place in range(self.cables.count)),
-            system=solution.system,
+            layout=self.layout,
+            solution=solution,
             shapes=shapes,
-            body_names=suspension.body_names,
-            junctions=suspension.junctions,
         )
 
     def _record(self, solution, place):
@@ -355,20 +383,64 @@ def runs(omega, error):
 
 
 def damping_ratios(system, omega, shapes):
-    """Damping ratio of each mode, by the energy that it loses in a cycle. [-]
+    """Damping ratio -Re s/|s| of the pole that belongs to each mode.
 
     Parameters
     ----------
     system : LinearSystem
     omega : ndarray, shape (k,)
-        [rad/s]
+        Of the lowest modes. [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised.
 
+    Returns
+    -------
+    ndarray, shape (k,)
+        [-]
+
     Notes
     -----
-    phi^T C phi/(2 w) + phi^T Im K phi/(2 w^2): exact to the first order in the damping.
+    The poles are those of s^2 + s phi^T C phi + w^2 + i phi^T Im K phi in a space of these modes, some above them, and
+    the static response K^-1 C phi to the damping forces of these modes. A pole belongs to the mode that has the largest
+    part in its motion; a mode that does not oscillate has phi^T C phi/(2 w).
     """
-    viscous = (shapes * (system.damping @ shapes)).sum(axis=0)
-    hysteretic = (shapes * (system.stiffness.imag @ shapes)).sum(axis=0)
-    return viscous / (2 * omega) + hysteretic / (2 * omega**2)
+    count, loss, damping = len(omega), system.stiffness.imag, system.damping
+    forces = loss @ shapes
+    forces = forces if np.any(forces) else damping @ shapes
+    if not np.any(forces):
+        return np.zeros(count)
+    above, others = system.lowest(count + COUPLED)
+    omega, basis = np.concatenate([omega, above[count:]]), np.concatenate([shapes, others[:, count:]], axis=1)
+    more, added = _ritz(system, basis, system.compliance(forces))
+    omega, basis = np.concatenate([omega, more]), np.concatenate([basis, added], axis=1)
+    modes, damping, loss = len(omega), basis.T @ (damping @ basis), basis.T @ (loss @ basis)
+    # states w q and q', of like size
+    stiffness = np.diag(omega) + (1j * loss / omega if loss.any() else 0.0)
+    poles, vectors = np.linalg.eig(np.block([[np.zeros((modes, modes)), np.diag(omega)], [-stiffness, -damping]]))
+    above = poles.imag > 0
+    poles, part = poles[above], np.abs(vectors[:modes, above]) ** 2
+    mode, pole = _assigned((part / part.sum(axis=0))[:count])
+    ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
+    ratio[mode] = -poles.real[pole] / np.abs(poles[pole])
+    return ratio
+
+
+def _ritz(system, basis, vectors):
+    """Frequencies [rad/s] and mass-normalised shapes of what vectors add to modes: Rayleigh and Ritz."""
+    whole = np.sqrt((vectors * (system.stiffness.real @ vectors)).sum(axis=0))
+    vectors = vectors / np.where(whole > 0, whole, 1.0)
+    vectors = vectors - basis @ (basis.T @ (system.mass @ vectors))
+    size, turned = np.linalg.eigh(vectors.T @ (system.stiffness.real @ vectors))
+    chosen = size > DEPENDENT
+    vectors = vectors @ (turned[:, chosen] / np.sqrt(size[chosen]))
+    compliance, turned = np.linalg.eigh(vectors.T @ (system.mass @ vectors))
+    chosen = compliance > DEPENDENT * compliance.max(initial=0.0)
+    root = np.sqrt(compliance[chosen])
+    return 1 / root, vectors @ (turned[:, chosen] / root)
+
+
+def _assigned(part):
+    """Rows and columns of the assignment with the largest sum of entries."""
+    from scipy.optimize import linear_sum_assignment
+
+    return linear_sum_assignment(part, maximize=True)

@@ -122,6 +122,12 @@ class LinearSystem:
         order = np.argsort(square, kind="stable")
         return np.sqrt(square[order]), shapes[:, order] * np.sqrt(square[order])
 
+    def compliance(self, forces):
+        """Static displacements by forces, shape (n, r) both, the winches at rest and without damping."""
+        if isinstance(self.stiffness, np.ndarray):
+            return np.linalg.solve(self.stiffness.real, forces)
+        return _factors(self.stiffness.real).solve(forces)
+
     @cached_property
     def unit(self):
         """About the frequency of each coordinate alone, by which its displacement is weighted as a state. [rad/s]"""
@@ -294,12 +300,11 @@ def _solve_lower(lower, right, transposed=False):
     return solve_triangular(lower, right, lower=True, trans=int(transposed), check_finite=False)
 
 
-def _lanczos(stiffness, mass, count):
-    """Lowest modes of unit strain energy, by shift-invert Lanczos iteration about zero from a fixed start vector."""
+def _factors(stiffness):
+    """Factors of a positive definite matrix."""
     from scipy.sparse import csc_array
-    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh, splu
+    from scipy.sparse.linalg import splu
 
-    size = stiffness.shape[0]
     symmetric = {"SymmetricMode": True, "DiagPivotThresh": 0.0}
     try:
         factors = splu(csc_array(stiffness), permc_spec="MMD_AT_PLUS_A", options=symmetric)
@@ -307,6 +312,15 @@ def _lanczos(stiffness, mass, count):
         raise NoSolutionError(UNSTABLE) from None
     if not (factors.U.diagonal() > 0).all():
         raise NoSolutionError(UNSTABLE)
+    return factors
+
+
+def _lanczos(stiffness, mass, count):
+    """Lowest modes of unit strain energy, by shift-invert Lanczos iteration about zero from a fixed start vector."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+
+    size, factors = stiffness.shape[0], _factors(stiffness)
     inverse = LinearOperator((size, size), matvec=factors.solve, dtype=float)
     begin = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:

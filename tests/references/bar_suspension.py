@@ -18,23 +18,22 @@ def cross(v):
 
 @dataclass(frozen=True)
 class Dense:
-    """K, M and the elastic part of K of the displacements above; `ends` are the chains' places among them.
+    """K, M and the elastic part of K of the displacements above.
 
     Attributes
     ----------
     K, M, elastic : ndarray, shape (n, n)
         Of the free displacements.
-    K_ends, M_ends : list of ndarray, shape (6, 3 (n + 1))
-        Of each cable, rows of its two ends.
+    cables : list of tuple
+        Of each cable K, M and the elastic part of K of its nodes, shape (3 (n + 1), 3 (n + 1)).
     maps : list of ndarray, shape (3 (n + 1), n)
-        Displacements of the nodes of each cable.
+        Displacements of these nodes.
     """
 
     K: np.ndarray
     M: np.ndarray
     elastic: np.ndarray
-    K_ends: list
-    M_ends: list
+    cables: list
     maps: list
 
     def modes(self):
@@ -57,7 +56,7 @@ def dense(equilibrium, n):
     inner = 3 * (n - 1)
     size = cables * inner + 6 * bodies
     K, M, elastic = np.zeros((3, size, size))
-    K_ends, M_ends, maps = [], [], []
+    found, maps = [], []
     places = model.ends(equilibrium.position, equilibrium.rotation)
     for cable in range(cables):
         L, EA, m = (float(a[cable]) for a in (span.unstretched_length, span.axial_stiffness, span.mass))
@@ -73,10 +72,9 @@ def dense(equilibrium, n):
                 turn[rows, columns] = np.concatenate([np.eye(3), -cross(arm)], axis=1)
         K += turn.T @ k @ turn
         M += turn.T @ (mass[:, None] * turn)
-        elastic += turn.T @ bars.elastic_matrix(chain, L, EA) @ turn
-        ends = [0, 1, 2, -3, -2, -1]
-        K_ends.append(k[ends])
-        M_ends.append(np.diag(mass)[ends])
+        stretched = bars.elastic_matrix(chain, L, EA)
+        elastic += turn.T @ stretched @ turn
+        found.append((k, np.diag(mass), stretched))
         maps.append(turn)
     forces = equilibrium.catenary.end_forces("global")
     for body in range(bodies):
@@ -92,4 +90,4 @@ def dense(equilibrium, n):
         K[place, place][3:, 3:] += (geometric + geometric.T) / 2
     free = np.concatenate([np.ones(cables * inner, dtype=bool), model.free.ravel()])
     parts = (matrix[np.ix_(free, free)] for matrix in (K, M, elastic))
-    return Dense(*parts, K_ends, M_ends, [turn[:, free] for turn in maps])
+    return Dense(*parts, found, [turn[:, free] for turn in maps])

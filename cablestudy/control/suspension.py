@@ -1,0 +1,245 @@
+"""A suspension as a linear system of first order: winches and forces in, displacements and tensions out.
+
+Reeling in dL at an end of a cable moves that end out along its tangent by (1 + T/EA) dL, T being the tension there.
+That is exact for the rest of the cable; the force at the winch itself is that of the place where the cable now ends,
+which differs by the weight w dL of what was reeled in. As in the statics of a shorter cable, that piece is there no
+more: its mass is not added to a body on which the winch stands.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.control.statespace import MODAL, SecondOrder, StateSpace, first_order
+from cablestudy.errors import NoSolutionError
+from cablestudy.system.rigid import cross_matrix
+from cablestudy.system.suspension import AXES
+
+FROM, TO = 0, 1
+ENDS = ("from", "to")
+LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+LENGTHS, LOAD_UNITS = ("m", "m", "m", "rad", "rad", "rad"), ("N", "N", "N", "N m", "N m", "N m")
+
+
+@dataclass(frozen=True)
+class Winch:
+    """A winch that reels in a cable.
+
+    Attributes
+    ----------
+    cable : int
+    end : {FROM, TO}
+    """
+
+    cable: int
+    end: int = FROM
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A place on a body whose motion is wanted.
+
+    Attributes
+    ----------
+    name : str
+    body : int
+    place : tuple of 3 float
+        From the reference point, body axes. [m]
+    """
+
+    name: str
+    body: int
+    place: tuple
+
+
+def outward(equilibrium):
+    """Unit tangents at the ends of the cables that point out of them, and the tensions there.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+
+    Returns
+    -------
+    direction : ndarray, shape (c, 2, 3)
+        Zero where a cable has no tension.
+    tension : ndarray, shape (c, 2)
+        [N]
+    """
+    forces = equilibrium.end_forces
+    tension = np.sqrt((forces**2).sum(axis=-1))
+    return -forces / np.where(tension > 0, tension, 1.0)[..., None], tension
+
+
+def reeled(equilibrium, winches):
+    """H: displacements of the six ends of all cables per length that each winch reels in, shape (6 c, i). [-]"""
+    direction, tension = outward(equilibrium)
+    moved = np.zeros((len(direction), 2, 3, len(winches)))
+    for place, winch in enumerate(winches):
+        stretch = 1 + tension[winch.cable, winch.end] / equilibrium.catenary.span.axial_stiffness[winch.cable]
+        moved[winch.cable, winch.end, :, place] = stretch * direction[winch.cable, winch.end]
+    return moved.reshape(6 * len(direction), len(winches))
+
+
+def _lifted(equilibrium, winches):
+    """Forces on the ends of all cables by the weight that each winch takes off its own end, shape (6 c, i). [N/m]"""
+    span = equilibrium.catenary.span
+    lifted = np.zeros((len(span.chord), 2, 3, len(winches)))
+    for place, winch in enumerate(winches):
+        lifted[winch.cable, winch.end, 2, place] = span.mass[winch.cable] * span.gravity[winch.cable]
+    return lifted.reshape(6 * len(lifted), len(winches))
+
+
+@np.errstate(all="ignore")  # StateSpace refuses what overflows
+def state_space(layout, kept, winches=(), markers=()):
+    """The suspension from winches and forces to displacements and tensions.
+
+    Parameters
+    ----------
+    layout : Layout
+    kept : list of Kept
+        Coordinates of each cable.
+    winches : sequence of Winch
+    markers : sequence of Marker
+
+    Returns
+    -------
+    StateSpace
+        Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
+        reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.tension_from`,
+        `CABLE.tension_to`. Displacements need no `derivatives`; tensions at moved ends do.
+
+    Raises
+    ------
+    NoSolutionError
+        Something that moves has no mass, or entries overflow.
+
+    Notes
+    -----
+    Hysteretic damping has no state space: each undamped mode gets the viscous damping that dissipates as much energy
+    per cycle; tensions are then without their damped part.
+    """
+    equilibrium = layout.equilibrium
+    imposed = reeled(equilibrium, winches)
+    system = layout.system([one.element for one in kept], imposed)
+    mass, damping, stiffness = (_dense(part) for part in (system.mass, system.damping, system.stiffness))
+    if np.iscomplexobj(stiffness):
+        damping, stiffness = damping + _equivalent_viscous(mass, stiffness), stiffness.real
+    free, n = len(layout.free), len(mass)
+    lifted = _lifted(equilibrium, winches)
+    forces = np.eye(n)[:, n - free :]
+    driven = [_dense(part).real for part in system.driven]
+    driven[0][n - free :] -= layout.moved.T @ lifted
+    try:
+        solved = np.linalg.solve(mass, np.concatenate([stiffness, damping, *driven, forces], axis=1))
+    except np.linalg.LinAlgError:
+        raise NoSolutionError("the state space needs a mass of everything that moves") from None
+    i = len(winches)
+    k, c, rest = solved[:, :n], solved[:, n : 2 * n], solved[:, 2 * n :]
+    given = [-rest[:, place * i : (place + 1) * i] for place in range(3)]
+    moved, follow, names = outputs(layout, kept, imposed, lifted, markers)
+    omega = [one.element.omega for one in kept]
+    scale = np.concatenate([*omega, np.ones(free)])
+    held = np.zeros((len(names), free))
+    a, b, output, d, derivatives = first_order((k, c), given, rest[:, 3 * i :], scale, moved, follow, held)
+    coordinates = _coordinates(layout, kept)
+    amplitudes = [(f"{name}_amplitude", f"{unit}/s") for name, unit in coordinates[: n - free]]
+    rates = [(f"{name}_velocity", f"{unit}/s") for name, unit in coordinates]
+    inputs = [(f"winch.{equilibrium.suspension.cable_names[winch.cable]}", "m") for winch in winches]
+    return StateSpace(
+        a, b, output, d,
+        (*amplitudes, *coordinates[n - free :], *rates),
+        (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)),
+        names,
+        derivatives,
+        SecondOrder(mass, damping, stiffness, coordinates),
+    )  # fmt: skip
+
+
+def _dense(matrix):
+    return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+
+
+def _equivalent_viscous(mass, stiffness):
+    """Viscous damping that gives each mode the energy loss per cycle of a complex stiffness."""
+    lower = np.linalg.cholesky(mass)
+    half = np.linalg.solve(lower, stiffness.real)
+    square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
+    shapes = np.linalg.solve(lower.T, vectors)
+    omega = np.sqrt(np.maximum(square, 0.0))
+    rate = (shapes * (stiffness.imag @ shapes)).sum(axis=0) / np.where(omega > 0, omega, 1.0)
+    weighted = lower @ vectors
+    return weighted * rate @ weighted.T
+
+
+def _of_bodies(layout, words, units):
+    """Name and unit of what belongs to each free displacement."""
+    names = layout.equilibrium.suspension.body_names
+    return tuple((f"{names[place // 6]}.{words[place % 6]}", units[place % 6]) for place in layout.free.tolist())
+
+
+def _coordinates(layout, kept):
+    """Name and unit of each coordinate."""
+    found = []
+    for name, one in zip(layout.equilibrium.suspension.cable_names, kept, strict=True):
+        residuals = len(one.element.omega) - one.modes
+        found += [(f"{name}.mode_{k + 1}", MODAL) for k in range(one.modes)]
+        found += [(f"{name}.residual_{k + 1}", MODAL) for k in range(residuals)]
+    return (*found, *_of_bodies(layout, AXES, LENGTHS))
+
+
+def outputs(layout, kept, imposed, lifted, markers):
+    """What the outputs are of z, z', z'' and of v, v', v''.
+
+    Parameters
+    ----------
+    layout, kept, markers
+        As for `state_space`.
+    imposed, lifted : ndarray, shape (6 c, i)
+        See `reeled` and `_lifted`.
+
+    Returns
+    -------
+    moved, follow : tuple of 3 ndarray, shapes (o, n) and (o, i)
+        By the coordinates, and by the winches.
+    names : tuple of (str, str)
+        Name and unit of each.
+    """
+    suspension, free = layout.equilibrium.suspension, len(layout.free)
+    modal = sum(len(one.element.omega) for one in kept)
+    place = np.eye(6 * len(suspension.body_names))[:, layout.free]
+    rows, names = [np.eye(free)], list(_of_bodies(layout, AXES, LENGTHS))
+    for marker in markers:
+        arm = layout.equilibrium.rotation[marker.body] @ np.asarray(marker.place, dtype=float)
+        moving = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
+        rows.append(moving @ place[6 * marker.body : 6 * marker.body + 6])
+        names += [(f"{suspension.body_names[marker.body]}.{marker.name}.{axis}", "m") for axis in "xyz"]
+    shown = np.concatenate(rows)
+    shown = np.concatenate([np.zeros((len(shown), modal)), shown], axis=1)
+    tensions = _tensions(layout, kept, imposed, lifted, modal)
+    moved = [np.concatenate([shown * (order == 0), part]) for order, (part, _) in enumerate(tensions)]
+    still = np.zeros((len(shown), imposed.shape[1]))
+    follow = [np.concatenate([still, part]) for _, part in tensions]
+    names += [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
+    return tuple(moved), tuple(follow), tuple(names)
+
+
+def _tensions(layout, kept, imposed, lifted, modal):
+    """Changes of tension at the ends: parts by z, z' and z'', each with that by v, v' and v''."""
+    direction, _ = outward(layout.equilibrium)
+    ends = _dense(layout.moved)
+    moved, follow = np.zeros((3, 2 * len(kept), modal + ends.shape[1])), np.zeros((3, 2 * len(kept), imposed.shape[1]))
+    begin = 0
+    for cable, one in enumerate(kept):
+        n, own = len(one.element.omega), slice(6 * cable, 6 * cable + 6)
+        mass, damping, stiffness = one.element.matrices()
+        pulled = np.zeros((2, 6))
+        pulled[0, :3], pulled[1, 3:] = direction[cable]
+        for order, matrix in enumerate((stiffness.real, damping, mass)):
+            force, rows = pulled @ matrix[n:], slice(2 * cable, 2 * cable + 2)
+            moved[order, rows, begin : begin + n] = force[:, :n]
+            moved[order, rows, modal:] = force[:, n:] @ ends[own]
+            follow[order, rows] = force[:, n:] @ imposed[own]
+        follow[0, rows] -= pulled @ lifted[own]
+        begin += n
+    return list(zip(moved, follow, strict=True))

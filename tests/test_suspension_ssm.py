@@ -1,0 +1,187 @@
+"""State space of suspensions against dense bars, the statics of neighbouring scenes and one cable."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from references import bar_suspension
+from scenes import PAPER
+from suspension_scenes import hung, platform, suspension
+from test_suspension_modes import one_cable
+
+from cablestudy.control import export, statespace
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, outward, state_space
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.case import Case
+from cablestudy.system.cables import UNDAMPED, Cables, FixedModel, Models, fixed_meshes
+from cablestudy.system.coupled import Layout
+from cablestudy.system.superelement import Damping
+
+EIGHT = FixedModel(8)
+WINCHES = (Winch(0), Winch(5), Winch(6, TO))
+MARKERS = (Marker("focus", 0, (0.1, 0.2, -0.5)),)
+
+
+def model(state, damping=UNDAMPED, limit=np.inf, mesh=EIGHT):
+    """Layout and coordinates of all cables."""
+    cables = Cables(state.catenary, damping)
+    return Layout(state), Models(cables, fixed_meshes(cables, mesh), fixed=True).keep(np.full(cables.count, limit))
+
+
+def names(pairs):
+    return [name for name, _ in pairs]
+
+
+def by_bars(state, frequency, viscous, time):
+    """Outputs per input at a frequency [Hz] by dense bars: inputs WINCHES and the six loads."""
+    reference, s = bar_suspension.dense(state, 8), 2j * np.pi * frequency
+    rate = viscous / 0.3
+    direction, tension = outward(state)
+    balance = reference.K + s**2 * reference.M + time * s * reference.elastic
+    n = len(balance)
+    right = np.zeros((n, len(WINCHES) + 6), dtype=complex)
+    right[-6:, -6:] = np.eye(6)
+    wound = []
+    for cable, ((K, M, E), move) in enumerate(zip(reference.cables, reference.maps, strict=True)):
+        balance = balance + rate * s * move.T @ M @ move
+        dynamic = K + (s**2 + rate * s) * M + time * s * E
+        imposed = np.zeros((len(K), right.shape[1]), dtype=complex)
+        for place, winch in enumerate(WINCHES):
+            if winch.cable == cable:
+                stretch = 1 + tension[cable, winch.end] / 4e5
+                rows = slice(0, 3) if winch.end == FROM else slice(-3, None)
+                imposed[rows, place] = direction[cable, winch.end] * stretch
+                right[:, place] += move[rows].T @ [0, 0, 0.3 * 9.81]
+        right = right - move.T @ dynamic @ imposed
+        wound.append((dynamic, imposed))
+    x = np.linalg.solve(balance, right)
+    arm = state.rotation[0] @ MARKERS[0].place
+    found = [x[-6:], x[-6:-3] + np.cross(x[-3:], arm, axis=0)]
+    for cable, ((dynamic, imposed), move) in enumerate(zip(wound, reference.maps, strict=True)):
+        force = dynamic @ (move @ x + imposed)
+        change = np.array([direction[cable, 0] @ force[:3], direction[cable, 1] @ force[-3:]])
+        for place, winch in enumerate(WINCHES):
+            if winch.cable == cable:  # the weight of what was reeled in hangs no more
+                change[winch.end, place] -= 0.3 * 9.81 * direction[cable, winch.end, 2]
+        found.append(change)
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize(("viscous", "time"), [(0.02, 0.0), (0.02, 3e-4)])
+def test_the_response_is_that_of_dense_bars(viscous, time):
+    state = platform()
+    damping = Damping("kelvin_voigt" if time else "modal", time=time, viscous=viscous)
+    system = state_space(*model(state, damping), WINCHES, MARKERS)
+    frequency = np.array([1e-3, 0.7, 1.0698, 2.0, 8.0, 15.0])
+    found = system.response(2j * np.pi * frequency, derivatives=True)
+    for value, at in zip(found, frequency.tolist(), strict=True):
+        expected = by_bars(state, at, viscous, time)
+        size = np.abs(expected).max(axis=1, keepdims=True)
+        assert np.abs(value - expected).max(axis=1, keepdims=True) / size == pytest.approx(0 * size, abs=1e-8)
+
+
+def test_displacements_need_no_derivatives():
+    system = state_space(*model(platform(), Damping(ratio=0.01)), WINCHES, MARKERS)
+    for derivative in system.derivatives:
+        assert not np.any(derivative[:9])
+
+
+def test_the_static_gain_is_that_of_neighbouring_equilibria():
+    """Lengths, forces and moments changed a little: displacements and tensions by central differences."""
+    state = platform()
+    layout, kept = model(state, mesh=FixedModel(2, 16))
+    system = state_space(layout, kept, WINCHES, MARKERS)
+    found = system.response(np.zeros(1))[0].real
+
+    def outputs(lengths, force, moment):
+        other = hung(replace_loads(state.suspension, force, moment), lengths)
+        turned = other.rotation[0] @ state.rotation[0].T
+        angles = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
+        focus = other.position[0] + other.rotation[0] @ MARKERS[0].place
+        tension = np.linalg.norm(other.end_forces, axis=-1).ravel()
+        return np.concatenate([other.position[0], angles, focus, tension])
+
+    for place, winch in enumerate(WINCHES):
+        step = 1e-4 * np.eye(8)[winch.cable]
+        difference = outputs(state.lengths - step, 0, 0) - outputs(state.lengths + step, 0, 0)
+        expected = difference / 2e-4
+        assert found[:9, place] == pytest.approx(expected[:9], abs=1e-8)
+        assert found[9:, place] == pytest.approx(expected[9:], abs=1e-6 * np.abs(expected[9:]).max())
+    for axis in range(3):
+        force, moment = 0.1 * np.eye(3)[axis], 0.01 * np.eye(3)[axis]
+        for place, (loads, size) in {3 + axis: ((force, 0), 0.1), 6 + axis: ((0, moment), 0.01)}.items():
+            both = [outputs(state.lengths, sign * loads[0], sign * loads[1]) for sign in (1, -1)]
+            expected = (both[0] - both[1]) / (2 * size)
+            assert found[:, place] == pytest.approx(expected, abs=3e-6 * np.abs(expected).max())
+
+
+def replace_loads(model, force, moment):
+    return replace(model, force=model.force + force, moment=model.moment + moment)
+
+
+def test_one_cable_is_the_state_space_of_one_cable():
+    twin, mass = PAPER, 50.0
+    state = one_cable(twin, mass)
+    damping = Damping("kelvin_voigt", time=1e-3)
+    system = state_space(*model(state, damping, mesh=FixedModel(4, 10)))
+    scene = twin.scene(
+        "model.elements=4", "model.order=10", "cable.damping={model: kelvin_voigt, time: 1e-3}", f"gondola.mass={mass}"
+    )
+    cable = Case(scene).end_model
+    alone = statespace.coupled(cable, mass)
+    s = 2j * np.pi * np.array([0.01, 0.5, 0.7188, 1.59, 6.0])
+    one = alone.response(s)[:, 0, 1]
+    assert system.response(s)[:, 0, 0] == pytest.approx(one, rel=1e-9)
+
+
+def test_fewer_coordinates_keep_the_response_up_to_their_frequency():
+    state = platform()
+    damping = Damping(viscous=0.02)
+    layout, every = model(state, damping)
+    fewer = model(state, damping, limit=2 * np.pi * 5.0)[1]
+    whole, small = (state_space(layout, kept, WINCHES) for kept in (every, fewer))
+    assert len(small.a) < 0.75 * len(whole.a)
+    s = 2j * np.pi * np.array([0.3, 1.2, 2.5])
+    one, two = whole.response(s, derivatives=True)[:, :6], small.response(s, derivatives=True)[:, :6]
+    assert (np.abs(two - one).max(axis=(1, 2)) <= [1e-9, 1e-8, 1e-4] * np.abs(one).max(axis=(1, 2))).all()
+
+
+def test_hysteretic_damping_is_replaced_by_viscous_damping_of_equal_loss():
+    state = platform()
+    layout, kept = model(state, Damping("hysteretic", loss_factor=1e-3))
+    system = state_space(layout, kept)
+    poles = np.linalg.eigvals(system.a)
+    poles = poles[poles.imag > 0]
+    poles = poles[np.argsort(np.abs(poles))]
+    elastic = bar_suspension.dense(state, 8)
+    omega, shapes = elastic.modes()
+    ratio = 1e-3 * (shapes * (elastic.elastic @ shapes)).sum(axis=0) / (2 * (2 * np.pi * omega) ** 2)
+    assert -poles.real[:20] / np.abs(poles[:20]) == pytest.approx(ratio[:20], rel=1e-6)
+
+
+def test_names_and_export():
+    knot = {"knot": {"at": (0.0, 0.0, 0.0), "mass": 2.0, "junction": True}}
+    anchors = [(10.0, 0.0, 3.0), (-4.0, 9.0, 2.0), (-5.0, -8.0, 4.0)]
+    scene = suspension(knot, [(anchor, ("knot", (0.0, 0.0, 0.0)), 2e5, 0.4) for anchor in anchors])
+    state = hung(scene, [10.3, 10.0, 10.1])
+    layout, kept = model(state, Damping(ratio=0.01), mesh=FixedModel(2, 4))
+    system = state_space(layout, kept, [Winch(1)])
+    assert names(system.inputs) == ["winch.c2", "knot.force_x", "knot.force_y", "knot.force_z"]
+    tensions = [f"c{i}.tension_{end}" for i in (1, 2, 3) for end in ("from", "to")]
+    assert names(system.outputs) == ["knot.x", "knot.y", "knot.z", *tensions]
+    assert system.states[0] == ("c1.mode_1_amplitude", "sqrt(kg) m/s")
+    assert len(system.states) == len(system.a)
+    for kind in export.KINDS.values():
+        assert len(kind(system)) > 1000
+
+
+def test_without_mass_there_is_no_state_space():
+    scene = suspension(
+        {"knot": {"junction": True, "force": (0, 0, -10.0)}},
+        [(anchor, ("knot", (0.0, 0.0, 0.0)), 2e5, 0.0) for anchor in [(10.0, 0, 3.0), (-4.0, 9.0, 2.0), (-5, -8, 4.0)]],
+    )
+    state = hung(scene, [10.3, 10.0, 10.1])
+    cables = Cables(state.catenary, Damping())
+    kept = Models(cables, [None] * 3).keep(np.zeros(3))
+    with pytest.raises(NoSolutionError, match="needs a mass"):
+        state_space(Layout(state), kept)
