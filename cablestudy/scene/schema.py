@@ -9,6 +9,7 @@ from cablestudy.scene.layers import ALTERNATIVES, prune
 from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
 from cablestudy.scene.scene import TABLES
 from cablestudy.scene.study import StudyTable
+from cablestudy.scene.suspension import SUSPENSION_TABLES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
@@ -42,6 +43,31 @@ def scene_schema():
     definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
     return {"$schema": DIALECT, "title": "cablestudy scene", **schema, "$defs": definitions}
+
+
+def suspension_schema():
+    """JSON Schema (draft 2020-12) of a scene file with several cables; see `scene_schema`.
+
+    Returns
+    -------
+    dict
+    """
+    _, schemas = models_json_schema([(model, "validation") for model in SUSPENSION_TABLES.values()])
+    definitions = _clean(schemas["$defs"])
+    whole = {}
+    for path, model in SUSPENSION_TABLES.items():
+        table = definitions[model.__name__]
+        needed = [key for key in table.pop("required", ()) if key not in _OF_MATERIAL]
+        if path in (("bodies", "*"), ("cables", "*")):
+            whole[path[0]] = {"additionalProperties": {"required": needed}}
+        if pairs := _exclusions(model.table):
+            table["allOf"] = pairs
+        if "material" in table["properties"]:
+            table["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
+    schema = definitions.pop("SuspensionScene")
+    schema["properties"] = {"base": _BASE, **schema["properties"]}
+    schema |= {"if": {"required": ["base"]}, "else": {"required": ["cables"], "properties": whole}}
+    return {"$schema": DIALECT, "title": "cablestudy suspension", **schema, "$defs": definitions}
 
 
 def study_schema():
