@@ -2,6 +2,7 @@
 
 import copy
 import math
+import re
 import subprocess
 import sys
 import time
@@ -20,7 +21,9 @@ from cablestudy.scene.scene import load_scene, quantity_of, read_scene
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SUSPENSION_TABLES
+from cablestudy.study.case_table import tables_of
 from cablestudy.study.suspension_numbers import numbers_of
+from cablestudy.system.suspension import CORES
 
 SUSPENSIONS = CONFIGS / "suspensions"
 FILES = sorted(SUSPENSIONS.glob("*.yaml"))
@@ -699,3 +702,47 @@ def test_the_schema_knows_every_key():
     assert schema["else"]["required"] == ["cables"]
     assert schema["else"]["properties"]["cables"]["additionalProperties"] == {"required": ["from", "to"]}
     assert {"not": {"required": ["preload", "tension_to"]}} in schema["$defs"]["SuspendedCable"]["allOf"]
+
+
+# keys that vary, each with two values, and whether the cases are one table
+TABLES = {
+    "numbers of all kinds": (
+        "{cable.diameter: [5 mm, 6 mm], points.north.2: [50 m, 60 m], points.knot.at.1: [0, 1], cables.n.preload: [1, 2],"
+        " bodies.gondola.attachments.a.0: [0.5, 0.6], bodies.gondola.inertia.2: [6, 7], points.knot.force.2: [1, 2],"
+        " bodies.gondola.mass: [50, 1 kg], gravity: [9, 10]}",
+        1,
+    ),
+    "a key that all share and one cable has itself": ("{cable.density: [1, 2], cables.n.density: [3, 4]}", 1),
+    "a section in place of the shared one": ("{cables.n.area: [1e-6, 2e-6], cable.diameter: [5 mm, 6 mm]}", 1),
+    "damping": ("{cable.damping.loss_factor: [0.01, 0.02]}", 1),
+    "a preload in place of a length": ("{cables.v.preload: [1, 2]}", 1),
+    "a value out of range": ("{cables.v.preload: [1, -2]}", 1),
+    "a body that no mass can be": ("{bodies.gondola.inertia.0: [4, 40]}", 1),
+    "a cable of no length": ("{points.knot.at: [[0, 0, 40], [0, 100, 50]]}", 1),
+    "a knot moved onto its anchor": ("{points.knot.at.1: [0, 100], points.knot.at.2: [40, 50]}", 1),
+    "an attitude": ("{bodies.gondola.attitude: [[0, 0, 1], [0, 0, 2]]}", 2),
+    "a whole place": ("{points.north: [[0, 100, 50], [0, 100, 60]]}", 2),
+}
+
+
+@pytest.mark.parametrize("what", TABLES)
+def test_cases_read_as_arrays_are_those_read_one_by_one(what):
+    vary, count = TABLES[what]
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    Path("study.yaml").write_text(f"base: s.yaml\nvary: [{vary}]\ncolumns: [preload]\n", encoding="utf-8")
+    study = read_study("study.yaml")
+    tables, refused = tables_of(study, range(study.count))
+    assert len(tables) == count
+    found = {}
+    for table in tables:
+        numbers = numbers_of([table.scene], len(table.cases))
+        found.update((case, numbers.take(place)) for place, case in enumerate(table.cases.tolist()))
+    for case, numbers in found.items():
+        alone = numbers_of([study.case(case)[1]]).take(0)
+        for name in CORES:
+            np.testing.assert_array_equal(getattr(numbers, name), getattr(alone, name), err_msg=name)
+        assert (numbers.given, numbers.cable_names) == (alone.given, alone.cable_names)
+    for case, error in refused.items():
+        with pytest.raises(SceneError, match=re.escape(str(error))):
+            study.case(case)
+    assert len(found) + len(refused) == study.count

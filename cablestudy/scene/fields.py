@@ -234,6 +234,14 @@ class Table(BaseModel):
     table: ClassVar[str] = ""
     optional_groups: ClassVar[bool] = False
 
+    def value_at(self, path):
+        """The value at a path (names and indices) after reading; None when nothing is there."""
+        return value_at(self, path)
+
+    def with_value(self, path, value):
+        """Copy with another value at a path that holds one; it is not checked."""
+        return self.model_copy(update={path[0]: with_value(getattr(self, path[0]), path[1:], value)})
+
     def relations(self):
         """What must hold between keys that are right alone.
 
@@ -260,3 +268,30 @@ class Table(BaseModel):
             if broken := [(path, message()) for path, holds, message in together if not holds]:
                 return broken
         return []
+
+
+def value_at(node, path):
+    """The value at a path of tables, mappings and tuples; None when nothing is there."""
+    for place, name in enumerate(path):
+        if isinstance(node, dict):
+            node = node.get(name)
+        elif isinstance(node, tuple):
+            node = node[int(name)] if name.isdigit() and int(name) < len(node) else None
+        elif place and isinstance(node, Table):
+            return node.value_at(path[place:])
+        else:
+            node = getattr(node, name, None)
+    return node
+
+
+def with_value(node, path, value):
+    """Copy of a table, mapping or tuple with another value at a path that holds one."""
+    if not path:
+        return value
+    if isinstance(node, Table):
+        return node.with_value(path, value)
+    name = path[0]
+    if isinstance(node, dict):
+        return {**node, name: with_value(node[name], path[1:], value)}
+    place = int(name)
+    return (*node[:place], with_value(node[place], path[1:], value), *node[place + 1 :])

@@ -142,13 +142,18 @@ def put_layer(value, items):
 
 def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
-    cables = upper.get("cables")
-    tables = ["cable", *(f"cables.{name}" for name in (cables if isinstance(cables, dict) else ()))]
-    keys = [table + key.removeprefix("cable") for key in REPLACES if key.startswith("cable.") for table in tables]
-    for key in (*keys, *(key for key in REPLACES if not key.startswith("cable."))):
-        if _is_set(upper, tuple(key.split("."))):
-            lower = reduce(without, replaced_by(key), lower)
+    for path in _written(upper):
+        lower = reduce(without, replaced_by(".".join(path)), lower)
     return _merged(lower, upper)
+
+
+def _written(mapping, path=()):
+    """Yield the paths of all values in a mapping, mappings included, that are not null."""
+    for key, value in mapping.items():
+        if value is not None:
+            yield (*path, key)
+            if isinstance(value, dict):
+                yield from _written(value, (*path, key))
 
 
 def _merged(lower, upper):

@@ -5,7 +5,7 @@ from collections import Counter
 from functools import partial
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, StrictBool, TypeAdapter, ValidationError, model_validator
+from pydantic import AfterValidator, Field, PrivateAttr, StrictBool, TypeAdapter, ValidationError, model_validator
 
 from cablestudy.scene.cable_table import (
     CHORD_RANGE,
@@ -83,6 +83,14 @@ class Point(Table):
     free: StrictBool = Field(False, description="Whether it finds its place: a junction of cables")
     mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Of a free point")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Of a free point: dead load")
+
+    def value_at(self, path):
+        """See `Table.value_at`; a component alone is one of the place, as where the file has a bare place."""
+        return super().value_at(("at", *path) if path[0].isdigit() else path)
+
+    def with_value(self, path, value):
+        """See `Table.with_value`, and `value_at`."""
+        return super().with_value(("at", *path) if path[0].isdigit() else path, value)
 
     def relations(self):
         """Mass and force belong to a free point."""
@@ -301,6 +309,7 @@ class SuspensionScene(Table):
     )
     tensions: Tensions | None = Field(None, description="With solve_for: lengths")
     model: Model = Field(Model(), description="How finely the cables are computed")
+    _written: dict = PrivateAttr({})  # the plain values of the file
 
     @model_validator(mode="before")
     @classmethod
@@ -309,9 +318,23 @@ class SuspensionScene(Table):
         cables, shared = (data.get(key) if isinstance(data, dict) else None for key in ("cables", "cable"))
         if not (isinstance(cables, dict) and isinstance(shared, dict)):
             return data
-        shared = {"cable": {key: value for key, value in shared.items() if key in SharedCable.model_fields}}
-        own = {name: merge(shared, {"cable": table})["cable"] for name, table in cables.items()}
-        return {**data, "cables": own}
+        known = {key: value for key, value in shared.items() if key in SharedCable.model_fields}
+        return {**data, "cables": {name: _over(known, own) for name, own in cables.items()}}
+
+    def with_value(self, path, value):
+        """See `Table.with_value`; a key of `cable` is set in the cables that have it from there too."""
+        scene = super().with_value(path, value)
+        if path[0] != "cable":
+            return scene
+        inside = path[1:]
+        sharing = [name for name in self.cables if self._is_shared(name, inside)]
+        cables = {name: self.cables[name].with_value(inside, value) for name in sharing}
+        return scene.model_copy(update={"cables": {**self.cables, **cables}})
+
+    def _is_shared(self, cable, path):
+        """Whether a cable has what is written at a path in the table `cable`."""
+        own, shared = self._written["cables"][cable], self._written.get("cable", {})
+        return not _is_written(own, path) and _is_written(_over(shared, own), path)
 
     def attachment(self, end):
         """Name of the body or free point that holds an end, None for the ground, and its place.
@@ -345,7 +368,17 @@ class SuspensionScene(Table):
         bodies = {name: body.attachments for name, body in self.bodies.items()}
         yield _broken(connection_mistakes(self.points, bodies, ends, self.winches) + self._unknown_references())
         yield _broken(self._unheld() + determinacy_mistakes(self))
-        yield [relation for name in self.cables for relation in self._lengths(name)]
+        ends = {name: tuple(map(self.start, cable.ends)) for name, cable in self.cables.items()}
+        chords = {name: _distance(*places) for name, places in ends.items()}
+        yield [
+            (
+                ("cables", name),
+                chord > 0,
+                partial("its two ends are at one place, [{:g}, {:g}, {:g}]".format, *ends[name][1]),
+            )
+            for name, chord in chords.items()
+        ]
+        yield [relation for name, chord in chords.items() for relation in self._lengths(name, chord)]
 
     def _unknown_references(self):
         """Path and message of the cables in `tensions.reference` that do not exist."""
@@ -364,20 +397,19 @@ class SuspensionScene(Table):
         owners = [tuple(self.attachment(end)[0] for end in cable.ends) for cable in self.cables.values()]
         return [((tables[name], name), message) for name, message in unheld(tables, stands, owners)]
 
-    def _lengths(self, name):
-        """Relations of the places of a cable's ends where the search begins."""
+    def _lengths(self, name, chord):
+        """Relations of the distance of a cable's ends where the search begins. [m]"""
         cable, path = self.cables[name], ("cables", name)
-        first, last = map(self.start, cable.ends)
-        chord = math.dist(first, last)
-        place = ", ".join(f"{number:g}" for number in last)
-        yield path, chord > 0, lambda: f"its two ends are at one place, [{place}]"
-        if chord:
-            yield limited(("cables", name), chord, CHORD_RANGE, "m", "its two ends are {:g} m apart".format)
+        yield path, *limited(name, chord, CHORD_RANGE, "m", "its two ends are {:g} m apart".format)[1:]
         length = cable.unstretched_length
-        moves = self.solve_for == "pose" and any(self.attachment(end)[0] for end in cable.ends)
-        if length is not None and chord and not moves:
-            fits = within(length / chord, LENGTH_RATIO)
+        if length is not None and not (self.solve_for == "pose" and any(self.attachment(end)[0] for end in cable.ends)):
+            fits = within(length, (LENGTH_RATIO[0] * chord, LENGTH_RATIO[1] * chord))
             yield (*path, "unstretched_length"), fits, partial(length_ratio, length, chord)
+
+
+def _distance(first, last):
+    """Of two places, also where their coordinates are arrays. [m]"""
+    return sum((one - other) ** 2 for one, other in zip(first, last, strict=True)) ** 0.5
 
 
 def _broken(found):
@@ -432,11 +464,13 @@ def read_suspension(document):
         All that is wrong with it, sorted by place.
     """
     try:
-        return SuspensionScene.model_validate(document.value)
+        scene = SuspensionScene.model_validate(document.value)
     except ValidationError as error:
         found = findings(error, document.value, SUSPENSION_TABLES)
         found += connection_mistakes(*written_connections(document.value))
         raise located(_at_shared(_explained(found), document.value), document) from None
+    scene._written = document.value
+    return scene
 
 
 def _explained(found):
@@ -455,13 +489,18 @@ def _at_shared(found, value):
     alike = Counter((path[2:], message) for path, message in found if path[:1] == ("cables",))
     for path, message in found:
         table, name, inside = path[:1], path[1:2], path[2:]
-        own = table != ("cables",) or not name or _has(cables.get(name[0]), inside)
-        shared = not own and (_has(value.get("cable"), inside) or alike[inside, message] == len(cables) > 1)
+        own = table != ("cables",) or not name or _is_written(cables.get(name[0]), inside)
+        shared = not own and (_is_written(value.get("cable"), inside) or alike[inside, message] == len(cables) > 1)
         yield (("cable", *inside) if shared else path), message
 
 
-def _has(table, path):
-    """Whether something is written at a path."""
+def _over(shared, own):
+    """What a cable says, over what all cables share; both plain."""
+    return merge({"cable": shared}, {"cable": own})["cable"]
+
+
+def _is_written(table, path):
+    """Whether something is written at a path, which is not empty."""
     for name in path:
         if not isinstance(table, dict) or name not in table:
             return False

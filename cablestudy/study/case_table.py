@@ -11,7 +11,8 @@ from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import Scene, quantity_of
 
-NOT_COLUMNS = ("cable.inclination",)  # quantities of which a scene takes functions that numpy has no equal of
+# names in keys of quantities that are no columns: a scene takes their sine, or compares them one by one
+NOT_COLUMNS = ("inclination", "attitude", "ends", "loads")
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ def tables_of(study, cases):
 
 
 def _is_column(key):
-    return quantity_of(key) is not None and key not in NOT_COLUMNS and not split_key(key)[-1].isdigit()
+    return quantity_of(key) is not None and not set(split_key(key)).intersection(NOT_COLUMNS)
 
 
 def _numbers(entry, steps):
@@ -115,7 +116,7 @@ def _table(study, cases, values):
     """The table of the cases whose numbers are valid, alone and together; None when there is none."""
     valid = ~np.isnan(list(values.values())).any(axis=0)
     scene = _first_scene(study, cases[valid])
-    if not isinstance(scene, Scene) or not all(isinstance(_value(scene, key), float) for key in values):
+    if scene is None or not all(isinstance(scene.value_at(split_key(key)), float) for key in values):
         return None
     table = _of(scene, cases, values, valid)
     holds = np.ones(len(table.cases), dtype=bool)
@@ -144,28 +145,17 @@ def _of(scene, cases, values, chosen):
     return CaseTable(cases[chosen], _with_values(scene, values), values)
 
 
-def _value(scene, key):
-    for name in split_key(key):
-        scene = getattr(scene, name, None)
-    return scene
-
-
 def _with_values(scene, values):
     """Copy of a scene with other numbers at some dotted keys."""
     for key, value in values.items():
-        scene = _with_value(scene, split_key(key), value)
+        scene = scene.with_value(split_key(key), value)
     return scene
-
-
-def _with_value(table, path, value):
-    name, *rest = path
-    return table.model_copy(update={name: _with_value(getattr(table, name), rest, value) if rest else value})
 
 
 def _tables_in(table):
     """A table and all tables in it."""
     yield table
     for value in table.__dict__.values():
-        for inside in value if isinstance(value, tuple) else (value,):
+        for inside in value if isinstance(value, tuple) else value.values() if isinstance(value, dict) else (value,):
             if isinstance(inside, Table):
                 yield from _tables_in(inside)
