@@ -707,9 +707,9 @@ def test_the_schema_knows_every_key():
 # keys that vary, each with two values, and whether the cases are one table
 TABLES = {
     "numbers of all kinds": (
-        "{cable.diameter: [5 mm, 6 mm], points.north.2: [50 m, 60 m], points.knot.at.1: [0, 1], cables.n.preload: [1, 2],"
-        " bodies.gondola.attachments.a.0: [0.5, 0.6], bodies.gondola.inertia.2: [6, 7], points.knot.force.2: [1, 2],"
-        " bodies.gondola.mass: [50, 1 kg], gravity: [9, 10]}",
+        "{cable.diameter: [5 mm, 6 mm], points.north.2: [50 m, 60 m], points.knot.at.1: [0, 1],"
+        " cables.n.preload: [1, 2], bodies.gondola.attachments.a.0: [0.5, 0.6], bodies.gondola.inertia.2: [6, 7],"
+        " points.knot.force.2: [1, 2], bodies.gondola.mass: [50, 1 kg], gravity: [9, 10]}",
         1,
     ),
     "a key that all share and one cable has itself": ("{cable.density: [1, 2], cables.n.density: [3, 4]}", 1),
