@@ -236,10 +236,7 @@ columns: [preload]
 END, TO_A = "to: gondola.a", "to: gondola.a,"
 INERTIA = "    inertia: [4, 4, 6]\n"
 SILENT = ((", preload: 1000", ""), (", tension_to: 1 kN", ""))
-NO_MASS = (
-    "no mass has this tensor: its moments about the principal axes must be positive, each at most the sum of the "
-    "other two"
-)
+NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
 DOT = "a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"
 ONE_CABLE = "unknown key in a suspension"
 # what is changed in the file, and the lines that say what is wrong with it
@@ -298,6 +295,10 @@ MISTAKES = {
     ),
     "beyond the triangle inequality": ([("[4, 4, 6]", "[4, 4, 8.1]")], f"10:14: bodies.gondola.inertia: {NO_MASS}"),
     "off the diagonal": ([("[4, 4, 6]", "[4, 4, 6, 0, 3.5, 0]")], f"10:14: bodies.gondola.inertia: {NO_MASS}"),
+    "a rod without thickness": (
+        [("[4, 4, 6]", "[0.5, 0.5, 1, -0.5, 0, 0]")],  # 1 - n n', n along (1, 1, 0)
+        f"10:14: bodies.gondola.inertia: {NO_MASS}",
+    ),
     "a negative moment": (
         [("[4, 4, 6]", "[4, -4, 6]")],
         "10:18: bodies.gondola.inertia.1: yy must be positive, got -4",

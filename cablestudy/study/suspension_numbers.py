@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from cablestudy.scene.suspension import MOTIONS
+from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.system import rigid
 from cablestudy.system.suspension import GROUND, Suspension
 
