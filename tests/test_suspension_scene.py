@@ -510,9 +510,9 @@ def test_a_bad_set_option(option, line):
 
 def test_the_first_hundred_mistakes_of_a_large_file_are_shown_quickly():
     text = (SUSPENSIONS / "net-30x30.yaml").read_text(encoding="utf-8").replace("from: n", "from: m")
-    start = time.perf_counter()
+    start = time.process_time()
     lines = mistakes_of(text)
-    assert time.perf_counter() - start < 10
+    assert time.process_time() - start < 10
     assert (len(lines), lines[-1]) == (101, "s.yaml: and 1700 more mistakes")  # 2 x 30 x 30 cables begin at a node
     assert lines[0].endswith('unknown end "m1-1" (did you mean n1-1?)')
 
@@ -534,7 +534,7 @@ def _paths(value, path=()):
         yield from _paths(inside, (*path, key))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.data())
 def test_whatever_stands_somewhere_there_is_a_scene_or_a_list_of_mistakes(data):
     Path("s.yaml").write_text(changed(("cables:", "tensions: {min: 1}\nwinches: {n: {}}\nmodel: {}\ncables:")))
@@ -669,10 +669,10 @@ def test_a_net_is_what_its_script_writes_and_loads_in_reasonable_time():
             [sys.executable, SUSPENSIONS / "net.py", str(n)], capture_output=True, text=True, check=True, timeout=60
         ).stdout
         assert written == (SUSPENSIONS / f"net-{n}x{n}.yaml").read_text(encoding="utf-8")
-    start = time.perf_counter()
+    start = time.process_time()
     scene = load_scene(SUSPENSIONS / "net-30x30.yaml", suspensions=True)[1]
     numbers = numbers_of([scene])
-    assert time.perf_counter() - start < 5  # 0.6 s on a machine at rest
+    assert time.process_time() - start < 5  # 0.6 s on a machine at rest
     assert (len(scene.cables), numbers.junctions) == (2 * 30 * 31, 900)
     ends = numbers.ends(numbers.position, numbers.rotation)[0]
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1), 1, rtol=1e-15)
@@ -684,6 +684,13 @@ def test_commands_for_one_cable_refuse_a_suspension(command):
     outcome = run(command, "s.yaml", code=2)
     assert outcome.lines == ["s.yaml:12:1: a suspension: this command takes a scene of one cable"]
     assert outcome.out == ""
+
+
+def test_sweep_refuses_a_study_of_a_suspension():
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    Path("study.yaml").write_text("base: s.yaml\nvary: [{gravity: [9, 10]}]\ncolumns: [preload]\n", encoding="utf-8")
+    outcome = run("sweep", "study.yaml", code=2)
+    assert outcome.lines == ["study.yaml:1:7: base: a suspension, of which no columns are computed yet"]
 
 
 def test_validate_reports_each_mistake_with_exit_code_2():
