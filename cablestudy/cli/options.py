@@ -55,18 +55,20 @@ def check_picture(path):
         raise SceneError(f"--plot {path}: cannot be written")
 
 
-def exclude(*pairs):
+def exclude(parameters, pairs):
     """Refuse options that exclude each other.
 
     Parameters
     ----------
-    pairs : tuple of 2 dict
-        Name of an option -> its value; no option of one dict may be given with one of the other.
+    parameters : dict
+        All of a command, as click names them.
+    pairs : iterable of (tuple of str, tuple of str)
+        Names of options; none of the first tuple may be given with one of the second.
     """
+    given = {f"--{name.replace('_', '-')}" for name, value in parameters.items() if value not in (None, False)}
     wrong = {}
-    for pair in pairs:
-        given = ([name for name, value in group.items() if value] for group in pair)
-        for one, other in itertools.product(*given):
+    for one, other in itertools.chain(*(itertools.product(*pair) for pair in pairs)):
+        if {one, other} <= given:
             wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
     if wrong:
         raise SceneError(*wrong.values())

@@ -22,6 +22,19 @@ from cablestudy.cli.options import (
 )
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
+WRITES_NOTHING = ("--check", "--no-write", "--row")
+INSTEAD = ("--dry-run", "--check", "--shard", "--sensitivity")  # of the table, all of it
+# No option of the first group goes with one of the second.
+EXCLUSIVE = (
+    (("--resume",), ("--restart",)),
+    (("--resume", "--restart"), WRITES_NOTHING),
+    (("--shard",), (*WRITES_NOTHING, "--plot")),
+    (("--jobs",), ("--scheduler",)),
+    (("--check",), ("--row",)),
+    (("--dry-run",), ("--plot", "--row")),
+    (INSTEAD, ("--where", "--sort", "--best")),
+    *(((one,), (other,)) for one, other in itertools.combinations(INSTEAD, 2)),
+)
 
 
 @click.command()
@@ -61,28 +74,16 @@ MOST_DIFFERENCES = 1000  # that a check shows one by one
 @QUIET
 @click.pass_context
 @handle_errors
-def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, resume,
-          restart, jobs, scheduler, shard, row, fail_fast, style, plot, explain, quiet):  # fmt: skip
+def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, style, plot,
+          shard, quiet, **how):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
 
     Rows are kept as they are done: whatever ends a run, --resume goes on with it.
     """
     check_picture(plot)
-    silent = {"--check": check, "--no-write": no_write, "--row": row}
-    shown = {"--where": where is not None, "--sort": sort is not None, "--best": best is not None}
-    alone = {"--dry-run": dry_run, "--check": check, "--shard": shard, "--sensitivity": sensitivity}
-    exclude(
-        ({"--resume": resume}, {"--restart": restart}),
-        ({"--resume": resume, "--restart": restart}, silent),
-        ({"--shard": shard}, {**silent, "--plot": plot}),
-        ({"--jobs": jobs}, {"--scheduler": scheduler}),
-        ({"--check": check}, {"--row": row}),
-        ({"--dry-run": dry_run}, {"--plot": plot, "--row": row}),
-        (alone, shown),
-        *(({one: alone[one]}, {other: alone[other]}) for one, other in itertools.combinations(alone, 2)),
-    )
+    exclude(context.params, EXCLUSIVE)
     refuse({"--rtol": rtols and not check}, "for --check only")
-    keep, typed, work = not any(silent.values()), context.obj["words"], None
+    keep, typed, work = not (check or no_write or how["row"]), context.obj["words"], None
 
     def interrupted():
         return work.interrupted(typed) if work else ["interrupted: nothing is computed yet"]
@@ -108,8 +109,7 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
         if check:
             files.check_stored()
         tolerance = read_tolerances(rtols, requested) if check else None
-        options = run.Options(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
-        with run.Run(requested, files, options) as work:
+        with run.Run(requested, files, run.Options(keep=keep, shard=parts, quiet=quiet, **how)) as work:
             compute(work, [] if study == "-" else words_of(study, sets, vary))
             if not parts:
                 return finish(work, style, plot, tolerance, run.command(typed), select)
@@ -141,8 +141,8 @@ def selection_of(study, where, sort, best, sensitivity):
 
 def words_of(study, sets, vary):
     """What of a command says which cases there are."""
-    options = [word for text in sets for word in ("--set", text)] + [word for text in vary for word in ("--vary", text)]
-    return ["sweep", study, *options]
+    options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
+    return ["sweep", study, *itertools.chain(*options)]
 
 
 def compute(work, words):
@@ -161,16 +161,7 @@ def finish(work, style, plot, tolerance, command, select=None):
     table, files, quiet = work.table(), work.files, work.options.quiet
     save_plot(plot, lambda plots: plots.study_plot(work.study, table))
     if tolerance is not None:
-        from cablestudy.sweep.check import compare
-
-        differences = 0
-        for differences, difference in enumerate(compare(table, files.csv, tolerance), 1):
-            if differences <= MOST_DIFFERENCES:
-                click.echo(f"{files.csv}: {difference}", err=True)
-        if differences > MOST_DIFFERENCES:
-            click.echo(f"{files.csv}: {differences} differences in all", err=True)
-        echo_notes([] if differences else [f"{files.csv}: agrees"], quiet)
-        return FAILED_CHECK if differences else 0
+        return print_differences(table, files.csv, tolerance, quiet)
     if work.options.keep:
         work.write(table, command)
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
@@ -179,6 +170,20 @@ def finish(work, style, plot, tolerance, command, select=None):
         echo_notes(notes, quiet)
     show(table, style)
     return NO_ANSWER if work.failed else 0
+
+
+def print_differences(table, path, tolerance, quiet):
+    """The cells of a table that differ from the stored one; the exit code."""
+    from cablestudy.sweep.check import compare
+
+    number = 0
+    for number, difference in enumerate(compare(table, path, tolerance), 1):
+        if number <= MOST_DIFFERENCES:
+            click.echo(f"{path}: {difference}", err=True)
+    if number > MOST_DIFFERENCES:
+        click.echo(f"{path}: {number} differences in all", err=True)
+    echo_notes([] if number else [f"{path}: agrees"], quiet)
+    return FAILED_CHECK if number else 0
 
 
 @click.command()
