@@ -16,15 +16,9 @@ _FEW = 50
 
 @dataclass(frozen=True)
 class Entry:
-    """One entry of `vary`: keys that go together.
+    """One entry of `vary`: keys that go together."""
 
-    Attributes
-    ----------
-    columns : tuple of (str, sequence, callable)
-        Dotted key, its values, and index -> place (looked up only on a mistake).
-    """
-
-    columns: tuple[tuple[str, Any, Any], ...]
+    columns: tuple[tuple[str, Any, Any], ...]  # dotted key, its values, and index -> place, called only on a mistake
 
     def __len__(self):
         return len(self.columns[0][1])
@@ -46,7 +40,7 @@ class Entry:
 
 
 def entries_of(table, source):
-    """The entries of a study file.
+    """The entries of a study file, the sample last, and what is wrong with them.
 
     Parameters
     ----------
@@ -56,9 +50,8 @@ def entries_of(table, source):
     Returns
     -------
     entries : tuple of Entry
-        The sample is the last one.
     found : list of (tuple, str)
-        What is wrong: path and message.
+        Path and message of each mistake.
     """
     entries, found, seen = [], [], set()
     groups = [(("vary", number), mapping, _values) for number, mapping in enumerate(table.vary)]
@@ -77,9 +70,8 @@ def entries_of(table, source):
                 columns.append((key, read(key, written), partial(_value_place, source, (*path, key))))
             except ValueError as error:
                 found.append(((*path, key), str(error)))
-        lengths = {key: len(values) for key, values, _ in columns}
-        if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{key} {length}" for key, length in lengths.items())
+        if len({len(values) for _, values, _ in columns}) > 1:
+            listed = ", ".join(f"{key} {len(values)}" for key, values, _ in columns)
             found.append((path, f"keys of one entry go together and need equally many values: {listed}"))
         elif columns:
             entries.append(Entry(tuple(columns)))
@@ -90,7 +82,7 @@ def entries_of(table, source):
 
 
 def _value_place(source, path, index):
-    """Place of one varied value; a range has a single one."""
+    """Place of one varied value; all values of a range have the same."""
     return source.place((*path, index))
 
 
@@ -129,7 +121,7 @@ def with_options(entries, texts):
         reason = next(filter(None, (_clash(key, other) for other in taken)), None)
         if reason:
             mistakes.append(Mistake(option, "", reason))
-        added.append(Entry(((key, values, partial(_option, option)),)))
+        added.append(Entry(((key, values, partial(_place_of_option, option)),)))
     count = math.prod(map(len, (*entries, *added)))
     if count > MAX_COUNT and not mistakes:
         mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
@@ -138,7 +130,7 @@ def with_options(entries, texts):
     return (*entries, *added)
 
 
-def _option(option, index):
+def _place_of_option(option, index):  # a lambda could not be pickled
     return option
 
 

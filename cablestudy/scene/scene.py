@@ -179,16 +179,7 @@ def is_study(document):
 
 
 def read_scene(document):
-    """Scene of a document.
-
-    Parameters
-    ----------
-    document : Document
-        With its base files merged.
-
-    Returns
-    -------
-    Scene
+    """Scene of a Document with its base files merged.
 
     Raises
     ------
@@ -217,9 +208,8 @@ def load_scene(path, sets=()):
 
     Returns
     -------
-    document : Document
-        What was written, with places.
-    scene : Scene
+    tuple of (Document, Scene)
+        What was written, with places; the same in SI.
 
     Raises
     ------
@@ -231,19 +221,5 @@ def load_scene(path, sets=()):
 
 
 def missing(document, key, command):
-    """The error for a key that a scene may lack and a command may not.
-
-    Parameters
-    ----------
-    document : Document
-        Of the scene.
-    key : str
-        Dotted, for example `gondola.mass`.
-    command : str
-        What needs it, for example `windrms`.
-
-    Returns
-    -------
-    SceneError
-    """
+    """The SceneError for a dotted key that a scene may lack and a command (for example `windrms`) may not."""
     return refuse(document.place(tuple(key.split("."))), f"missing key: 'cablestudy {command}' needs it", key)
