@@ -2,9 +2,11 @@
 
 import itertools
 import os
+from functools import wraps
 
 import click
 
+from cablestudy.cli.error_handling import handle_errors
 from cablestudy.errors import SceneError
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -53,6 +55,20 @@ def check_picture(path):
     folder = os.path.dirname(path) or "."
     if not os.access(folder, os.W_OK) or os.path.isdir(path):
         raise SceneError(f"--plot {path}: cannot be written")
+
+
+def scene_command(command):
+    """Make a function a command that reads SCENE and prints a table, with the options that all of these have."""
+
+    @wraps(command)
+    def checked(*, plot, **parameters):
+        check_picture(plot)
+        return command(plot=plot, **parameters)
+
+    run = handle_errors(checked)
+    for option in (QUIET, EXPLAIN, PLOT, FORMAT, SET, SCENE):
+        run = option(run)
+    return click.command()(run)
 
 
 def exclude(parameters, pairs):
