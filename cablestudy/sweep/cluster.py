@@ -4,7 +4,7 @@ import json
 import logging
 import re
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.sweep.driver import WorkerDeathError, retry
@@ -77,18 +77,15 @@ def _client(address):
         raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
     disabled = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
-    try:
+    with ExitStack() as at_end:
+        at_end.callback(logging.disable, disabled)
         try:
             client = Client(where, timeout=TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None
-        try:
-            yield client
-        finally:
-            client.close(timeout=TIMEOUT)
-    finally:
-        logging.disable(disabled)
+        at_end.callback(client.close, timeout=TIMEOUT)
+        yield client
 
 
 def _address_in(path):

@@ -94,8 +94,8 @@ class Sensitivity:
         sample = study.sample
         if sample is None or sample.method != "saltelli":
             where = study.where(("sample",) if sample is None else ("sample", "method"))
-            wanted = "--sensitivity needs a sample of the method saltelli, which gives count x (keys + 2) cases"
-            raise SceneError(Mistake(where, "", wanted))
+            message = "--sensitivity needs a sample of the method saltelli, which gives count x (keys + 2) cases"
+            raise SceneError(Mistake(where, "", message))
         if sample.count < FEWEST:
             message = f"--sensitivity needs at least {FEWEST} points, got {sample.count}"
             raise SceneError(Mistake(study.where(("sample", "count")), "", message))
