@@ -20,6 +20,13 @@ class Entry:
 
     columns: tuple[tuple[str, Any, Any], ...]  # dotted key, its values, and index -> place, called only on a mistake
 
+    def __post_init__(self):
+        if not self.columns:
+            raise ValueError("an entry without a key")
+        if len({len(values) for _, values, _ in self.columns}) > 1:
+            listed = ", ".join(f"{key} {len(values)}" for key, values, _ in self.columns)
+            raise ValueError(f"keys of one entry go together and need equally many values: {listed}")
+
     def __len__(self):
         return len(self.columns[0][1])
 
@@ -58,23 +65,20 @@ def entries_of(table, source):
     if table.sample:
         groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
     for path, mapping, read in groups:
-        if not mapping:
-            found.append((path, "an entry without a key"))
         columns = []
         for key, written in mapping.items():
-            if key in seen:
-                found.append(((*path, key), "varies in an entry above already"))
-            seen.add(key)
             try:
                 split_key(key)
+                if key in seen:
+                    raise ValueError("varies in an entry above already")
+                seen.add(key)
                 columns.append((key, read(key, written), partial(_value_place, source, (*path, key))))
             except ValueError as error:
                 found.append(((*path, key), str(error)))
-        if len({len(values) for _, values, _ in columns}) > 1:
-            listed = ", ".join(f"{key} {len(values)}" for key, values, _ in columns)
-            found.append((path, f"keys of one entry go together and need equally many values: {listed}"))
-        elif columns:
-            entries.append(Entry(tuple(columns)))
+        try:
+            entries += [Entry(tuple(columns))] if columns or not mapping else []
+        except ValueError as error:
+            found.append((path, str(error)))
     count = math.prod(map(len, entries))
     if count > MAX_COUNT:
         found.append((("vary" if table.vary else "sample",), f"{count} cases (at most {MAX_COUNT})"))

@@ -5,7 +5,6 @@ import platform
 import re
 import shlex
 import sys
-import time
 from collections import Counter
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
@@ -73,7 +72,7 @@ class Run:
         self.identity = identity(study, self.columns)
         self.path = files.shard(*options.shard) if options.shard else files.rows
         self.store = None
-        self._begin, self._started = time.monotonic(), time.time()
+        self._started = datetime.now(UTC)
 
     def __enter__(self):
         with ExitStack() as on_error:
@@ -185,8 +184,8 @@ class Run:
         content = {
             "command": command,
             "fingerprint": digest(self.identity),
-            "started": datetime.fromtimestamp(self._started, UTC).isoformat(timespec="seconds"),
-            "duration_s": round(time.monotonic() - self._begin, 3),  # of a run that was resumed, the last part
+            "started": self._started.isoformat(timespec="seconds"),
+            "duration_s": (datetime.now(UTC) - self._started).total_seconds(),  # of a resumed run, the last part
             "rows": {"total": len(self.cases), "reused": self._known, "failed": self.failed},
             "versions": versions,
             "platform": platform.platform(),
