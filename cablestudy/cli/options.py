@@ -57,18 +57,25 @@ def check_picture(path):
         raise SceneError(f"--plot {path}: cannot be written")
 
 
-def scene_command(command):
-    """Make a function a command that reads SCENE and prints a table, with the options that all of these have."""
+def _command(*shared):
+    """Decorator that makes a function a command with an argument and options that several commands share."""
 
-    @wraps(command)
-    def checked(*, plot, **parameters):
-        check_picture(plot)
-        return command(plot=plot, **parameters)
+    def decorate(function):
+        @wraps(function)
+        def checked(*, plot, **parameters):
+            check_picture(plot)
+            return function(plot=plot, **parameters)
 
-    run = handle_errors(checked)
-    for option in (QUIET, EXPLAIN, PLOT, FORMAT, SET, SCENE):
-        run = option(run)
-    return click.command()(run)
+        command = handle_errors(checked)
+        for option in reversed(shared):
+            command = option(command)
+        return click.command()(command)
+
+    return decorate
+
+
+scene_command = _command(SCENE, SET, FORMAT, PLOT, EXPLAIN, QUIET)
+study_command = _command(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
 
 
 def exclude(parameters, pairs):

@@ -4,22 +4,8 @@ import itertools
 
 import click
 
-from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, handle_errors, interruptible, show
-from cablestudy.cli.options import (
-    EXPLAIN,
-    FORMAT,
-    OUT,
-    PLOT,
-    QUIET,
-    SET,
-    STUDY,
-    VARY,
-    check_picture,
-    complete_column,
-    exclude,
-    refuse,
-    save_plot,
-)
+from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, interruptible, show
+from cablestudy.cli.options import EXPLAIN, complete_column, exclude, refuse, save_plot, study_command
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
 WRITES_NOTHING = ("--check", "--no-write", "--row")
@@ -37,10 +23,7 @@ EXCLUSIVE = (
 )
 
 
-@click.command()
-@STUDY
-@SET
-@VARY
+@study_command
 @click.option("--dry-run", is_flag=True, help="Print the cases; compute and write nothing.")
 @click.option("--where", metavar="CONDITION", help="Show only such rows, e.g. 'gondola_rms < 1 mm and sag < 0.5'.")
 @click.option(
@@ -51,7 +34,6 @@ EXCLUSIVE = (
 )
 @click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'.")
 @click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows.")
-@OUT
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
 @click.option(
@@ -68,19 +50,14 @@ EXCLUSIVE = (
 @click.option("--shard", metavar="K/N", help="Only every Nth case from the Kth, kept for 'cablestudy merge'.")
 @click.option("--row", type=click.IntRange(min=1), help="Only this row of the table; write nothing.")
 @click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
-@FORMAT
-@PLOT
 @EXPLAIN
-@QUIET
-@click.pass_context
-@handle_errors
-def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, style, plot,
-          shard, quiet, **how):  # fmt: skip
+def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, style, plot, shard,
+          quiet, **how):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
 
     Rows are kept as they are done: whatever ends a run, --resume goes on with it.
     """
-    check_picture(plot)
+    context = click.get_current_context()
     exclude(context.params, EXCLUSIVE)
     refuse({"--rtol": rtols and not check}, "for --check only")
     keep, typed, work = not (check or no_write or how["row"]), context.obj["words"], None
@@ -103,14 +80,14 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
         if requested.asked and keep:
             keep = False
             echo_notes([f"not written: the study does not list {', '.join(requested.asked)}"], quiet)
-        files = TableFiles(out, requested.name)
+        files, tolerance = TableFiles(out, requested.name), None
         if keep:
             files.check_writable()
         if check:
             files.check_stored()
-        tolerance = read_tolerances(rtols, requested) if check else None
+            tolerance = read_tolerances(rtols, requested)
         with run.Run(requested, files, run.Options(keep=keep, shard=parts, quiet=quiet, **how)) as work:
-            compute(work, [] if study == "-" else words_of(study, sets, vary))
+            compute(work, words_of(study, sets, vary))
             if not parts:
                 return finish(work, style, plot, tolerance, run.command(typed), select)
             echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
@@ -140,13 +117,13 @@ def selection_of(study, where, sort, best, sensitivity):
 
 
 def words_of(study, sets, vary):
-    """What of a command says which cases there are."""
+    """The part of a command that determines the cases."""
     options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
     return ["sweep", study, *itertools.chain(*options)]
 
 
 def compute(work, words):
-    """All rows of a run, and what is to be said about them."""
+    """Compute all rows of a run, and print notes on them."""
     options = work.options
     echo_notes(work.reused(), options.quiet)
     work.compute()
@@ -186,19 +163,9 @@ def print_differences(table, path, tolerance, quiet):
     return FAILED_CHECK if number else 0
 
 
-@click.command()
-@STUDY
-@SET
-@VARY
-@OUT
-@FORMAT
-@PLOT
-@QUIET
-@click.pass_context
-@handle_errors
-def merge(context, study, sets, vary, out, style, plot, quiet):
+@study_command
+def merge(study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
-    check_picture(plot)
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
         from cablestudy.scene.study import read_study
         from cablestudy.study.files import TableFiles
@@ -211,5 +178,5 @@ def merge(context, study, sets, vary, out, style, plot, quiet):
         files.check_writable()
         words = words_of(study, sets, vary)
         with MergedRun(requested, files, words, quiet) as work:
-            echo_notes(work.failures([] if study == "-" else words), quiet)
-            return finish(work, style, plot, None, run.command(context.obj["words"]))
+            echo_notes(work.failures(words), quiet)
+            return finish(work, style, plot, None, run.command(click.get_current_context().obj["words"]))

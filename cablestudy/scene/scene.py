@@ -54,7 +54,7 @@ class Notch(Table):
 
 
 def _none_word(value):
-    """`none` says that there is no notch; null would say that the key is absent, which gives the default one."""
+    """None for the word `none`, which switches the notch off; null means an absent key, and the default notch."""
     return None if value == "none" else value
 
 
@@ -132,7 +132,7 @@ class Model(Table):
 
 
 class Scene(Table):
-    """All that a scene file says."""
+    """The contents of a scene file."""
 
     gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
     cable: Cable = Field(description="The cable")

@@ -1,4 +1,4 @@
-"""JSON Schema of the files, for editors: what pydantic knows of the models, plus what the reader knows beyond them."""
+"""JSON Schema of the files, for editors: pydantic's schema of the models, and what the reader checks beyond them."""
 
 from itertools import combinations
 
@@ -98,7 +98,7 @@ def _range_schema(*keys):
 
 
 class _Plain(GenerateJsonSchema):
-    """Without the titles, docstrings and null defaults that pydantic adds, which tell an editor nothing."""
+    """pydantic's schema without titles, docstrings and null defaults, of which an editor has no use."""
 
     def field_title_should_be_set(self, schema):
         return False

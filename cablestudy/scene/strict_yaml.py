@@ -128,7 +128,7 @@ def compose(text, name):
 
 
 def _syntax_error(error, text, name):
-    """A message of PyYAML, of several lines, as one line that says what to do."""
+    """The error for a message of PyYAML of several lines: one line with a hint."""
     problem = f"{getattr(error, 'context', '') or ''}: {getattr(error, 'problem', '') or error}"
     mark, began = getattr(error, "problem_mark", None), getattr(error, "context_mark", None)
     here = "" if mark is None else (text.splitlines()[mark.line : mark.line + 1] or [""])[0][mark.column :]

@@ -214,7 +214,7 @@ def _dimension_name(dimension):
 
 
 def _unknown(name):
-    """The end of a message about a unit that nobody knows, with the nearest known one."""
+    """The end of a message about an unknown unit, with the nearest known one."""
     same = [known for known in _KNOWN if known.lower() == name.lower()]
     if not same:
         from difflib import get_close_matches

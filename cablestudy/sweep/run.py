@@ -57,7 +57,7 @@ class Options:
 
 
 class Run:
-    """A study on its way to its table. Use it in a `with`.
+    """One run of a study, a context manager.
 
     Raises
     ------
@@ -135,8 +135,8 @@ class Run:
             return compute_here(chunks, self.options.jobs)
         from cablestudy.sweep.cluster import compute_on_cluster
 
-        say = None if self.options.quiet else partial(print, file=sys.stderr, flush=True)
-        return compute_on_cluster(chunks, self.options.scheduler, say)
+        notify = None if self.options.quiet else partial(print, file=sys.stderr, flush=True)
+        return compute_on_cluster(chunks, self.options.scheduler, notify)
 
     def _resumable(self):
         return f"; --resume goes on: {self.done} rows are done" if self.options.keep else ""
@@ -204,10 +204,8 @@ class Run:
     def failures(self, words):
         """Lines about the rows without an answer: the first of them, how many of each kind, how to see one alone.
 
-        Parameters
-        ----------
-        words : sequence of str
-            The command without what says how to compute; `--row` is added. Empty where nothing can be typed again.
+        `words` are the command, `sweep STUDY ...`, without what says how to compute; a study that is standard input
+        cannot be read again.
         """
         first = list(islice(self.store.failures(), SHOWN))
         kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
@@ -218,7 +216,7 @@ class Run:
         others = kinds.total() - sum(often for _, often in kinds.most_common(KINDS))
         counted += [f"{others} x others"] if others else []
         lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counted))
-        for case, _ in first[: REPLAYED if words else 0]:
+        for case, _ in first[: 0 if words[1] == "-" else REPLAYED]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
 
