@@ -12,13 +12,6 @@ from cablestudy.errors import SceneError
 PICTURES = (".png", ".svg", ".pdf")
 
 
-def complete_file(context, parameter, incomplete):
-    """Shell completion of file names."""
-    from click.shell_completion import CompletionItem
-
-    return [CompletionItem(incomplete, type="file")]
-
-
 def complete_column(context, parameter, incomplete):
     """Shell completion of column names."""
     from cablestudy.study.columns import COLUMNS
@@ -26,7 +19,8 @@ def complete_column(context, parameter, incomplete):
     return [column.header for column in COLUMNS if column.header.startswith(incomplete)]
 
 
-SCENE = click.argument("scene", metavar="SCENE", shell_complete=complete_file)
+PATH = click.Path(readable=False)  # completed by shells, and checked by the reader
+SCENE = click.argument("scene", metavar="SCENE", type=PATH)
 SET = click.option(
     "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change one key, e.g. cable.diameter=3.7mm. Repeatable."
 )
@@ -42,7 +36,7 @@ FORMAT = click.option(
 QUIET = click.option("--quiet", is_flag=True, help="No notes and warnings on standard error.")
 EXPLAIN = click.option("--explain", is_flag=True, help="Say on standard error what was modelled, and how well.")
 PLOT = click.option("--plot", metavar="FILE", help="Draw a picture too: .png, .svg or .pdf.")
-STUDY = click.argument("study", metavar="STUDY", shell_complete=complete_file)
+STUDY = click.argument("study", metavar="STUDY", type=PATH)
 OUT = click.option("--out", default="results", metavar="DIR", help="Where the files of NAME go. Default: results.")
 
 

@@ -105,8 +105,8 @@ def _sampled(sample, key, written):
     return Sampled(sample, list(sample.over).index(key), read_interval(written))
 
 
-def with_options(entries, texts):
-    """The entries of a study and those of the options `--vary`, given as text.
+def entries_of_options(texts, entries):
+    """The entries of the options `--vary`, given as text, beside those of the study.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def with_options(entries, texts):
         mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
     if mistakes:
         raise SceneError(*mistakes)
-    return (*entries, *added)
+    return tuple(added)
 
 
 def _place_of_option(option, index):  # a lambda could not be pickled

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import apply_sets, read_base, read_file
-from cablestudy.scene.entries import entries_of, with_options
+from cablestudy.scene.entries import entries_of, entries_of_options
 from cablestudy.scene.fields import Name, Quantity, Table
 from cablestudy.scene.layers import REPLACES, split_key
 from cablestudy.scene.mistakes import at_most, collect, located
@@ -217,11 +217,11 @@ def study_of(source, sets=(), vary=()):
         found.append((("reference",), f"{_beside(source, table.reference)}: no such file"))
     if found:
         raise located(found, source)
-    everything = with_options(entries, vary)
+    added = entries_of_options(vary, entries)
     document = read_base(source)
     settings = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
     document = apply_sets(document.with_sets(settings), sets)
-    study = Study(source, table, document, entries, everything[len(entries) :])
+    study = Study(source, table, document, entries, added)
     _refuse_idle(study, entries, sets)
     return study
 
