@@ -317,6 +317,17 @@ class System:
         """Sparse mass matrix of all nodes for a cable of unit mass, shape (nodes d, nodes d). [-]"""
         return masses(self.state.mesh, len(self.axes))[0]
 
+    def inertia(self, movements):
+        """M u of movements of all nodes of a cable of unit mass, shape (..., nodes, d, r)."""
+        return sparse_product(self.full_mass(), joined(movements)).reshape(movements.shape)
+
+
+def sparse_product(matrix, dense):
+    """A sparse matrix times stacked dense ones, shape (..., n, r), whose columns do not meet."""
+    columns = np.moveaxis(dense, -2, 0)
+    product = matrix @ columns.reshape(len(columns), dense.size // max(len(columns), 1))
+    return np.moveaxis(product.reshape(columns.shape), 0, -2)
+
 
 def _times(matrices, vectors):
     """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than matmul."""

@@ -421,7 +421,9 @@ class Ends:
     def _undamped(self):
         """Angular frequencies, participation, static stiffness and inertia, as in `Superelement`."""
         dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
-        participation = np.concatenate([(modes.rigid - modes.driven) @ frame, modes.driven @ frame], axis=-1)
+        participation = np.concatenate(
+            [(modes.rigid_participation - modes.participation) @ frame, modes.participation @ frame], axis=-1
+        )
         static, inertia = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame, np.zeros(turn.shape)
         for system, places, both in self._shapes:
             flat = joined(both)

@@ -61,7 +61,7 @@ def numbers(span, length, mass, force):
             modes.frequency / rate,
             modes.errors,
             modes.symmetries,
-            modes.driven * length * np.sqrt(mass) / force,
+            modes.participation * length * np.sqrt(mass) / force,
         ]
         ends = Ends(dynamics, span.frame, dynamics.dof)
         for damping in DAMPINGS:
