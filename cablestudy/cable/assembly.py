@@ -323,10 +323,10 @@ class System:
 
 
 def sparse_product(matrix, dense):
-    """A sparse matrix times stacked dense ones, shape (..., n, r), whose columns do not meet."""
+    """A sparse matrix times stacked dense ones, shape (..., n, r); the digits of each column are those of it alone."""
     columns = np.moveaxis(dense, -2, 0)
     product = matrix @ columns.reshape(len(columns), dense.size // max(len(columns), 1))
-    return np.moveaxis(product.reshape(columns.shape), 0, -2)
+    return np.ascontiguousarray(np.moveaxis(product.reshape(columns.shape), 0, -2))
 
 
 def _times(matrices, vectors):

@@ -125,7 +125,7 @@ class Modes:
 
     def _forces(self, name):
         unit = (self.combined.unit_stiffness / self.combined.root_mass)[self.cable]
-        return (self._values(name) * unit[..., None, None]).swapaxes(-1, -2)
+        return np.ascontiguousarray((self._values(name) * unit[..., None, None]).swapaxes(-1, -2))
 
     @cached_property
     def kind(self):
