@@ -13,7 +13,7 @@ from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.guess import first_tension
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
-from cablestudy.cable.segment import TINY, evaluate, extension, flexibility, solve_symmetric
+from cablestudy.cable.segment import TINY, SegmentedCable, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
 
 LAST = 1e-8  # relative size of the last step up to which a tension counts as found: the error is about its square
@@ -69,7 +69,7 @@ def components(vectors):
 
 
 @dataclass(frozen=True)
-class Catenary:
+class Catenary(SegmentedCable):
     """Equilibrium of a cable or of a batch of cables.
 
     Attributes
@@ -97,6 +97,16 @@ class Catenary:
         return Catenary(self.span.take(index), parts, segments, self.record.of(index))
 
     @cached_property
+    def mid_forces(self):
+        """Tension vector at mid-segment, chord frame, shape (..., k + 1, 3). [N]"""
+        return np.stack(self.tension, axis=-1)
+
+    @property
+    def segment_weights(self):
+        """Shape (..., k + 1). [N]"""
+        return self.segments.weight
+
+    @cached_property
     def kernel(self):
         """The closed-form quantities of each segment."""
         return evaluate(self.tension, self.segments.weight, *self._angles)
@@ -114,45 +124,12 @@ class Catenary:
     @property
     def mean_tension(self):
         """Mean over the unstretched length, shape (...). [N]"""
-        cosine, sine = self._angles
-        q, n, y = self.tension
-        vertical = q * sine + n * cosine
-        h2 = self.kernel.horizontal**2 + y**2
+        vertical, horizontal = self._vertical_and_horizontal
+        h2 = horizontal**2
         total = self.kernel.sum_of_tensions
         # as H goes to 0 with a change of sign of V, H^2 times the logarithm goes to 0
         mean = vertical**2 / total + total / 4 + h2 * (1 + self.kernel.excess) / total
         return (mean * self.segments.fraction).sum(axis=-1)
-
-    @property
-    def max_tension(self):
-        """Largest tension, at an end or at a load, shape (...). [N]"""
-        return np.maximum(*self.kernel.tensions).max(axis=-1)
-
-    @property
-    def min_tension(self):
-        """Smallest tension, at an end, at a load or at the lowest point, shape (...). [N]"""
-        cosine, sine = self._angles
-        q, n, y = self.tension
-        vertical = np.abs(q * sine + n * cosine)
-        lowest = np.hypot(self.kernel.horizontal, y)
-        return np.where(vertical < self.segments.weight / 2, lowest, np.minimum(*self.kernel.tensions)).min(axis=-1)
-
-    def end_forces(self, frame="chord"):
-        """Force of the cable on each end, point loads there included.
-
-        Parameters
-        ----------
-        frame : {"chord", "global"}
-
-        Returns
-        -------
-        ndarray, shape (..., 2, 3)
-            [N]
-        """
-        middle, up = np.stack(self.tension, axis=-1), self.span.up
-        half = (self.segments.weight / 2)[..., None] * up[..., None, :]
-        first, last = (middle - half)[..., 0, :], (middle + half)[..., -1, :]
-        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
 
     @property
     def singularities(self):
@@ -161,19 +138,18 @@ class Catenary:
         T^2 = H^2 + (V + w s)^2. The curvature is largest at the real part, over about twice the imaginary part, and the
         distance of the singularity bounds the length on which a polynomial series converges.
         """
-        cosine, sine = self._angles
-        q, n, y = self.tension
-        weight = np.maximum(np.broadcast_to(self.segments.weight, q.shape), TINY)
+        vertical, horizontal = self._vertical_and_horizontal
+        weight = np.maximum(np.broadcast_to(self.segments.weight, vertical.shape), TINY)
         fraction = self.segments.fraction
         middle = np.cumsum(fraction, axis=-1) - fraction / 2
-        real, imaginary = -(q * sine + n * cosine) / weight, np.hypot(self.kernel.horizontal, y) / weight
+        real, imaginary = -vertical / weight, horizontal / weight
         far = 1e30  # a segment without weight is straight
         return middle + fraction * (np.clip(real, -far, far) + 1j * np.minimum(imaginary, far))
 
     @property
     def horizontal_tension(self):
         """Mean horizontal tension, constant where no load acts horizontally, shape (...). [N]"""
-        return (np.hypot(self.kernel.horizontal, self.tension[2]) * self.segments.fraction).sum(axis=-1)
+        return (self._vertical_and_horizontal[1] * self.segments.fraction).sum(axis=-1)
 
     @property
     def stretched_length(self):

@@ -41,7 +41,6 @@ def from_catenary(catenary, mesh):
 def _state(catenary, mesh, force, displacement):
     """From the tension vectors at the Gauss points in units of the largest of the catenary, shape (..., n q, 3)."""
     reference = np.asarray(catenary.max_tension)
-    compliance = reference / np.asarray(catenary.span.axial_stiffness, dtype=float)
     size = np.sqrt((force**2).sum(axis=-1))
     shape = (*size.shape[:-1], mesh.elements, mesh.order)
     return State(
@@ -49,7 +48,6 @@ def _state(catenary, mesh, force, displacement):
         span=catenary.span,
         direction=(force / np.maximum(size, TINY)[..., None]).reshape(*shape, 3),
         tension=size.reshape(shape),
-        stretch=(1 + compliance[..., None] * size).reshape(shape),
         displacement=displacement,
         force=reference,
         mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.span.mirror_symmetric)),

@@ -14,6 +14,7 @@ Source: Irvine (1981), Cable Structures, section 1.3, rewritten.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -179,6 +180,51 @@ def _deep(tension, cosine, sine, kernel):
         cosine * hy + sine * vy,
         cosine * vy - sine * hy,
     )
+
+
+class SegmentedCable:
+    """Tensions of a cable in equilibrium whose tension vector is linear along each of its segments or elements.
+
+    A subclass has `span`, `mid_forces`, the tension vectors at mid-segment, chord frame, shape (..., k, 3) [N], and
+    `segment_weights`, shape (..., k) [N].
+    """
+
+    @cached_property
+    def _vertical_and_horizontal(self):
+        """Parts of the tension at mid-segment, the first one signed, each of shape (..., k). [N]"""
+        cosine, sine = np.asarray(self.span.cosine)[..., None], np.asarray(self.span.sine)[..., None]
+        q, n, y = np.moveaxis(self.mid_forces, -1, 0)
+        return q * sine + n * cosine, np.hypot(q * cosine - n * sine, y)
+
+    @cached_property
+    def edge_tensions(self):
+        """Tension at both ends of each segment, shape (..., k, 2). [N]"""
+        vertical, horizontal = self._vertical_and_horizontal
+        half = self.segment_weights / 2
+        return np.sqrt(horizontal[..., None] ** 2 + np.stack([vertical - half, vertical + half], axis=-1) ** 2)
+
+    @property
+    def max_tension(self):
+        """Largest tension, at an end or at a load, shape (...). [N]"""
+        return self.edge_tensions.max(axis=(-2, -1))
+
+    @property
+    def min_tension(self):
+        """Smallest tension, at an end, at a load or at the lowest point, shape (...). [N]"""
+        vertical, horizontal = self._vertical_and_horizontal
+        sags = np.abs(vertical) < self.segment_weights / 2
+        return np.where(sags, horizontal, self.edge_tensions.min(axis=-1)).min(axis=-1)
+
+    def end_forces(self, frame="chord"):
+        """Force of the cable on each end, point loads there included, shape (..., 2, 3). [N]
+
+        Parameters
+        ----------
+        frame : {"chord", "global"}
+        """
+        half = (self.segment_weights / 2)[..., None] * self.span.up[..., None, :]
+        first, last = (self.mid_forces - half)[..., 0, :], (self.mid_forces + half)[..., -1, :]
+        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
 
 
 def solve_symmetric(matrix, right):

@@ -52,7 +52,6 @@ def state_at(span, mesh, positions):
         span=span,
         direction=gradient / stretch[..., None],
         tension=stretch - 1,
-        stretch=stretch,
         displacement=positions / length - chord,
         force=span.axial_stiffness,
         mirror_symmetric=False,
