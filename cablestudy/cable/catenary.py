@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.equilibrium_residual import EquilibriumResidual
-from cablestudy.cable.guess import first_tension
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
 from cablestudy.cable.segment import TINY, SegmentedCable, evaluate, extension, flexibility, solve_symmetric
@@ -260,7 +259,7 @@ def solve(span):
     """
     span = span.broadcast()
     problem = EquilibriumResidual(span, split(span))
-    unknown = problem.start(first_tension(span), span)
+    unknown = problem.start(span)
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
     unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
     unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
