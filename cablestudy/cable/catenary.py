@@ -20,34 +20,19 @@ LAST = 1e-8  # relative size of the last step up to which a tension counts as fo
 
 @dataclass(frozen=True)
 class Segments:
-    """Segments of a cable between its point loads; arrays have shape (..., k + 1).
+    """Segments of a cable between its point loads; arrays have shape (..., k + 1)."""
 
-    Attributes
-    ----------
-    fraction : ndarray
-        Share of the unstretched length. [-]
-    offset : tuple of 3 ndarrays
-        Tension vector at mid-segment minus the unknown at mid-length, chord frame. [N]
-    weight : ndarray
-        [N]
-    """
+    fraction: np.ndarray  # share of the unstretched length [-]
+    offset: tuple  # 3 arrays: tension vector at mid-segment minus the unknown at mid-length, chord frame [N]
+    weight: np.ndarray  # [N]
 
-    fraction: np.ndarray
-    offset: tuple
-    weight: np.ndarray
+    def take(self, index):
+        """Those of one cable of a batch of shape (n,), or of some."""
+        return Segments(self.fraction[index], tuple(part[index] for part in self.offset), self.weight[index])
 
 
 def split(span):
-    """Divide a cable into segments at its point loads.
-
-    Parameters
-    ----------
-    span : Span
-
-    Returns
-    -------
-    Segments
-    """
+    """The `Segments` into which its point loads divide a cable."""
     length = np.asarray(span.unstretched_length)[..., None]
     inner = span.load_positions / length
     end = np.ones((*inner.shape[:-1], 1))
@@ -58,13 +43,8 @@ def split(span):
     passed = np.cumsum(np.concatenate([np.zeros_like(total)[..., None, :], span.load_forces], axis=-2), axis=-2)
     jump = total[..., None, :] / 2 - passed
     weight = np.asarray(span.weight)[..., None]
-    offset = tuple(weight * np.asarray(g)[..., None] * middle + jump[..., i] for i, g in enumerate(components(span.up)))
+    offset = tuple(weight * span.up[..., i, None] * middle + jump[..., i] for i in range(3))
     return Segments(fraction, offset, weight * fraction)
-
-
-def components(vectors):
-    """The last axis of an array as a tuple."""
-    return tuple(vectors[..., i] for i in range(vectors.shape[-1]))
 
 
 @dataclass(frozen=True)
@@ -87,13 +67,8 @@ class Catenary(SegmentedCable):
 
     def take(self, index):
         """One cable of a batch of shape (n,)."""
-        parts = tuple(part[index] for part in self.tension)
-        segments = Segments(
-            self.segments.fraction[index],
-            tuple(part[index] for part in self.segments.offset),
-            self.segments.weight[index],
-        )
-        return Catenary(self.span.take(index), parts, segments, self.record.of(index))
+        tension = tuple(part[index] for part in self.tension)
+        return Catenary(self.span.take(index), tension, self.segments.take(index), self.record.of(index))
 
     @cached_property
     def mid_forces(self):

@@ -19,24 +19,13 @@ MERGED = 1e-11  # of the length: loads closer than this to each other, or to an 
 
 @dataclass(frozen=True)
 class Basis:
-    """Reference element; q = order Gauss points, p + 1 = order + 1 nodes, all on [0, 1].
+    """Reference element; q = order Gauss points, p + 1 = order + 1 nodes, all on [0, 1]."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (p + 1,)
-    points, weights : ndarray, shape (q,)
-        Gauss points and weights; the strain is sampled there.
-    derivative : ndarray, shape (q, p + 1)
-        Of the nodal functions at the Gauss points.
-    shares : ndarray, shape (p + 1,)
-        Integral of each nodal function: consistent nodal loads of a uniform load.
-    """
-
-    nodes: np.ndarray
-    points: np.ndarray
-    weights: np.ndarray
-    derivative: np.ndarray
-    shares: np.ndarray
+    nodes: np.ndarray  # shape (p + 1,)
+    points: np.ndarray  # Gauss points, at which the strain is sampled, shape (q,)
+    weights: np.ndarray  # Gauss weights, shape (q,)
+    derivative: np.ndarray  # of the nodal functions at the Gauss points, shape (q, p + 1)
+    shares: np.ndarray  # integral of each nodal function, the nodal loads of a uniform load, shape (p + 1,)
 
 
 def _lobatto(order):
@@ -107,19 +96,11 @@ def mass_matrix(order, mass):
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Elements along one cable.
+    """Elements along one cable, n of one order; lengths as shares of the unstretched length."""
 
-    Attributes
-    ----------
-    edges : ndarray, shape (n + 1,)
-        Element boundaries, as shares of the unstretched length. [-]
-    order : int
-    mass : str
-    """
-
-    edges: np.ndarray
+    edges: np.ndarray  # element boundaries, shape (n + 1,)
     order: int
-    mass: str = "lumped"
+    mass: str = "lumped"  # one of MASSES
 
     @cached_property
     def elements(self):

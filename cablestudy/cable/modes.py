@@ -60,24 +60,12 @@ class CombinedModes:
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes in ascending frequency, of one cable or of a batch.
+    """Modes in ascending frequency, of one cable or of a batch."""
 
-    Attributes
-    ----------
-    combined : CombinedModes
-        Of the batch.
-    count : int
-        How many of them, from the lowest.
-    complete : bool
-        True when the model has no more modes.
-    cable : tuple of int
-        Index of this cable in the batch.
-    """
-
-    combined: CombinedModes
-    count: int
-    complete: bool
-    cable: tuple = ()
+    combined: CombinedModes  # of the batch
+    count: int  # how many of them, from the lowest
+    complete: bool  # whether the model has no more modes
+    cable: tuple = ()  # index of this cable in the batch
 
     def __len__(self):
         return self.count

@@ -12,32 +12,15 @@ from cablestudy.cable.span import Span
 
 @dataclass(frozen=True)
 class State(SegmentedCable):
-    """A cable at the Gauss points and nodes of a mesh, or many cables on one mesh; chord frame.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    span : Span
-        Fields of shape (...).
-    direction : ndarray, shape (..., n, q, 3)
-        Unit tangent. [-]
-    tension : ndarray, shape (..., n, q)
-        In units of `force`. [-]
-    displacement : ndarray, shape (..., nodes, 3)
-        Of the nodes from the straight chord, in unstretched lengths. [-]
-    force : float or ndarray, shape (...)
-        Reference force. [N]
-    mirror_symmetric : bool
-        Whether each cable, with its elements, is its own mirror image at mid-length.
-    """
+    """A cable at the Gauss points and nodes of a mesh, or many cables on one mesh; chord frame."""
 
     mesh: Mesh
-    span: Span
-    direction: np.ndarray
-    tension: np.ndarray
-    displacement: np.ndarray
-    force: np.ndarray
-    mirror_symmetric: bool
+    span: Span  # fields of shape (...)
+    direction: np.ndarray  # unit tangent, shape (..., n, q, 3) [-]
+    tension: np.ndarray  # in units of `force`, shape (..., n, q) [-]
+    displacement: np.ndarray  # of the nodes from the chord, in unstretched lengths, shape (..., nodes, 3) [-]
+    force: np.ndarray  # reference force, shape (...) [N]
+    mirror_symmetric: bool  # whether each cable, with its elements, is its own mirror image at mid-length
 
     def take(self, index):
         """One cable of a batch, or some of them."""

@@ -27,27 +27,13 @@ SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length: numbe
 
 @dataclass(frozen=True)
 class Rod:
-    """Functions in which loads along a cable are expanded, orthonormal over its stretched length, counted as 1.
+    """Functions in which loads along a cable are expanded, orthonormal over its stretched length, counted as 1."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (n, q)
-        Gauss points of each element on [0, 1]. [-]
-    collect : ndarray, shape (r, n q)
-        Value of each function at each point, times the point's share of the length. [-]
-    square : ndarray, shape (r,)
-        Integral of the squared slope of each. [-]
-    ends : ndarray, shape (r, 2)
-        Values at both ends. [-]
-    length : float
-        Stretched over unstretched length. [-]
-    """
-
-    points: np.ndarray
-    collect: np.ndarray
-    square: np.ndarray
-    ends: np.ndarray
-    length: float
+    points: np.ndarray  # Gauss points of each element on [0, 1], shape (n, q)
+    collect: np.ndarray  # value of each function at each point, times the point's share of the length, shape (r, n q)
+    square: np.ndarray  # integral of the squared slope of each function, shape (r,)
+    ends: np.ndarray  # values of each function at both ends, shape (r, 2)
+    length: float  # stretched over unstretched length
 
     def variance(self, load, ratio):
         """I for loads that are coherent over some length.
@@ -133,12 +119,13 @@ def ratio_of(wind, length):
     -----
     Without a given length the coherence is exp(-12 sqrt((f r/v)^2 + (0.12 r/L)^2)): IEC 61400-1, ed. 3 (2005), annex B.
     """
-    if wind.coherence_length is not None:
-        whole = length / wind.coherence_length
-        rate = lambda frequency: np.full(len(frequency), whole)  # noqa: E731
-    else:
-        whole, slow = DECAY * length / wind.speed, LARGE_SCALE * wind.speed / wind.length_scale
-        rate = lambda frequency: whole * np.hypot(frequency, slow)  # noqa: E731
+    given = wind.coherence_length is not None
+    whole = length / wind.coherence_length if given else DECAY * length / wind.speed
     if not whole < LARGEST:
         raise NoSolutionError("the wind is coherent over too small a part of the cable for a number")
-    return rate
+    slow = LARGE_SCALE * wind.speed / wind.length_scale
+
+    def ratio(frequency):
+        return whole * (np.ones(len(frequency)) if given else np.hypot(frequency, slow))
+
+    return ratio
