@@ -154,19 +154,14 @@ class Catenary(SegmentedCable):
         return np.where(none, 0.0, np.stack(columns, axis=-1))
 
     def at(self, position):
-        """Displacement and tension vector along the cable.
+        """Displacement [-] and tension vector [N] along the cable, chord frame, shapes (..., j, 3).
+
+        The displacement is that from the straight chord in unstretched lengths: r = (1 + strain) position e + it.
 
         Parameters
         ----------
         position : ndarray, shape (..., j)
             Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
-
-        Returns
-        -------
-        displacement : ndarray, shape (..., j, 3)
-            From the straight chord, chord frame, in unstretched lengths: r = (1 + strain) position e + displacement.
-        tension : ndarray, shape (..., j, 3)
-            Chord frame. [N]
         """
         cosine, sine = self._angles
         position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float)
@@ -225,7 +220,7 @@ def solve(span):
     Returns
     -------
     Catenary
-        Its record tells for each cable whether it converged.
+        Its record states for each cable whether it converged.
 
     Notes
     -----

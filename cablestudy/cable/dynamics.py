@@ -45,12 +45,12 @@ class Dynamics:
         self.length = np.asarray(span.unstretched_length, dtype=float)
         self.mass = np.asarray(span.mass, dtype=float)
         self._state, self._mesh, self._few = state, state.mesh, few
-        self._planes = planes or (PLANAR if span.planar else (SPATIAL,))
+        self.planes = planes or (PLANAR if span.planar else (SPATIAL,))
         self._found, self._table, self._spectra, self._among = {}, {}, {}, None
 
     def take(self, index):
         """One cable of a batch; its modes are computed together with those of the batch."""
-        one = Dynamics(self._state, self._planes, self._few)
+        one = Dynamics(self._state, self.planes, self._few)
         one.length, one.mass, one._among = self.length[index], self.mass[index], (self, index)
         return one
 
@@ -65,17 +65,12 @@ class Dynamics:
         if self._among is not None:
             whole, index = self._among
             return tuple(system.take(index) for system in whole.systems)
-        return tuple(System(self.state, axes) for axes in self._planes)
-
-    @property
-    def planes(self):
-        """Directions of motion, coupled ones together: tuple of tuple of int."""
-        return self._planes
+        return tuple(System(self.state, axes) for axes in self.planes)
 
     @cached_property
     def dof(self):
         """Number of free displacements. [-]"""
-        return (self._mesh.nodes - 2) * sum(len(axes) for axes in self._planes)
+        return (self._mesh.nodes - 2) * sum(len(axes) for axes in self.planes)
 
     @property
     def small(self):
@@ -100,20 +95,7 @@ class Dynamics:
         return stiffness * np.asarray(self.state.force / self.length)[..., None, None]
 
     def modes(self, count):
-        """At least the `count` lowest modes, or all; cached by their number.
-
-        Parameters
-        ----------
-        count : int
-
-        Returns
-        -------
-        Modes
-
-        Raises
-        ------
-        ConvergenceError
-        """
+        """At least the `count` lowest `Modes`, or all; cached by their number. Raises as `lowest`."""
         if self.small:
             # rounded up: models of a batch then share a call, and a cable's digits do not depend on the others
             count = min(_step(count), self.dof) if self._few else self.dof
@@ -189,16 +171,7 @@ class Dynamics:
         return self._table[key]
 
     def lowest(self, count):
-        """The lowest modes.
-
-        Parameters
-        ----------
-        count : int
-            Number of modes; all if the model has fewer.
-
-        Returns
-        -------
-        Modes
+        """The `count` lowest `Modes`; all if the model has fewer.
 
         Raises
         ------

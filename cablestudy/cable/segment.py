@@ -36,7 +36,7 @@ class Kernel:
 
 
 def evaluate(tension, weight, cosine, sine):
-    """Quantities that extension and flexibility share.
+    """The `Kernel` of segments.
 
     Parameters
     ----------
@@ -44,10 +44,6 @@ def evaluate(tension, weight, cosine, sine):
         Tension vector at mid-segment in the chord frame. [N]
     weight, cosine, sine : ndarray
         Weight of the segment [N], cosine and sine of the chord's inclination [-].
-
-    Returns
-    -------
-    Kernel
     """
     q, n, y = tension
     vertical = q * sine + n * cosine
@@ -72,20 +68,10 @@ def evaluate(tension, weight, cosine, sine):
 
 
 def extension(tension, weight, axial_stiffness, cosine, sine):
-    """End 2 minus end 1 of a segment, minus its own length along the chord, per unstretched length.
+    """End 2 minus end 1 of a segment, minus its own length along the chord, per unstretched length; and its `Kernel`.
 
-    Parameters
-    ----------
-    tension, weight, cosine, sine
-        As for `evaluate`.
-    axial_stiffness : ndarray
-        [N]
-
-    Returns
-    -------
-    tuple of 3 ndarrays
-        Along the chord, across it in the plane, out of the plane. [-]
-    Kernel
+    Arguments as for `evaluate`. The extension is a tuple of 3 ndarrays: along the chord, across it in the plane, out of
+    the plane. [-]
     """
     q, n, y = tension
     kernel = evaluate(tension, weight, cosine, sine)
@@ -106,35 +92,17 @@ def _beyond(tension, q, n, y):
 
 
 def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
-    """Derivative of a segment's extension with respect to the tension vector, per unstretched length.
-
-    Parameters
-    ----------
-    tension, weight, axial_stiffness, cosine, sine, kernel
-        As for `extension`.
-
-    Returns
-    -------
-    tuple of 6 ndarrays
-        qq, nn, yy, qn, qy, ny. [1/N]
+    """Derivative of `extension` with respect to the tension vector: 6 ndarrays qq, nn, yy, qn, qy, ny. [1/N]
 
     Notes
     -----
     The integral of (T^2 I - P P^T)/T^3 over the segment, once in terms of small deviations from the chord and once in
     horizontal and vertical components: each form is free of cancellation where the other is not.
     """
-    small = kernel.beta < SMALL_BETA
-    if small.all():
-        sag = _shallow(tension, weight, cosine, sine, kernel)
-    else:
-        sag = tuple(
-            np.where(small, shallow, deep)
-            for shallow, deep in zip(
-                _shallow(tension, weight, cosine, sine, kernel),
-                _deep(tension, cosine, sine, kernel),
-                strict=True,
-            )
-        )
+    small, sag = kernel.beta < SMALL_BETA, _shallow(tension, weight, cosine, sine, kernel)
+    if not small.all():
+        deep = _deep(tension, cosine, sine, kernel)
+        sag = tuple(np.where(small, *pair) for pair in zip(sag, deep, strict=True))
     axial = 1.0 / axial_stiffness
     return (axial + sag[0], axial + sag[1], axial + sag[2], *sag[3:])
 

@@ -10,18 +10,13 @@ import numpy as np
 
 
 def lambda_squared(span, tension):
-    """Irvine's parameter: stiffness by stretching over stiffness by sagging.
+    """Irvine's parameter: stiffness by stretching over stiffness by sagging. [-]
 
     Parameters
     ----------
     span : Span
     tension : float or ndarray
         Mean tension. [N]
-
-    Returns
-    -------
-    ndarray
-        [-]
 
     Notes
     -----
@@ -35,14 +30,9 @@ def lambda_squared(span, tension):
 
 
 def per_deformed_length(span):
-    """Mass m L0/l and axial stiffness EA l/L0 per length of the chord.
+    """Mass m L0/l [kg/m] and axial stiffness EA l/L0 [N] per length of the chord.
 
     The closed forms neglect the pre-stretch; with these values they agree with the exact cable.
-
-    Returns
-    -------
-    mass, axial_stiffness : float or ndarray
-        [kg/m], [N]
     """
     ratio = 1 + span.chord_strain
     return span.mass / ratio, span.axial_stiffness * ratio
