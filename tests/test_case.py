@@ -10,8 +10,7 @@ from scenes import CHORD, LENGTH, SAGGING, scene
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import models, results
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form
-from cablestudy.study.column_requirements import ColumnRequirements
+from cablestudy.study.closed_form import ColumnRequirements, closed_form
 from cablestudy.study.columns import COLUMNS
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, TableValues

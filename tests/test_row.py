@@ -11,7 +11,7 @@ from scenes import CHORD, PAPER, SAGGING, G, Twin, cells, scene
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.study.column_requirements import ColumnRequirements
+from cablestudy.study.closed_form import ColumnRequirements
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate, evaluate_cases, modes, statics_error
 

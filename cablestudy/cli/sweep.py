@@ -89,7 +89,7 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
 
     with interruptible(interrupted):
         from cablestudy.scene.study import read_study
-        from cablestudy.study.files import TableFiles
+        from cablestudy.study.table import TableFiles
         from cablestudy.sweep import run
         from cablestudy.sweep.check import read_tolerances
 
@@ -196,7 +196,7 @@ def merge(context, study, sets, vary, out, style, plot, quiet):
     check_picture(plot)
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
         from cablestudy.scene.study import read_study
-        from cablestudy.study.files import TableFiles
+        from cablestudy.study.table import TableFiles
         from cablestudy.sweep import run
         from cablestudy.sweep.merge import MergedRun
 

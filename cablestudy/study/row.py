@@ -9,8 +9,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study import loops, models
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form, evaluate_table, status_of
-from cablestudy.study.column_requirements import ColumnRequirements
+from cablestudy.study.closed_form import ColumnRequirements, closed_form, evaluate_table, status_of
 from cablestudy.study.columns import ROUNDING, broken, value
 from cablestudy.study.refinement import SETTINGS, AccuracyNeeds, Search, needs_of, refine, relative
 from cablestudy.study.results import Results

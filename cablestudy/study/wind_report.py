@@ -7,8 +7,7 @@ from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
 from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
-from cablestudy.study.columns import find, lacks
-from cablestudy.study.fields import STATUS, field_of
+from cablestudy.study.columns import STATUS, find, lacks
 from cablestudy.study.loops import gondola_notes
 from cablestudy.study.row import evaluate, modes
 from cablestudy.study.table import Field, Table
@@ -63,7 +62,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
         if lacks(scene, column):
             raise missing(document, lacks(scene, column), "windrms")
     row = evaluate(scene, columns, estimate)
-    fields, cells, remarks = [field_of(column) for column in columns], dict(row.cells), ()
+    fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
     if not row.failed:
         response = _response(row.case, on)
         for limit, share in zip(BELOW, response.shares, strict=True):

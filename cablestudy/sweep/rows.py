@@ -9,7 +9,7 @@ from itertools import islice, product
 
 import numpy as np
 
-from cablestudy.study.fields import beside, fields_of
+from cablestudy.study.prepare import beside, fields_of
 from cablestudy.study.table import Field, Table, exact
 from cablestudy.sweep.record import OK
 

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
 from cablestudy.study.columns import find
-from cablestudy.study.fields import SHOWN_BY, beside
 from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
+from cablestudy.study.prepare import SHOWN_BY, beside
 from cablestudy.study.table import short
 
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
