@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import ROUNDING, not_finite, value, values
+from cablestudy.study.columns import ROUNDING, not_finite, value
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import TableValues
 
@@ -172,8 +172,10 @@ class ClosedForm:
 
 def closed_form(results, required, breakable=True):
     """`ClosedForm` of the cases of `Results`; `breakable`: whether a stress above the strength is a failure."""
-    numbers = {column.header: values(column, results) for column in required.closed}
-    failures = {}
+    numbers, failures = {}, {}
+    for column in required.closed:
+        number = np.asarray(column.compute(results))
+        numbers[column.header] = number + 0.0 if number.dtype.kind == "f" else number  # no minus before a zero
 
     def fail(case, header, error):
         failures.setdefault(case, {}).setdefault(header, error)

@@ -311,9 +311,3 @@ def value(column, case):
     if not isfinite(number):
         raise not_finite(column)
     return float(number) + 0.0  # no minus before a zero
-
-
-def values(column, results):
-    """A column in closed form of all cases of `Results`, shape (n,); not finite where it cannot be had."""
-    number = np.asarray(column.compute(results))
-    return number + 0.0 if number.dtype.kind == "f" else number

@@ -66,7 +66,7 @@ class Results:
     @cached_property
     def catenary(self):
         """The equilibria of the elastic catenary."""
-        return solve(self.span)
+        return solve(self._span_and_reasons[0])
 
     @cached_property
     def failures(self):

@@ -13,7 +13,6 @@ from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
 from cablestudy.study import row
 from cablestudy.study.case import MAX_MODES, Case
-from cablestudy.study.columns import broken
 from cablestudy.study.table import write_whole
 from cablestudy.system.superelement import GONDOLA, NAMES
 
@@ -141,7 +140,7 @@ class Choice:
         All of `case.end_model`.
     chosen : ndarray of int
         Indices of the modes to keep.
-    about_model : list of str
+    about_model : sequence of str
         Notes on the discretisation.
     """
 
@@ -149,7 +148,7 @@ class Choice:
     case: Case
     modes: object
     chosen: np.ndarray
-    about_model: list
+    about_model: tuple
 
     @property
     def kept(self):
@@ -235,73 +234,49 @@ def choose(document, scene, options):
         raise missing(document, "gondola", f"ssm --with {options.attached}")
     if options.attached == "loop" and (scene.winch is None or scene.winch.controller is None):
         raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
-    case, found, accurate, notes = _candidates(Case(scene), options)
-    allowed = [k for k in found.select() if k < accurate and found.kind[k] in options.kinds_kept]
-    chosen = _chosen(case, found, np.array(allowed, dtype=int), options)
+    fixed, reached = scene.model.elements is not None, ""
+    size = MAX_MODES if fixed else options.count or DEFAULT_MODES
+    while True:
+        try:
+            case, some, notes, _ = row.modes(Case(scene), None if options.upto else size, options.limit)
+        except ConvergenceError as failure:
+            raise ConvergenceError(f"{reached}{failure}") from None
+        found = case.dynamics.modes(min(case.dynamics.dof, MAX_MODES))
+        try:
+            chosen = _chosen(case, found, len(some), options)
+            break
+        except (SceneError, NoSolutionError) as lacking:
+            if fixed:
+                raise
+            if size == MAX_MODES:
+                raise NoSolutionError(f"{lacking}, and no more than {MAX_MODES} are computed") from None
+            reached = f"{lacking} (with a fixed number of model.elements, of all modes of the model); of more, "
+        size = min(2 * size, MAX_MODES)
     if not options.residual and not found.complete:
         raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(found)} are computed")
     return Choice(options, case, found, chosen, notes)
 
 
-def _candidates(case, options):
-    """Case with its final model, all modes of the model, how many of these meet the accuracy, and notes."""
-    if not case.exact_statics:
-        reason = broken(case)
-        if reason:
-            raise NoSolutionError(reason)
-        found = case.dynamics.modes(min(case.dynamics.dof, MAX_MODES))
-        model = case.scene.model
-        note = f"motion: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says"
-        return case, found, len(found), [note]
-    size, reached = options.count or DEFAULT_MODES, ""
-    while True:
-        try:
-            finer, some, notes, _ = row.modes(case, None if options.upto else size, options.limit)
-        except ConvergenceError as failure:
-            raise ConvergenceError(f"{reached}{failure}") from None
-        lacking = _lacking(finer, some, options)
-        if not lacking:
-            found = finer.dynamics.modes(min(finer.dynamics.dof, MAX_MODES))
-            return finer, found, len(some), list(notes)
-        if size >= MAX_MODES:
-            raise NoSolutionError(f"{lacking}, and no more than {MAX_MODES} are computed")
-        reached = f"{lacking}; of more, "
-        size = min(2 * size, MAX_MODES)
-
-
-def _lacking(case, modes, options):
-    """Why the lowest modes are not enough for what is asked; empty when they are."""
-    of_kind = [k for k in range(len(modes)) if modes.kind[k] in options.kinds_kept]
-    if options.error is not None:
-        share = reduction.inertia_share(case.end_model, *options.pair)
-        omitted = share.sum() - share[of_kind].sum()
-        if omitted > options.error:
-            return (
-                f"--error {options.error:g}: the {len(modes)} lowest modes leave out {omitted:.3g} of the inertia "
-                f"between {options.input} and {options.output} "
-                f"(with a fixed number of model.elements all modes of the model are used)"
-            )
-    elif not options.upto and len(of_kind) < (options.count or 0):
-        return f"the {len(modes)} lowest modes are not enough for what is asked"
-    return ""
-
-
-def _chosen(case, found, allowed, options):
-    """Indices of the modes to keep, among those that are allowed."""
+def _chosen(case, found, accurate, options):
+    """Indices of the modes to keep, of the lowest that are accurate; SceneError or NoSolutionError for too few."""
+    allowed = [k for k in found.select() if k < accurate and found.kind[k] in options.kinds_kept]
+    allowed = np.array(allowed, dtype=int)
     if options.upto:
         return allowed[found.frequency[allowed] <= options.limit]
+    kinds = "" if options.kinds is None else f"{' and '.join(options.kinds_kept)} "
     if options.error is not None:
         share = reduction.inertia_share(case.end_model, *options.pair)
         excluded = share.sum() - share[allowed].sum()
         if excluded > options.error:
+            which = f"the {kinds}ones of the {accurate}" if kinds else f"the {accurate}"
             raise NoSolutionError(
-                f"--error {options.error:g} cannot be reached with these kinds of modes: "
-                f"without the others it is {excluded:.3g}"
+                f"--error {options.error:g}: {which} lowest modes leave out {excluded:.3g} of the inertia "
+                f"between {options.input} and {options.output}"
             )
         return allowed[reduction.fewest(share[allowed], options.error - excluded)]
     if options.count is not None and len(allowed) < options.count:
-        words = "" if options.kinds is None else f"{' and '.join(options.kinds_kept)} "
-        raise SceneError(f"--modes {options.count}: the model has {len(allowed)} {words}modes")
+        among = f" among its {accurate} lowest" if kinds else ""
+        raise SceneError(f"--modes {options.count}: the model has {len(allowed)} {kinds}modes{among}")
     return allowed[: options.count]
 
 

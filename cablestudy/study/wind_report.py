@@ -24,7 +24,7 @@ GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_rat
 COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
-    "cable's vertical plane, whichever moves the gondola more; nothing in common with the force on the gondola"
+    "cable's vertical plane, whichever moves the gondola more; uncorrelated with the force on the gondola"
 )
 
 
@@ -34,6 +34,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
     Parameters
     ----------
     document : Document
+        Of the scene, for the places of mistakes.
     scene : Scene
     on : {"gondola", "cable", "both"}
         What the wind acts on.
