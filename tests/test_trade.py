@@ -17,8 +17,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import case as case_module
 from cablestudy.study import plots, results, trade, trade_models
-from cablestudy.study.columns import ROUNDING, find
-from cablestudy.study.refinement import relative
+from cablestudy.study.columns import ROUNDING, find, relative
 from cablestudy.study.trade_models import Model, models_of
 
 RESULTS = Path(__file__).parents[1] / "results"

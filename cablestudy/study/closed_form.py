@@ -7,7 +7,6 @@ import numpy as np
 from cablestudy.errors import CablestudyError
 from cablestudy.study.columns import ROUNDING, not_finite, value
 from cablestudy.study.results import Results
-from cablestudy.study.scene_values import TableValues
 
 CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")
@@ -173,23 +172,22 @@ class ClosedForm:
 def closed_form(results, required, breakable=True):
     """`ClosedForm` of the cases of `Results`; `breakable`: whether a stress above the strength is a failure."""
     numbers, failures = {}, {}
-    for column in required.closed:
-        number = np.asarray(column.compute(results))
-        numbers[column.header] = number + 0.0 if number.dtype.kind == "f" else number  # no minus before a zero
 
     def fail(case, header, error):
         failures.setdefault(case, {}).setdefault(header, error)
 
     if not required.scene_only:
-        unsolved = {**(results.broken if breakable else {}), **results.failures}
-        for case, error in unsolved.items():
+        unsolved = results.failures
+        for case, error in {**(results.broken if breakable else {}), **unsolved}.items():
             for header in required.of_equilibrium:
                 fail(case, header, error)
     for column in required.physical:
         for case, error in results.values.lacking(column).items():
             fail(case, column.header, error)
     for column in required.closed:
-        for case in np.flatnonzero(~np.isfinite(numbers[column.header])).tolist():
+        number = np.asarray(column.compute(results))
+        numbers[column.header] = number + 0.0 if number.dtype.kind == "f" else number  # no minus before a zero
+        for case in np.flatnonzero(~np.isfinite(number)).tolist():
             fail(case, column.header, not_finite(column))
     errors = {} if required.scene_only else _coarse_errors(results, required)
     return ClosedForm(len(results.values), numbers, failures, errors, required.least_errors)
@@ -229,7 +227,7 @@ def evaluate_table(table, columns):
     elements = table.scene.model.elements is not None and not required.scene_only
     if elements or required.run or len(required.closed) < len(required.physical):
         return None
-    closed = closed_form(Results(TableValues(table.scene, len(table.cases))), required)
+    closed = closed_form(Results(table), required)
     numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
     rows = [(cells, "ok", {}) for cells in numbers] or [([], "ok", {}) for _ in table.cases]
     for case, errors in closed.errors.items():

@@ -311,3 +311,10 @@ def value(column, case):
     if not isfinite(number):
         raise not_finite(column)
     return float(number) + 0.0  # no minus before a zero
+
+
+def relative(value, reference):
+    """Relative difference; 1 where only one of the two is there. [-]"""
+    if value is None or reference is None:
+        return float(value is not reference)
+    return abs(value - reference) / abs(reference) if reference else float(value != reference)

@@ -71,7 +71,8 @@ class Results:
     @cached_property
     def failures(self):
         """Case -> NoSolutionError or ConvergenceError of a case without an equilibrium."""
-        reasons, record, span = self._span_and_reasons[1], self.catenary.record, self.span
+        span, reasons = self._span_and_reasons
+        record = self.catenary.record
         failures = {}
         for case in np.flatnonzero(~record.converged).tolist():
             if span.weight[case] == 0 and not span.load_forces[case].any():

@@ -10,8 +10,8 @@ from cablestudy.study import loops, models
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form, evaluate_table, status_of
-from cablestudy.study.columns import ROUNDING, broken, value
-from cablestudy.study.refinement import SETTINGS, AccuracyNeeds, Search, needs_of, refine, relative
+from cablestudy.study.columns import ROUNDING, broken, relative, value
+from cablestudy.study.refinement import SETTINGS, AccuracyNeeds, Search, needs_of, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 

@@ -69,14 +69,34 @@ class SceneValues:
         return np.array(positions), np.array(forces)
 
 
-class TableValues:
-    """The same of a `CaseTable`: `scene` has arrays of shape (count,) for the numbers that vary."""
+def load_count(scene):
+    """At how many places the cable of a scene carries loads. [-]"""
+    return len({load.at for load in scene.cable.loads})
 
-    def __init__(self, scene, count):
-        self.scene, self._count = scene, count
+
+# ------------------------------------------------------------------------------------------------- cases of a study
+
+
+@dataclass(frozen=True)
+class CaseTable:
+    """Cases of a study that differ in plain numbers only; their values as of `SceneValues`.
+
+    Attributes
+    ----------
+    cases : ndarray of int, shape (n,)
+        Their numbers, from 0.
+    scene : Scene
+        What the cases share; each varied number is an array, shape (n,), in SI. Its properties are arrays too.
+    values : dict
+        Dotted key -> that array.
+    """
+
+    cases: np.ndarray
+    scene: Scene
+    values: dict
 
     def __len__(self):
-        return self._count
+        return len(self.cases)
 
     def given(self, path):
         """See `SceneValues.given`."""
@@ -99,33 +119,6 @@ class TableValues:
 
     def _array(self, value):
         return np.broadcast_to(np.array(np.nan if value is None else value, dtype=float), (len(self),))
-
-
-def load_count(scene):
-    """At how many places the cable of a scene carries loads. [-]"""
-    return len({load.at for load in scene.cable.loads})
-
-
-# ------------------------------------------------------------------------------------------------- cases of a study
-
-
-@dataclass(frozen=True)
-class CaseTable:
-    """Cases of a study that differ in plain numbers only.
-
-    Attributes
-    ----------
-    cases : ndarray of int, shape (n,)
-        Their numbers, from 0.
-    scene : Scene
-        What the cases share; each varied number is an array, shape (n,), in SI. Its properties are arrays too.
-    values : dict
-        Dotted key -> that array.
-    """
-
-    cases: np.ndarray
-    scene: Scene
-    values: dict
 
     def scene_of(self, place):
         """The scene of the case at an index into `cases`, numbers only."""

@@ -18,8 +18,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import ROUNDING, STATUS, broken, find, lacks, value
-from cablestudy.study.refinement import relative
+from cablestudy.study.columns import ROUNDING, STATUS, broken, find, lacks, relative, value
 from cablestudy.study.row import MODAL
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.trade_models import integrate_by, models_of, one_line, with_accuracy
