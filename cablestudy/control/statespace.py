@@ -30,46 +30,27 @@ MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
 @dataclass(frozen=True)
 class SecondOrder:
-    """M x'' + C x' + K x = forces.
-
-    Attributes
-    ----------
-    mass, damping, stiffness : ndarray, shape (n, n)
-    coordinates : tuple of (str, str)
-        Name and unit of each.
-    """
+    """M x'' + C x' + K x = forces."""
 
     mass: np.ndarray
     damping: np.ndarray
     stiffness: np.ndarray
-    coordinates: tuple
+    coordinates: tuple  # name and unit of each
 
 
 @dataclass(frozen=True)
 class StateSpace:
-    """dx/dt = A x + B u, y = C x + D u + D1 u' + D2 u''; NoSolutionError where an entry overflows.
+    """dx/dt = A x + B u, y = C x + D u + D1 u' + D2 u''; NoSolutionError where an entry overflows."""
 
-    Attributes
-    ----------
-    a, b, c, d : ndarray
-        Shapes (n, n), (n, i), (o, n), (o, i).
-    states, inputs, outputs : tuple of (str, str)
-        Name and unit of each.
-    derivatives : tuple of 2 ndarray, shape (o, i)
-        D1 and D2.
-    second_order : SecondOrder or None
-        The same cable with its ends free; None for a closed loop.
-    """
-
-    a: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    d: np.ndarray
-    states: tuple
+    a: np.ndarray  # shape (n, n)
+    b: np.ndarray  # (n, i)
+    c: np.ndarray  # (o, n)
+    d: np.ndarray  # (o, i)
+    states: tuple  # name and unit of each
     inputs: tuple
     outputs: tuple
-    derivatives: tuple
-    second_order: SecondOrder | None = None
+    derivatives: tuple  # D1 and D2, each of shape (o, i)
+    second_order: SecondOrder | None = None  # the same cable with its ends free; None for a closed loop
 
     def __post_init__(self):
         _check_finite(A=self.a, B=self.b, C=self.c, D=self.d, D1=self.derivatives[0], D2=self.derivatives[1])
@@ -94,21 +75,11 @@ class StateSpace:
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces along the cable as inputs, for example by the wind.
+    """Forces along the cable as inputs, for example by the wind."""
 
-    Attributes
-    ----------
-    modal : ndarray, shape (n, j)
-        psi^T: modal force of each, for every mode of the model. [1/sqrt(kg)]
-    static_transfer : ndarray, shape (6, j)
-        Share of each that the fixed ends take statically, as forces at the ends. [-]
-    labels : tuple of (str, str)
-        Name and unit of each.
-    """
-
-    modal: np.ndarray
-    static_transfer: np.ndarray
-    labels: tuple
+    modal: np.ndarray  # psi^T: modal force of each, for every mode of the model, shape (n, j) [1/sqrt(kg)]
+    static_transfer: np.ndarray  # share of each that the fixed ends take statically, as forces there, shape (6, j) [-]
+    labels: tuple  # name and unit of each
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows

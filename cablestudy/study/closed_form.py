@@ -16,73 +16,47 @@ MAX_REASONS = 3  # in a status
 class ColumnRequirements:
     """Columns by what they need, found once for all rows of a table.
 
-    Parameters
-    ----------
-    columns : sequence of Column
-
     Attributes
     ----------
-    physical : list of Column
-        All but those that describe the computation.
-    closed, single, motion : list of Column
-        The physical ones that are closed forms of many cases at once; closed forms computed case by case; that need
-        the cable's motion.
-    of_equilibrium : list of str
-        Headers of the physical ones that need more than the scene.
-    gondola, damped : bool
-        Whether the motion is that of the gondola too; whether damping matters.
-    scene_only : bool
-        Whether no column needs the cable's equilibrium.
-    least_errors : dict
-        Header -> relative error of a closed form, by rounding.
-    empty : dict
-        Header of every column -> None.
-    estimate, run, clock : bool
-        Whether errors are a column; whether any column describes the computation; whether the time is one.
-    waves, sagging_waves : int
-        Most half-waves that the modes have along a taut cable, 0 without modes; the same of the in-plane modes of a
-        cable that sags: up to two half-waves more. [-]
-    axial : int
-        Largest number of an axial mode, 0 without one.
+    physical, closed, single, motion, modes : list of Column
+        All but those that describe the computation; of these the closed forms of many cases at once, the closed forms
+        computed case by case, those that need the cable's motion, and of these the frequencies of modes.
     """
 
     def __init__(self, columns):
         self.physical = [column for column in columns if column.needs != "run"]
-        self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         closed = _needing(self.physical, *CLOSED)
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
         self.motion = _needing(self.physical, *DISCRETE)
+        self.modes = [column for column in self.motion if column.mode]
+        # headers of the physical ones that need more than the scene; whether there are none
+        self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
+        self.scene_only = not self.of_equilibrium
+        # whether the motion is that of the gondola too; whether damping matters
         self.gondola = bool(_needing(self.motion, "gondola", "loop", "wind"))
         self.damped = bool(_needing(self.motion, "loop", "wind"))
-        self.scene_only = not self.of_equilibrium
+        # header -> relative error of a closed form, by rounding; header of every column -> None
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = {column.header: None for column in columns}
+        # whether errors, the time, or anything else that describes the computation are columns
         names = {column.name for column in columns if column.needs == "run"}
         self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
-        self.modes = [column for column in self.motion if column.mode]
+        # most half-waves that the modes have along a taut cable, and those in the plane of a sagging one, where a mode
+        # has up to two more; largest number of an axial mode; 0 without modes
         self._planes = _by_plane(self.modes)
         self.waves = max(map(_half_waves, self.modes), default=0)
         self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in self._planes[0]), default=0)
         self.axial = max((column.mode[0] for column in self.modes if column.mode[1] == "axial"), default=0)
 
     def sample(self, case, refused=()):
-        """Values of the columns that need motion, at one level of refinement.
-
-        Parameters
-        ----------
-        case : Case
-        refused : container of str
-            Headers of columns that are left out.
+        """Values of the columns that need motion, at one level of refinement; without those of `refused` headers.
 
         Returns
         -------
-        values : dict
-            Header -> number or None.
-        errors : dict
-            Header -> estimated relative error, of frequencies of modes, which a single model gives.
-        failures : dict
-            Header -> CablestudyError of a column that cannot be had.
+        values, errors, failures : dict
+            Header -> number or None; header -> estimated relative error, of frequencies of modes, which a single model
+            gives; header -> CablestudyError of a column without a value.
         """
         planes = self._planes
         if refused:
@@ -132,27 +106,13 @@ def _needing(columns, *needs):
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """Values of closed-form columns with an axis of cases.
+    """Values of closed-form columns with an axis of cases."""
 
-    Attributes
-    ----------
-    count : int
-        Of cases, n.
-    numbers : dict
-        Header -> ndarray of shape (n,).
-    failures : dict
-        Case -> {header: CablestudyError} of what it cannot have.
-    errors : dict
-        Case -> {header: estimated relative error}, of cases whose rounding exceeds ROUNDING.
-    least_errors : dict
-        Header -> estimated relative error of all other cases.
-    """
-
-    count: int
-    numbers: dict
-    failures: dict = field(default_factory=dict)
-    errors: dict = field(default_factory=dict)
-    least_errors: dict = field(default_factory=dict)
+    count: int  # of cases, n
+    numbers: dict  # header -> ndarray of shape (n,)
+    failures: dict = field(default_factory=dict)  # case -> {header: CablestudyError} of a column without a value
+    errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where rounding exceeds ROUNDING
+    least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
     def cells(self):
         """List of dict: header -> number of each case, None where it cannot be had."""
@@ -209,12 +169,7 @@ def _coarse_errors(results, required):
 
 
 def evaluate_table(table, columns):
-    """Closed-form columns of many cases that differ in numbers only, without an object for each case.
-
-    Parameters
-    ----------
-    table : CaseTable
-    columns : sequence of Column
+    """Closed-form columns of the cases of a `CaseTable`, without an object for each case.
 
     Returns
     -------

@@ -30,34 +30,16 @@ ON_CABLE = "gondola.mass, wind"
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table.
+    """One column of a table."""
 
-    Attributes
-    ----------
-    name : str
-        Without its unit.
-    unit : str
-    meaning : str
-    needs : str
-        The most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run.
-    compute : callable
-        Results -> ndarray, or Case -> float.
-    key : str
-        Keys of the scene without which it has no value, separated by commas; empty when there is none.
-    each : bool
-        Computed case by case, although it is a closed form.
-    mode : tuple
-        Number (from 1), kind and symmetry or None, of a mode's frequency; empty for other columns.
-    """
-
-    name: str
+    name: str  # without its unit
     unit: str
     meaning: str
-    needs: str
-    compute: Callable
-    key: str = ""
-    each: bool = False
-    mode: tuple = ()
+    needs: str  # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run
+    compute: Callable  # Results -> ndarray, or Case -> float
+    key: str = ""  # keys of the scene without which it has no value, separated by commas
+    each: bool = False  # computed case by case, although it is a closed form
+    mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
 
     @property
     def least_error(self):

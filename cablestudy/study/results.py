@@ -23,14 +23,10 @@ NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffne
 
 
 class Results:
-    """Closed-form results of a batch of cases, each computed when it is first asked for.
+    """Closed-form results of a batch of n cases, each computed when it is first needed.
 
-    A single case is a batch of one. Numbers of a case in `failures` mean nothing.
-
-    Parameters
-    ----------
-    values : SceneValues
-        Of n scenes whose cables carry loads at equally many places.
+    A single case is a batch of one. `values` are `SceneValues` or a `CaseTable`. Numbers of a case in `failures` mean
+    nothing.
     """
 
     def __init__(self, values):
@@ -282,16 +278,7 @@ def along(span, stiffness, axis):
 
 
 class ClosedStatics:
-    """Statics of the elastic catenary, of one cable or with an axis of cases.
-
-    Attributes
-    ----------
-    mean_tension, max_tension, min_tension, horizontal_tension : ndarray, shape (...)
-        [N]
-    stretched_length : ndarray, shape (...)
-        [m]
-    iterations : ndarray of int, shape (...)
-    """
+    """Statics of the elastic catenary, of one cable or with an axis of cases: tensions [N], length [m], iterations."""
 
     def __init__(self, catenary):
         self._catenary = catenary

@@ -79,21 +79,11 @@ def load_count(scene):
 
 @dataclass(frozen=True)
 class CaseTable:
-    """Cases of a study that differ in plain numbers only; their values as of `SceneValues`.
+    """Cases of a study that differ in plain numbers only; their values as of `SceneValues`."""
 
-    Attributes
-    ----------
-    cases : ndarray of int, shape (n,)
-        Their numbers, from 0.
-    scene : Scene
-        What the cases share; each varied number is an array, shape (n,), in SI. Its properties are arrays too.
-    values : dict
-        Dotted key -> that array.
-    """
-
-    cases: np.ndarray
-    scene: Scene
-    values: dict
+    cases: np.ndarray  # their numbers, from 0, shape (n,)
+    scene: Scene  # what they share; each varied number is an array, shape (n,), in SI, and so are its properties
+    values: dict  # dotted key -> that array
 
     def __len__(self):
         return len(self.cases)

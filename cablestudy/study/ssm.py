@@ -34,29 +34,17 @@ DAMPING_NOTES = {
 class Options:
     """The options of the command; SceneError for values that are not allowed, or that exclude each other.
 
-    Attributes
-    ----------
-    count, upto, error : int, str, float or None
-        At most one of: a number of modes, a frequency up to which all are kept, an error.
-    kinds : str or None
-        Names of KINDS, separated by commas.
-    residual : bool
-        Whether the static part of omitted modes is kept.
-    attached : {None, "gondola", "loop"}
-    wind : bool
-        Whether forces on the nodes are inputs.
-    input, output : str
-        End displacement and end force that errors and responses refer to.
+    At most one of `count`, `upto` and `error` is given.
     """
 
-    count: int | None = None
-    upto: str | None = None
-    error: float | None = None
-    kinds: str | None = None
-    residual: bool = True
-    attached: str | None = None
-    wind: bool = False
-    input: str = END
+    count: int | None = None  # number of modes
+    upto: str | None = None  # frequency up to which all modes are kept
+    error: float | None = None  # share of the inertia that may be left out
+    kinds: str | None = None  # names of KINDS, separated by commas
+    residual: bool = True  # whether the static part of omitted modes is kept
+    attached: str | None = None  # None, "gondola" or "loop"
+    wind: bool = False  # whether forces on the nodes are inputs
+    input: str = END  # end displacement and end force that errors and responses refer to
     output: str = END
 
     def __post_init__(self):
@@ -129,26 +117,13 @@ def check_file(path):
 
 @dataclass(frozen=True)
 class Choice:
-    """The cable of a scene with the modes to keep.
-
-    Attributes
-    ----------
-    options : Options
-    case : Case
-        With the discretisation that is used.
-    modes : Modes
-        All of `case.end_model`.
-    chosen : ndarray of int
-        Indices of the modes to keep.
-    about_model : sequence of str
-        Notes on the discretisation.
-    """
+    """The cable of a scene with the modes to keep."""
 
     options: Options
-    case: Case
-    modes: object
-    chosen: np.ndarray
-    about_model: tuple
+    case: Case  # with the discretisation that is used
+    modes: object  # `Modes`, all of `case.end_model`
+    chosen: np.ndarray  # indices of the modes to keep
+    about_model: tuple  # notes on the discretisation
 
     @property
     def kept(self):

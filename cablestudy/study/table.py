@@ -30,23 +30,12 @@ class Field:
 
 @dataclass(frozen=True)
 class Table:
-    """Fields and rows.
+    """Fields and rows."""
 
-    Attributes
-    ----------
-    fields : tuple of Field
-    rows : sequence of dict
-        Name -> number, text or None. With a method `csv_lines` it writes the CSV by itself; see `sweep.rows`.
-    single : bool
-        Whether the table has one row by nature: Markdown then has one line for each quantity.
-    errors : callable or None
-        Yields for each row the estimated relative errors of its cells, for JSON; takes row indices for some rows only.
-    """
-
-    fields: tuple
-    rows: list
-    single: bool = False
-    errors: Callable | None = None
+    fields: tuple  # of Field
+    rows: list  # dicts of name -> number, text or None; if they have a method `csv_lines`, it writes the CSV
+    single: bool = False  # one row by nature: Markdown then has one line for each quantity
+    errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
 
     def render(self, style):
         """The table as one text; see `pieces`."""

@@ -40,7 +40,7 @@ CONTINUOUS = "continuous cable"
 
 
 def columns_to_compare(document, scene, names=None):
-    """The columns to compare.
+    """The columns to compare, and notes which of the default ones are left out, and why: two lists.
 
     Parameters
     ----------
@@ -49,12 +49,6 @@ def columns_to_compare(document, scene, names=None):
     scene : Scene
     names : str, optional
         Columns, separated by commas; default: those of DEFAULT that the scene has keys for.
-
-    Returns
-    -------
-    columns : list of Column
-    notes : list of str
-        Which defaults were left out, and why.
 
     Raises
     ------
@@ -179,15 +173,7 @@ def _integrate(case, column):
 
 
 class Measurement:
-    """Errors and times of one model.
-
-    Parameters
-    ----------
-    model : Model
-    scene : Scene
-    columns : sequence of Column
-        Those that have a reference.
-    reference : Reference
+    """Errors and times of one `Model`, for the columns that have a `Reference`.
 
     Attributes
     ----------
@@ -286,12 +272,7 @@ class Trade:
 
 
 def pareto(times, errors):
-    """Indices of the points on the Pareto front, ascending: no other is at most as large in both, and smaller in one.
-
-    Parameters
-    ----------
-    times, errors : sequence of float
-    """
+    """Ascending indices of the points on the Pareto front: no other is at most as large in both, smaller in one."""
     points = list(zip(times, errors, strict=True))
     return [
         k
@@ -301,7 +282,7 @@ def pareto(times, errors):
 
 
 def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
-    """Measure models.
+    """`Trade` of models.
 
     Parameters
     ----------
@@ -313,10 +294,6 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
         Default: `models_of(columns)`.
     progress : callable, optional
         Called with 1 after each of `repeats + 1` runs of each model.
-
-    Returns
-    -------
-    Trade
 
     Raises
     ------
@@ -347,11 +324,7 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
 def table_of(trade, shown=False):
     """Table with one row for each model, the reference first.
 
-    Parameters
-    ----------
-    trade : Trade
-    shown : bool
-        For Markdown: errors and times rounded, errors below the reference's own as `< 1e-12`.
+    `shown`, for Markdown: errors and times are rounded, errors below the reference's own are `< 1e-12`.
     """
     fields = [Field("family", "family"), Field("model", "model"), Field("dof", "dof"), Field("time_ms", "time", "ms")]
     for column in trade.columns:
@@ -415,15 +388,7 @@ def file_name(scene):
 
 
 def write(trade, place, title):
-    """Write NAME.csv and NAME.md to a folder.
-
-    Parameters
-    ----------
-    trade : Trade
-    place : TableFiles
-    title : str
-        The scene and its changes.
-    """
+    """Write the table to `TableFiles`; the title has the scene and its changes."""
     names = [f"{target:.0e}" for target in TARGETS]
     fields = (Field("column", "column"), *(Field(name, f"error below {name}") for name in names))
     rows = [

@@ -40,39 +40,17 @@ def one_line(text):
 
 @dataclass(frozen=True)
 class Model:
-    """A model that a user can choose.
-
-    Attributes
-    ----------
-    family, name : str
-        Models of one family differ in one number.
-    build : callable
-        Scene, columns -> Case, with nothing cached.
-    needs : tuple of str
-        Kinds of columns (`Column.needs`) whose values depend on the model.
-    compute : callable
-        Column, Case -> float.
-    count_dof : callable
-        Case -> number of free displacements.
-    """
+    """A model that a user can choose; models of one family differ in one number."""
 
     family: str
     name: str
-    build: Callable
-    needs: tuple = ("statics", "stiffness", *DISCRETE)
-    compute: Callable = value
-    count_dof: Callable = lambda case: case.dof or case.dynamics.dof
+    build: Callable  # scene, columns -> Case, with nothing cached
+    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
+    compute: Callable = value  # column, Case -> float
+    count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
 
     def solve(self, scene, columns):
-        """Compute columns of a scene.
-
-        Returns
-        -------
-        case : Case or None
-            None where the model cannot be made.
-        values, failures : dict
-            Column name -> number, and name -> reason of a column without a value.
-        """
+        """Case, None where it cannot be built; column name -> value; and name -> reason of a column without one."""
         values, failures = {}, {}
         try:
             case = self.build(scene, columns)
@@ -242,24 +220,9 @@ def _on_grid(space, points, case, loop):
 
 
 def by_trapezoids(case, loop, frequency):
-    """RMS of the gondola by the trapezoidal rule.
+    """`Response` of the gondola by the trapezoidal rule, without an estimate of its error.
 
-    Parameters
-    ----------
-    case : Case
-    loop : Loop
-    frequency : ndarray, shape (n,)
-        Ascending. [Hz]
-
-    Returns
-    -------
-    Response
-        Without an estimate of its error.
-
-    Raises
-    ------
-    NoSolutionError
-        The loop is unstable.
+    NoSolutionError for an unstable loop; `frequency`, shape (n,), ascends. [Hz]
     """
     loop.check_stable()
     spectra = windrms.spectra_of(loop, windrms.force_of(case))
