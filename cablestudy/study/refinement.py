@@ -75,6 +75,7 @@ class Settings:
 
 
 SETTINGS = Settings()
+REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 
 
 def levels(first):
@@ -381,3 +382,9 @@ def left_of_three(history):
         return last if last < ROUNDING or before > last else SETTINGS.three_levels * last
     rest = (last / before) ** ((orders[2] - orders[1]) / (orders[1] - orders[0]))
     return last * max(SETTINGS.three_levels * rest, SETTINGS.least_of_three if last > SETTINGS.noise else 1.0)
+
+
+def reference_scene(scene):
+    """The same scene with a model to an accuracy of REFERENCE, against which fixed elements are held."""
+    model = scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
+    return scene.model_copy(update={"model": model})

@@ -11,8 +11,9 @@ from cablestudy.control import export, reduction, statespace
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
-from cablestudy.study import row
 from cablestudy.study.case import MAX_MODES, Case
+from cablestudy.study.case_modes import modes
+from cablestudy.study.notes import assumed_damping
 from cablestudy.study.table import write_whole
 from cablestudy.system.superelement import GONDOLA, NAMES
 
@@ -164,7 +165,7 @@ class Choice:
             notes.append("winch: on the ground, since the scene has no winch")
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
-        return [*notes, *row.assumed_damping(case.scene), *DAMPING_NOTES[law]]
+        return [*notes, *assumed_damping(case.scene), *DAMPING_NOTES[law]]
 
     @property
     def warnings(self):
@@ -213,7 +214,7 @@ def choose(document, scene, options):
     size = MAX_MODES if fixed else options.count or DEFAULT_MODES
     while True:
         try:
-            case, some, notes, _ = row.modes(Case(scene), None if options.upto else size, options.limit)
+            case, some, notes, _ = modes(Case(scene), None if options.upto else size, options.limit)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{reached}{failure}") from None
         found = case.dynamics.modes(min(case.dynamics.dof, MAX_MODES))
