@@ -67,7 +67,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_wr
 
     with interruptible(interrupted):
         from cablestudy.scene.study import read_study
-        from cablestudy.study.files import TableFiles
+        from cablestudy.study.table import TableFiles
         from cablestudy.sweep import run
         from cablestudy.sweep.check import read_tolerances
 
@@ -168,7 +168,7 @@ def merge(study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
         from cablestudy.scene.study import read_study
-        from cablestudy.study.files import TableFiles
+        from cablestudy.study.table import TableFiles
         from cablestudy.sweep import run
         from cablestudy.sweep.merge import MergedRun
 

@@ -63,17 +63,7 @@ def nodal_deflections(case):
 
 
 def load_deflections(case):
-    """Displacement of each point load along its force.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    full, linear : ndarray, shape (k,)
-        [m]
-    """
+    """Displacement of each point load along its force, non-linear and linear: two arrays of shape (k,). [m]"""
     mesh, full, linear = nodal_deflections(case)
     span = case.span
     places = span.load_positions / span.unstretched_length

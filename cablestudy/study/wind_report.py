@@ -8,8 +8,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
-from cablestudy.study.columns import find, lacks
-from cablestudy.study.fields import STATUS, field_of
+from cablestudy.study.columns import STATUS, find, lacks
 from cablestudy.study.notes import gondola_notes
 from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
@@ -26,7 +25,7 @@ GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_rat
 COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
-    "cable's vertical plane, whichever moves the gondola more; nothing in common with the force on the gondola"
+    "cable's vertical plane, whichever moves the gondola more; uncorrelated with the force on the gondola"
 )
 
 
@@ -36,6 +35,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
     Parameters
     ----------
     document : Document
+        Of the scene, for the places of mistakes.
     scene : Scene
     on : {"gondola", "cable", "both"}
         What the wind acts on.
@@ -64,7 +64,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
         if lacks(scene, column):
             raise missing(document, lacks(scene, column), "windrms")
     row = evaluate(scene, columns, estimate)
-    fields, cells, remarks = [field_of(column) for column in columns], dict(row.cells), ()
+    fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
     if not row.failed:
         response = _response(row.case, on)
         for limit, share in zip(BELOW, response.shares, strict=True):

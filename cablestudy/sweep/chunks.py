@@ -12,9 +12,9 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate_tables
+from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.sweep.fingerprint import versions
 from cablestudy.sweep.record import OK, pack
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import to_si
-from cablestudy.study.fields import beside, fields_of
+from cablestudy.study.prepare import beside, fields_of
 from cablestudy.study.table import Field, Table, exact
 from cablestudy.sweep.record import OK
 

@@ -16,7 +16,7 @@ WHAT = {"gondola": "a gondola of {mass:.4g} kg", "cable": "the cable of a gondol
 
 @styled
 def wind_response(case, on="gondola"):
-    """Draws wind speed with and without admittance, displacement and cumulative variance against frequency.
+    """Figure of wind speed with and without admittance, displacement and cumulative variance against frequency.
 
     Parameters
     ----------
@@ -24,10 +24,6 @@ def wind_response(case, on="gondola"):
         With gondola and wind; its loop is stable.
     on : {"gondola", "cable", "both"}
         What the wind acts on. Forces on the two are taken as uncorrelated: their spectra add.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
