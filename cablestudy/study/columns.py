@@ -283,7 +283,7 @@ def value(column, case):
     """One number of a case whose scene has the keys that the column needs.
 
     None where the quantity has no value, for example no limit of the gain; NoSolutionError or ConvergenceError where
-    it cannot be had.
+    there is no solution.
     """
     number = column.compute(case)
     if not isinstance(number, float | int | None):

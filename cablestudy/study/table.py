@@ -234,13 +234,10 @@ class TableFiles:
 
     def shards(self):
         """The shards that are there: (number, count) -> path."""
-        found = {}
         pattern = re.compile(re.escape(self.stem) + r"\.shard-(\d+)-of-(\d+)\.sqlite")
-        for path in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.sqlite")):
-            match = pattern.fullmatch(os.path.basename(path))
-            if match:
-                found[int(match[1]), int(match[2])] = path
-        return dict(sorted(found.items()))
+        paths = glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.sqlite"))
+        found = [(pattern.fullmatch(os.path.basename(path)), path) for path in paths]
+        return dict(sorted(((int(match[1]), int(match[2])), path) for match, path in found if match))
 
     def check_writable(self):
         """Raise SceneError unless the folder is there or can be made, and the files be written; make nothing yet."""

@@ -48,7 +48,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
         One row.
     row : Row
     remarks : tuple of str
-        What the reader should know though it is in no column.
+        Lines on what is in no column.
 
     Raises
     ------
