@@ -40,8 +40,8 @@ class CableWind:
             shapes[:, axes, 0] = system.end_shapes @ along[axes]
         shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., observable]
         element, points = basis(state.mesh.order), self._rod.points[0]
-        gathered = shapes[state.mesh.element_nodes]
-        self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), gathered, optimize=True)
+        by_element = shapes[state.mesh.element_nodes]
+        self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), by_element, optimize=True)
         tangent = np.einsum("qp,epa->eqa", lagrange(element.points, points), state.direction)
         self._tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
         level = np.array([*span.azimuth, 0.0])
@@ -54,11 +54,11 @@ class CableWind:
         the vertical plane of the cable.
         """
         matrices = drag_matrices(self._tangent, self._blowing[direction])
-        seen = np.einsum("eqak,eqac->ceqk", self._shapes, matrices, optimize=True)
-        seen = seen.reshape(3, -1, seen.shape[-1])
+        drag = np.einsum("eqak,eqac->ceqk", self._shapes, matrices, optimize=True)
+        drag = drag.reshape(3, -1, drag.shape[-1])
         whole = np.abs(self._shapes).max(axis=(0, 1, 2))
-        moved = (np.abs(seen) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
-        return (self._rod.collect @ seen[moved]).transpose(0, 2, 1)
+        moved = (np.abs(drag) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
+        return (self._rod.collect @ drag[moved]).transpose(0, 2, 1)
 
     def spectrum(self, direction):
         """Spectrum of the force on the gondola over (rho C_d d v sigma length)^2, a function.

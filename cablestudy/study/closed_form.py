@@ -115,7 +115,7 @@ class ClosedForm:
     least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
     def cells(self):
-        """List of dict: header -> number of each case, None where it cannot be had."""
+        """List of dict: header -> number of each case, None where there is none."""
         if not self.numbers:
             return [{} for _ in range(self.count)]
         rows = zip(*(numbers.tolist() for numbers in self.numbers.values()), strict=True)
@@ -174,7 +174,7 @@ def evaluate_table(table, columns):
     Returns
     -------
     list of tuple, or None
-        Of each case: list of numbers in the order of the columns but `status`, None where one cannot be had; status;
+        Of each case: list of numbers in the order of the columns but `status`, None where there is none; status;
         dict of header -> estimated relative error where it exceeds ROUNDING. None where a column is no closed form of
         many cases.
     """
@@ -196,7 +196,7 @@ def evaluate_table(table, columns):
 
 
 def status_of(failures):
-    """`ok`, or why columns cannot be had, each reason once: from a dict of header -> CablestudyError."""
+    """`ok`, or why columns have no value, each reason once: from a dict of header -> CablestudyError."""
     reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
     more = len(reasons) - MAX_REASONS
     return "; ".join(reasons[:MAX_REASONS] + ([f"and {more} more reasons"] if more > 0 else [])) or "ok"

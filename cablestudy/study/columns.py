@@ -120,8 +120,10 @@ def _rms(part, where, sources):
         for quantity, unit, what in (("displacement", "mm", where), ("velocity", "mm/s", "of its velocity")):
 
             def compute(case, state=state, attribute=state + quantity):
-                responses = (getattr(case, state + source) for source in sources)
-                return 1e3 * hypot(*(getattr(response, attribute) for response in responses))
+                total = 0.0
+                for source in sources:
+                    total = hypot(total, getattr(getattr(case, state + source), attribute))
+                return 1e3 * total
 
             name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if state else "") + part
             yield Column(name, unit, f"{what}, {loop}", "wind", compute, keys)
@@ -283,7 +285,7 @@ def value(column, case):
     """One number of a case whose scene has the keys that the column needs.
 
     None where the quantity has no value, for example no limit of the gain; NoSolutionError or ConvergenceError where
-    it cannot be had.
+    there is no solution.
     """
     number = column.compute(case)
     if not isinstance(number, float | int | None):

@@ -17,11 +17,6 @@ SPECTRAL_ORDER = 16  # of one element between neighbouring loads, where the cabl
 def nodal_deflections(case):
     """Displacement of every node from the unloaded static form.
 
-    Parameters
-    ----------
-    case : Case
-        With point loads.
-
     Returns
     -------
     mesh : Mesh
@@ -31,10 +26,8 @@ def nodal_deflections(case):
 
     Raises
     ------
-    NoSolutionError
-        There is no point load.
-    ConvergenceError
-        The unloaded cable has no equilibrium.
+    NoSolutionError, ConvergenceError
+        There is no point load, or no equilibrium of the unloaded cable.
     """
     span = case.span
     if not len(span.load_positions):

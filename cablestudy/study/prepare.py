@@ -91,13 +91,7 @@ def _listed(study, name):
 
 
 def compared(study, name):
-    """Header of the column that a tolerance names, with its unit or without.
-
-    Raises
-    ------
-    ValueError
-        The study has no such column, or it is never compared by a tolerance.
-    """
+    """Header of the column that a tolerance names; ValueError where it is not in the study, or never compared."""
     column = _listed(study, name)
     if column.name in ("status", NEVER_COMPARED):
         raise ValueError(f"{name} {'is text' if column.name == 'status' else 'is never compared'}")
@@ -105,13 +99,7 @@ def compared(study, name):
 
 
 def tolerances_of(study):
-    """The relative tolerances that a study file states: header, or ALL_COLUMNS -> number.
-
-    Raises
-    ------
-    SceneError
-        Unknown columns, or columns given twice.
-    """
+    """The relative tolerances that a study file states: header, or ALL_COLUMNS -> number; SceneError for mistakes."""
     found, mistakes = {}, []
     for name, value in study.tolerances.items():
         try:

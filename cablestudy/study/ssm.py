@@ -18,7 +18,7 @@ from cablestudy.study.table import write_whole
 from cablestudy.system.superelement import GONDOLA, NAMES
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
-DEFAULT_MODES = 12  # of a model that is as fine as the accuracy asks for
+DEFAULT_MODES = 12  # of a model to an accuracy
 LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies, whose squares neither underflow nor overflow [Hz]
 MAX_FREQUENCIES = 10_000_000
 END = "end_2_x"
@@ -210,13 +210,13 @@ def choose(document, scene, options):
         raise missing(document, "gondola", f"ssm --with {options.attached}")
     if options.attached == "loop" and (scene.winch is None or scene.winch.controller is None):
         raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
-    fixed, reached = scene.model.elements is not None, ""
+    fixed, before = scene.model.elements is not None, ""
     size = MAX_MODES if fixed else options.count or DEFAULT_MODES
     while True:
         try:
             case, some, notes, _ = modes(Case(scene), None if options.upto else size, options.limit)
         except ConvergenceError as failure:
-            raise ConvergenceError(f"{reached}{failure}") from None
+            raise ConvergenceError(f"{before}{failure}") from None
         found = case.dynamics.modes(min(case.dynamics.dof, MAX_MODES))
         try:
             chosen = _chosen(case, found, len(some), options)
@@ -226,7 +226,7 @@ def choose(document, scene, options):
                 raise
             if size == MAX_MODES:
                 raise NoSolutionError(f"{lacking}, and no more than {MAX_MODES} are computed") from None
-            reached = f"{lacking} (with a fixed number of model.elements, of all modes of the model); of more, "
+            before = f"{lacking} (with a fixed number of model.elements, of all modes of the model); of more, "
         size = min(2 * size, MAX_MODES)
     if not options.residual and not found.complete:
         raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(found)} are computed")

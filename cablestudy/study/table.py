@@ -50,10 +50,6 @@ class Table:
             Markdown: four significant digits, first and last rows of a long table. CSV: all digits. JSON: one object
             with columns and units, rows, and the estimated errors of their cells where they are known. JSON lines: one
             object for each row.
-
-        Yields
-        ------
-        str
         """
         return {"md": self._markdown, "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
 
@@ -177,16 +173,7 @@ def signed(value):
 def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
-    Parameters
-    ----------
-    path : str
-    text : str, bytes or iterable of str
-        Pieces are written as they come.
-
-    Raises
-    ------
-    SceneError
-        The folder cannot be written to.
+    `text` is a str, bytes, or an iterable of str, written piece by piece; SceneError where the file cannot be written.
     """
     pieces = [text] if isinstance(text, str | bytes) else text
     temporary = None
@@ -212,13 +199,7 @@ def leftovers(path):
 
 
 class TableFiles:
-    """The files of a study, which is named as the user named it.
-
-    Attributes
-    ----------
-    csv, md, run, rows : str
-        The table, its provenance, and the rows as they are computed.
-    """
+    """Paths of the files of a study in a folder: `csv` and `md` its table, `run` the provenance, `rows` as computed."""
 
     def __init__(self, folder, study):
         stem = os.path.splitext(os.path.basename(study))[0]
@@ -234,13 +215,10 @@ class TableFiles:
 
     def shards(self):
         """The shards that are there: (number, count) -> path."""
-        found = {}
         pattern = re.compile(re.escape(self.stem) + r"\.shard-(\d+)-of-(\d+)\.sqlite")
-        for path in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.sqlite")):
-            match = pattern.fullmatch(os.path.basename(path))
-            if match:
-                found[int(match[1]), int(match[2])] = path
-        return dict(sorted(found.items()))
+        paths = glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.sqlite"))
+        found = [(pattern.fullmatch(os.path.basename(path)), path) for path in paths]
+        return dict(sorted(((int(match[1]), int(match[2])), path) for match, path in found if match))
 
     def check_writable(self):
         """Raise SceneError unless the folder is there or can be made, and the files be written; make nothing yet."""
@@ -289,10 +267,7 @@ class TableFiles:
 def read_csv(path):
     """Names and rows of a stored table, each row a dict of name -> text; lines that begin with # are comments.
 
-    Raises
-    ------
-    SceneError
-        Missing, empty, or not a table.
+    SceneError for a file that is missing, empty, or no table.
     """
     names, rows = stream_csv(path)
     return names, list(rows)

@@ -48,7 +48,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
         One row.
     row : Row
     remarks : tuple of str
-        What the reader should know though it is in no column.
+        Lines on what is in no column.
 
     Raises
     ------
@@ -105,24 +105,10 @@ def _vortices(case):
 
 
 def modes_between(case, low, high):
-    """Modes of the cable, axial ones not counted, in a range of frequencies.
+    """Number of modes of a case in a range of frequencies [Hz], of both planes, axial ones not counted; and a spacing.
 
-    Parameters
-    ----------
-    case : Case
-    low, high : float
-        [Hz]
-
-    Returns
-    -------
-    count : int
-        Both planes together.
-    spacing : float or None
-        Distance of neighbours in one plane, where the count is an estimate from the travel time of waves. [Hz]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
+    The spacing is the distance of neighbours in one plane [Hz] where the count is an estimate from the travel time of
+    waves, else None. NoSolutionError or ConvergenceError where the modes cannot be computed.
     """
     time = transverse_travel_time(case)
     if 2 * high * time > COUNTED:

@@ -22,7 +22,7 @@ def study_plot(study, table):
 
     `plot:` of the study states what is drawn; without it the first other columns against the first varied key.
     """
-    x, names, logx, logy = _wanted(study, table)
+    x, names, logx, logy = _columns_drawn(study, table)
     groups = _groups(study, table.rows, x)
     side = 1 if len(names) <= 4 else 2
     figure = Figure(figsize=(6.2 if side == 1 else 10, 2.1 * -(-len(names) // side) + 1.1), layout="constrained")
@@ -43,7 +43,7 @@ def study_plot(study, table):
     return figure
 
 
-def _wanted(study, table):
+def _columns_drawn(study, table):
     """Abscissa, columns along y, and whether x and y are logarithmic; None: decided by the values."""
     if study.plot:
         return _Abscissa(study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy
