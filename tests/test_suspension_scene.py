@@ -21,7 +21,7 @@ from cablestudy.scene.scene import load_scene, quantity_of, read_scene
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SUSPENSION_TABLES
-from cablestudy.study.case_table import tables_of
+from cablestudy.study.scene_values import tables_of
 from cablestudy.study.suspension_numbers import numbers_of
 from cablestudy.system.suspension import CORES
 
