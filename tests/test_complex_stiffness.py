@@ -11,6 +11,7 @@ from references import bars, continuous_cable
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
 from cablestudy.cable.stiffness import tangent_stiffness
+from cablestudy.control import complex_stiffness
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
@@ -150,9 +151,6 @@ def test_a_mode_that_meets_its_conjugate_creeps():
 
 
 def test_what_cannot_be_followed_is_refused(monkeypatch):
-    from cablestudy.control import complex_stiffness
-
-    stiffness = of("sagging")
     monkeypatch.setattr(complex_stiffness, "FOLLOWED", 2)
     with pytest.raises(NoSolutionError, match="damped so much that it is no oscillation"):
-        follow(stiffness, 14.6, "kelvin_voigt", 2.0)
+        follow(of("sagging"), 14.6, "kelvin_voigt", 2.0)
