@@ -82,19 +82,13 @@ def test_closed_form_statics_move_as_the_continuous_cable():
     place, force = 0.25 * 186.0, 1e-3
     twin = Twin(CHORD, 0.0, 186.0, 24.2e-6, ((place, (0.0, 0.0, -force)),))
     found = cells(twin.scene("model=null"), "deflection", "linear_deflection")
-    assert found["deflection"] == pytest.approx(moved_by_50_digits(twin, place), rel=1e-6)
-    assert found["linear_deflection"] == pytest.approx(found["deflection"], rel=1e-4)
-
-
-def moved_by_50_digits(twin, place):
-    """Movement of the loaded point along the load by the 50-digit catenary."""
-    EA, weight = twin.stiffness, twin.mass * G
-    loads = twin.loads
+    cable = twin.length, twin.stiffness, twin.mass * G
     heights = []
-    for some in ((), loads):
-        force0 = catenary_mp.solve_loaded((twin.a, 0, twin.b), twin.length, EA, weight, some)
-        heights.append(catenary_mp.shape_loaded(force0, place, twin.length, EA, weight, some)[2])
-    return float(heights[0] - heights[1])
+    for loads in ((), twin.loads):
+        force0 = catenary_mp.solve_loaded((twin.a, 0, twin.b), *cable, loads)
+        heights.append(catenary_mp.shape_loaded(force0, place, *cable, loads)[2])
+    assert found["deflection"] == pytest.approx(float(heights[0] - heights[1]), rel=1e-6)
+    assert found["linear_deflection"] == pytest.approx(found["deflection"], rel=1e-4)
 
 
 def test_shape_shows_the_deflection_of_every_point():
@@ -112,10 +106,8 @@ def test_shape_shows_the_deflection_of_every_point():
 def test_the_larger_the_load_the_less_it_is_linear():
     # a taut cable stiffens with the square of the load while that is little; its own weight adds an odd part
     found = [
-        np.mean(
-            [cells(at_node(PAPER, 20, (0.0, 0.0, f)).scene(), "nonlinearity")["nonlinearity"] for f in (force, -force)]
-        )
-        for force in (1.0, 10.0, 100.0)
+        np.mean([cells(at_node(PAPER, 20, (0.0, 0.0, f)).scene(), "nonlinearity")["nonlinearity"] for f in (up, -up)])
+        for up in (1.0, 10.0, 100.0)
     ]
     assert found == sorted(found)
     assert found[1] / found[0] == pytest.approx(100, rel=0.05)
@@ -135,10 +127,8 @@ def test_of_several_loads_each_has_its_own_movement():
 
 
 def test_a_force_of_nothing_moves_nothing():
-    found = cells(
-        scene("cable.loads=[{at: 40 m, force: [0, 0, 0]}]"), "deflection", "linear_deflection", "nonlinearity"
-    )
-    assert set(found.values()) == {0.0}
+    still = scene("cable.loads=[{at: 40 m, force: [0, 0, 0]}]")
+    assert set(cells(still, "deflection", "linear_deflection", "nonlinearity").values()) == {0.0}
 
 
 def test_without_loads_there_is_nothing_to_ask():
