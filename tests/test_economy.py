@@ -43,7 +43,6 @@ def counts(monkeypatch):
         begin(self, state, axes)
 
     monkeypatch.setattr(assembly.System, "__init__", system)
-    assembly.masses.cache_clear() if hasattr(assembly.masses, "cache_clear") else None
     return found
 
 
@@ -135,7 +134,7 @@ def test_a_mixture_of_random_scenes_gives_each_row_as_it_is_alone():
     models = [{"accuracy": 1e-2}, {"elements": 40}, {"elements": 12}, {"elements": 2, "order": 8},
               {"elements": 5, "mass": "blended"}, {"elements": 1}]  # fmt: skip
     scenes = []
-    for seed in range(12):
+    for seed in range(8):
         data = {"gondola": {"mass": 1.0}, **scene_data(seed), "model": models[seed % len(models)]}
         data["cable"]["strength"] = data["cable"]["elastic_modulus"] * (0.2, 1e-3)[seed % 5 == 0]
         heavier = {**data, "gondola": {"mass": 3 * data["gondola"]["mass"]}}
