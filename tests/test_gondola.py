@@ -9,7 +9,7 @@ from scenes import CHORD, SAGGING, cells, scene
 
 from cablestudy.control.gondola import coupled_modes, gondola_mode, static_frequency
 from cablestudy.study.case import Case
-from cablestudy.study.loops import gondola_notes
+from cablestudy.study.notes import gondola_notes
 
 
 def chain(masses, springs):

@@ -9,7 +9,7 @@ from scenes import computed
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import plots, report, row
+from cablestudy.study import case_modes, plots, report
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
 
@@ -131,7 +131,7 @@ def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():
 
 
 def test_mode_shapes_are_the_modes_on_the_static_form(carlina):
-    case, found, *_ = row.modes(carlina, 12)
+    case, found, *_ = case_modes.modes(carlina, 12)
     figure = draw(plots.mode_shapes(case, found))
     assert len(figure.axes) == 12
     state = case.state
@@ -156,11 +156,11 @@ def test_titles_say_what_is_drawn():
     assert plots.static_form(case_of("slack")).get_suptitle() == (
         "Static form: chord 185.8 m, preload 361.6 N, sag 4.087 m"  # Table 6: 4.088 m
     )
-    case, found, *_ = row.modes(case_of("carlina"), 20)
+    case, found, *_ = case_modes.modes(case_of("carlina"), 20)
     figure = draw(plots.mode_shapes(case, found))
     assert len(figure.axes) == 12
     assert "First 12 of 20 modes" in figure.get_suptitle()
-    case, found, *_ = row.modes(case_of("slack"), 1)
+    case, found, *_ = case_modes.modes(case_of("slack"), 1)
     assert "peak of 1 m" in plots.mode_shapes(case, found).get_suptitle()  # of a larger sag
 
 
@@ -175,14 +175,14 @@ def test_titles_say_what_is_drawn():
     ],
 )
 def test_any_modes_are_drawn(name, sets, count):
-    case, found, *_ = row.modes(case_of(name, *sets), count)
+    case, found, *_ = case_modes.modes(case_of(name, *sets), count)
     drawn = [lines(axes)["mode"] for axes in draw(plots.mode_shapes(case, found)).axes if axes.lines]
     assert len(drawn) == count
     assert all(np.isfinite(line.get_xydata()).all() for line in drawn)
 
 
 def test_no_modes_make_no_traceback(carlina):
-    _, found, *_ = row.modes(carlina, upto=0.01)
+    _, found, *_ = case_modes.modes(carlina, upto=0.01)
     assert "no mode" in draw(plots.mode_shapes(carlina, found)).get_suptitle()
 
 

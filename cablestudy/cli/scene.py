@@ -53,12 +53,12 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
     check_picture(plot)
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.units import read_frequency
-    from cablestudy.study import report, row
+    from cablestudy.study import case_modes, report
     from cablestudy.study.case import Case
 
     limit = None if upto is None else read_frequency("--upto", upto)
     _, model = load_scene(scene, sets)
-    case, found, notes, warnings = row.modes(Case(model), count or 12, limit, estimate=explain)
+    case, found, notes, warnings = case_modes.modes(Case(model), count or 12, limit, estimate=explain)
     echo_notes((*(notes if explain else ()), *warnings), quiet)
     if limit is None and len(found) < (count or 12):
         echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)

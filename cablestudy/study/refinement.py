@@ -75,6 +75,7 @@ class Settings:
 
 
 SETTINGS = Settings()
+REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 
 
 def levels(first):
@@ -388,3 +389,9 @@ def relative(value, reference):
     if value is None or reference is None:
         return float(value is not reference)
     return abs(value - reference) / abs(reference) if reference else float(value != reference)
+
+
+def reference_scene(scene):
+    """The same scene with a model to an accuracy of REFERENCE, against which fixed elements are held."""
+    model = scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
+    return scene.model_copy(update={"model": model})

@@ -9,7 +9,7 @@ from cablestudy.control import export, reduction, statespace
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
-from cablestudy.study import row
+from cablestudy.study import case_modes, notes
 from cablestudy.study.case import MAX_MODES, Case
 from cablestudy.study.columns import broken
 from cablestudy.study.table import write_whole
@@ -232,7 +232,7 @@ def _candidates(case, options):
     size, reached = options.count or DEFAULT_MODES, ""
     while True:
         try:
-            finer, some, notes, _ = row.modes(case, None if options.upto else size, options.limit)
+            finer, some, notes, _ = case_modes.modes(case, None if options.upto else size, options.limit)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{reached}{failure}") from None
         lacking = _lacking(finer, some, options)
@@ -296,7 +296,7 @@ def _about(choice):
         yield "not in A, B, C, D: forces at a moved end by its own velocity and acceleration (D1 and D2 of the file)"
     if options.attached == "gondola" and case.scene.winch is None:
         yield "winch: on the ground, since the scene has no winch"
-    yield from row.assumed_damping(case.scene)
+    yield from notes.assumed_damping(case.scene)
     if strain is not None and strain.law == "hysteretic":
         yield "damping: hysteretic, which has no state space; each mode has the ratio that dissipates the same energy"
     elif strain is not None:

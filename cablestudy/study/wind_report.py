@@ -7,10 +7,11 @@ from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
 from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
+from cablestudy.study.case_modes import modes
 from cablestudy.study.columns import find, lacks
 from cablestudy.study.fields import STATUS, field_of
-from cablestudy.study.loops import gondola_notes
-from cablestudy.study.row import evaluate, modes
+from cablestudy.study.notes import gondola_notes
+from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, combine
 from cablestudy.wind.drag import shedding_frequencies
