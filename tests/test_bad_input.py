@@ -246,14 +246,6 @@ def test_values_out_of_range_are_refused_by_every_command(folder, option, messag
         assert message in found
 
 
-WINDY = """\
-base: scene.yaml
-gondola: {mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}
-winch: {controller: {gain: 0.325}}
-wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
-"""
-
-
 @pytest.mark.parametrize(
     ("gondola", "key"),
     [
@@ -287,8 +279,7 @@ def test_windrms_names_the_key_that_it_needs(folder, gondola, key):
     ],
 )
 def test_windrms_refuses_wrong_values_of_loop_and_wind(folder, option, message):
-    Path("windy.yaml").write_text(WINDY, encoding="utf-8")
-    (found,) = refused(folder, "windrms", "windy.yaml", "--set", option)
+    (found,) = refused(folder, "windrms", CARLINA, "--set", option)
     assert found.startswith(message)
 
 
