@@ -55,16 +55,11 @@ def compare(span):
 
 
 @pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
-def test_random_cables(loads):
-    steps = [compare(span).record.steps for span in random_cables(120, 1 + loads, loads)]
-    assert max(steps) <= 15
-
-
-@pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
-def test_random_cables_near_the_vertical(loads):
-    """Within a degree to 1e-12 degrees: H may be 1e-12 of the weight and hangs on the last digits of the strain."""
-    for span in random_cables(120, 3 + loads, loads, steep=True):
-        compare(span)
+@pytest.mark.parametrize(("steep", "seed"), [(False, 1), (True, 3)], ids=["any direction", "near the vertical"])
+def test_random_cables(steep, seed, loads):
+    """Within a degree to 1e-12 degrees of the vertical H may be 1e-12 of the weight, on the strain's last digits."""
+    steps = [compare(span).record.steps for span in random_cables(120, seed + loads, loads, steep)]
+    assert steep or max(steps) <= 15
 
 
 @pytest.mark.parametrize("degrees", [-90 + 1e-9, -60, -19, 0, 45, 89.9])
