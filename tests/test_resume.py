@@ -138,13 +138,17 @@ def test_a_sweep_that_keeps_nothing_says_so_when_it_is_ended(folder, monkeypatch
     assert list(folder.iterdir()) == [folder / "study.yaml"]
 
 
-def test_no_row_is_computed_twice(folder, computed):
+@pytest.fixture
+def half(folder):
+    """An unfinished run in results/, two of four rows done."""
     study_file(folder, FEW, SLACK)
     run("sweep", "study.yaml")
-    before = TABLE.read_bytes()
     cut(2)
+
+
+def test_no_row_is_computed_twice(half, computed):
+    before = TABLE.read_bytes()
     TABLE.unlink()
-    computed.clear()
     outcome = run("sweep", "study.yaml", "--resume")
     assert outcome.lines[0] == "2 of 4 rows are there already"
     assert sum(count for count, _ in computed) == 2
@@ -155,10 +159,7 @@ def test_no_row_is_computed_twice(folder, computed):
     assert TABLE.read_bytes() == before
 
 
-def test_an_unfinished_run_is_not_overwritten(folder):
-    study_file(folder, FEW, SLACK)
-    run("sweep", "study.yaml")
-    cut(2)
+def test_an_unfinished_run_is_not_overwritten(half):
     left = ROWS.read_bytes()
     assert run("sweep", "study.yaml", code=2).lines == [
         "results/study.rows.sqlite: an unfinished run is there, 2 rows done: go on with --resume,"
@@ -174,15 +175,13 @@ def test_an_unfinished_run_is_not_overwritten(folder):
     run("sweep", "study.yaml")  # no row yet
 
 
-def test_resume_refuses_what_differs_and_says_what(folder):
-    study_file(folder, FEW, SLACK)
-    run("sweep", "study.yaml")
-    cut(2)
+def test_resume_refuses_what_differs_and_says_what(half):
     outcome = run("sweep", "study.yaml", "--set", "cable.density=8 g/cm^3", "--set", "wind=null", "--resume", code=2)
     assert "results/study.rows.sqlite: cable.density: 1440 kg/m^3 there, 8 g/cm^3 now" in outcome.lines
     assert "results/study.rows.sqlite: wind.speed: 6 m/s there, not given now" in outcome.lines
     assert "--restart begins anew" in outcome.lines[-1]
-    known = {**identity(*prepared("study.yaml")), "versions": {"results": 0, "numpy": "1.0", "scipy": "1.0"}}
+    study = read_study("study.yaml")
+    known = {**identity(study, prepare(study)[0]), "versions": {"results": 0, "numpy": "1.0", "scipy": "1.0"}}
     with closing(sqlite3.connect(ROWS, isolation_level=None)) as database:
         for name, value in (("study", json.dumps(known)), ("fingerprint", digest(known))):
             database.execute("UPDATE about SET value = ? WHERE name = ?", (value, name))
@@ -191,16 +190,7 @@ def test_resume_refuses_what_differs_and_says_what(folder):
     run("sweep", "study.yaml", "--restart")
 
 
-def prepared(name):
-    """A study and its columns."""
-    study = read_study(name)
-    return study, prepare(study)[0]
-
-
-def test_two_sweeps_do_not_write_one_journal(folder):
-    study_file(folder, FEW, SLACK)
-    run("sweep", "study.yaml")
-    cut(2)
+def test_two_sweeps_do_not_write_one_journal(half):
     with closing(Database(str(ROWS))):
         line = "results/study.rows.sqlite: another sweep is at work on it"
         for option in ("--resume", "--restart"):
