@@ -228,25 +228,19 @@ def test_the_error_of_a_fixed_model_is_known(name):
     assert 0.5 <= found["error_estimate"] / true_error(twin, found) <= 2
 
 
-def coupled(twin, elements=40):
-    """Coupled frequency by dense eigen-solution of the bars with the gondola's mass on end 2, free along x."""
-    chain = twin.chain(elements)
-    K, M = bars.matrices(chain, twin.length, twin.stiffness, twin.mass)
-    x = 3 * elements
+@pytest.mark.parametrize("name", ["paper", "inclined", "sagging", "steep", "very slack"])
+def test_the_coupled_frequency_is_that_of_the_whole_eigenproblem(name):
+    """By dense matrices of the bars with the gondola's mass on end 2, free along x."""
+    twin, x = ZOO[name], 3 * 40
+    K, M = bars.matrices(twin.chain(), twin.length, twin.stiffness, twin.mass)
     M[x] += GONDOLA
     free = np.r_[3 : x + 1]
     values, shapes = eigh(K[np.ix_(free, free)], np.diag(M[free]))
-    return math.sqrt(values[np.argmax(shapes[-1] ** 2 / values)]) / (2 * math.pi)
-
-
-@pytest.mark.parametrize("name", ["paper", "inclined", "sagging", "steep", "very slack"])
-def test_the_coupled_frequency_is_that_of_the_whole_eigenproblem(name):
-    twin = ZOO[name]
-    assert cells(twin.scene(), "gondola_frequency")["gondola_frequency"] == pytest.approx(coupled(twin), rel=1e-9)
+    coupled = math.sqrt(values[np.argmax(shapes[-1] ** 2 / values)]) / (2 * math.pi)
+    assert cells(twin.scene(), "gondola_frequency")["gondola_frequency"] == pytest.approx(coupled, rel=1e-9)
 
 
 def test_a_study_of_one_scene_agrees_with_static():
     study = f"base: {CARLINA}\ncolumns: [sag, preload, end_stiffness]\n"
-    row = rows_of(run("sweep", "-", "--no-write", "--format", "json", stdin=study).out, "json")[0]
-    alone = table_of("static", CARLINA)[0]
-    assert all(row[name] == alone[name] for name in row)
+    (row,) = rows_of(run("sweep", "-", "--no-write", "--format", "json", stdin=study).out, "json")
+    assert row.items() <= table_of("static", CARLINA)[0].items()
