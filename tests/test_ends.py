@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from cables import full_stiffness
+from cables import condensed_stiffness
 from mpmath import mp
 from random_scenes import scene_data, scene_of
 from references import bars, continuous_cable
@@ -13,11 +13,7 @@ from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
 from cablestudy.control.complex_stiffness import ComplexStiffness
 from cablestudy.errors import NoSolutionError
-from cablestudy.study import models
-from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.results import Results
-from cablestudy.study.scene_values import SceneValues
 
 ORDER = 24
 CABLES = {"taut": PAPER, "sagging": SAGGING, "inclined": INCLINED, "downhill": Twin(175.68, -60.49, 184.4883)}
@@ -368,63 +364,14 @@ def test_the_damping_trap():
 @pytest.mark.parametrize("twin", [PAPER, SAGGING, INCLINED], ids=["taut", "sagging", "inclined"])
 @pytest.mark.parametrize(("mass", "order"), [("lumped", 3), ("consistent", 1), ("consistent", 3), ("blended", 1)])
 def test_every_mass_is_the_dense_matrix_condensed(twin, mass, order):
-    """K11 + s^2 M11 less the inside eliminated, by dense matrices of all nodes; the coupled frequency."""
+    """And at the coupled frequency, undamped, the gondola and its end balance."""
     case = Case(twin.scene("model.elements=7", f"model.order={order}", f"model.mass={mass}", "cable.damping.ratio=0"))
-    model, span, state = case.end_model, case.span, case.state
-    total, length = float(span.mass * span.unstretched_length), float(span.unstretched_length)
-    found = np.zeros((3, 6, 6), dtype=complex)
     s = np.array([2.0 + 5j, -1 + 33j, 0.3 + 90j])
-    for system in case.dynamics.systems:
-        d = len(system.axes)
-        K = full_stiffness(system) * float(state.force) / length
-        M = system.full_mass().toarray() * total
-        ends = np.r_[0:d, len(K) - d : len(K)]
-        inner = np.arange(d, len(K) - d)
-        places = [*system.axes, *(axis + 3 for axis in system.axes)]
-        for k, value in enumerate(s):
-            whole = K + value**2 * M
-            outside = np.linalg.solve(whole[np.ix_(inner, inner)], whole[np.ix_(inner, ends)])
-            found[k][np.ix_(places, places)] = whole[np.ix_(ends, ends)] - whole[np.ix_(ends, inner)] @ outside
-    turn = np.kron(np.eye(2), span.frame)
-    expected = turn.T @ found @ turn
+    turn = np.kron(np.eye(2), case.span.frame)
+    expected = np.array([turn.T @ condensed_stiffness(case.dynamics, value) @ turn for value in s])
     scale = np.sqrt(np.abs(np.diagonal(expected, axis1=1, axis2=2)))
-    error = np.abs(model.dynamic_stiffness(s) - expected) / (scale[:, :, None] * scale[:, None, :])
+    error = np.abs(case.end_model.dynamic_stiffness(s) - expected) / (scale[:, :, None] * scale[:, None, :])
     assert error.max() < 1e-7
-    # at an undamped coupled frequency the gondola and its end balance
     omega = 2 * np.pi * case.gondola_frequency
-    balance = model.dynamic_stiffness(np.array([1j * omega]), [3], [3])[0, 0, 0].real
+    balance = case.end_model.dynamic_stiffness(np.array([1j * omega]), [3], [3])[0, 0, 0].real
     assert balance == pytest.approx(case.scene.gondola.mass * omega**2, rel=1e-7)
-
-
-# many cables at once
-
-
-def all_of(case):
-    """All numbers that a case's ends are made of."""
-    for model in (case.end_model, case.end_model_along_x):
-        yield from (model.omega, model.participation, model.damping_ratio, model.stiffness, model.inertia)
-        if model.strain:
-            yield from (model.strain.modes, model.strain.coupling, model.strain.ends)
-    yield case.end_inertia
-    yield [case.end_stiffness_along(axis) for axis in range(3)]
-    yield [getattr(case.statics, name) for name in ("mean_tension", "horizontal_tension", "iterations")]
-
-
-@pytest.mark.parametrize("load", [None, "[0, 0, -30]", "[0, 25, 0]"], ids=["none", "hanging", "aside"])
-@pytest.mark.parametrize("model", ["{elements: 8}", "{elements: 8, mass: consistent}", "{elements: 2, order: 5}"])
-def test_ends_of_many_cables_are_those_of_each_alone(model, load):
-    sets = []
-    for diameter, law in ((1.85, "modal"), (3.7, "hysteretic"), (7.4, "kelvin_voigt")):
-        sets.append([f"cable.diameter={diameter} mm", "cable.unstretched_length=185.9", damped(law, 1e-3)])
-        sets[-1].append(f"model={model}")
-        sets[-1] += [f"cable.loads=[{{at: 70, force: {load}}}]"] if load else []
-    # another direction; a level cable without loads is of another group than an inclined one
-    sets.append([*sets[0], f"cable.ends=[[0, 0, 0], {'[60, 80, 150]' if load else '[108, 144, 0]'}]"])
-    scenes = [scene(*one) for one in sets]
-    results, cache = Results(SceneValues(scenes)), Cache()
-    together = [Case(one, results, place, cache=cache) for place, one in enumerate(scenes)]
-    models.solve_models(together)
-    assert len({id(case.model._models) for case in together}) == 1
-    for case, one in zip(together, scenes, strict=True):
-        for found, expected in zip(all_of(case), all_of(Case(one)), strict=True):
-            assert np.array_equal(found, expected)
