@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 from cables import CABLES, chord_span, full_stiffness, graded_error, state_of
-from mpmath import mp
-from references import bars
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import (
@@ -104,16 +102,3 @@ def test_forces_carried_are_in_equilibrium_and_gradients_add_up(elements, order)
     place = np.vander(mesh.node_positions, order + 1)
     end = place[-1] - transposed_force_transfer(mesh, weights[:, None] * (slope @ place))
     assert end == pytest.approx(place[1:-1], abs=1e-12)
-
-
-def test_condensed_stiffness_of_40_bars_with_loads_at_nodes():
-    """Spatial: against the summed bar flexibilities of the 50-digit chain."""
-    elements, length = 40, 100 / 0.7
-    loads = [(12, (10.0, 40.0, -300.0)), (28, (0.0, -80.0, 90.0))]
-    span = chord_span(100, 30, -0.3, 1e5, loads=[(node / elements, force) for node, force in loads])
-    state = state_of(span, elements)
-    a, b = 100 * np.cos(np.radians(30)), 100 * np.sin(np.radians(30))
-    chain = bars.solve_spatial((a, 0, b), mp.mpf(length), 1e5, 9.81, elements, loads)
-    assert (state.tension[:, 0] * state.force) == pytest.approx(chain.tensions, rel=1e-10)
-    K = System(state, SPATIAL).end_stiffness * state.force / length
-    assert graded_error(span.frame.T @ K @ span.frame, chain.end_stiffness) < 1e-9
