@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from command import CARLINA, rows_of, run, table_of
-from references import bars, catenary_mp, taut_string
+from references import bars, taut_string
 from scenes import AREA, CHORD, DENSITY, GONDOLA, INCLINED, LENGTH, MODULUS, PAPER, SAGGING, G, Twin, cells, scene
 from scipy.linalg import eigh
 from scipy.optimize import brentq
@@ -152,22 +152,6 @@ def test_the_taut_cable_follows_the_textbook():
     assert found["outofplane_frequency_1"] == pytest.approx(string * math.sin(math.pi / 80) / (math.pi / 80), rel=1e-6)
     axial = taut_string.axial_frequencies(1, LENGTH, MODULUS * AREA, DENSITY * AREA)[0]
     assert found["axial_frequency_1"] == pytest.approx(axial * math.sin(math.pi / 80) / (math.pi / 80), rel=1e-4)
-
-
-def test_closed_form_statics_are_those_of_50_digits():
-    for twin in (PAPER, INCLINED, SAGGING):
-        found = cells(
-            twin.scene("model=null"), "preload", "sag", "stretched_length", "end_stiffness", "horizontal_tension"
-        )
-        H, V0 = catenary_mp.solve(twin.a, twin.b, twin.length, twin.stiffness, twin.mass * G)
-        weight = twin.mass * G
-        assert found["horizontal_tension"] == pytest.approx(float(H), rel=1e-12)
-        assert found["preload"] == pytest.approx(float(catenary_mp.mean_tension(H, V0, twin.length, weight)), rel=1e-12)
-        assert found["sag"] == pytest.approx(
-            float(catenary_mp.sag(H, V0, twin.length, twin.stiffness, weight)), rel=1e-11
-        )
-        stiffness = catenary_mp.end_stiffness(H, V0, twin.length, twin.stiffness, weight)
-        assert found["end_stiffness"] == pytest.approx(float(stiffness[0, 0]), rel=1e-11)
 
 
 # taut to slack, flat to steep, with and without loads
