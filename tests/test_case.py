@@ -1,6 +1,5 @@
 """A case computes what is asked for, once."""
 
-import math
 from collections import Counter
 
 import numpy as np
@@ -11,11 +10,8 @@ from scenes import CHORD, LENGTH, SAGGING, scene
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import models, results
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form
-from cablestudy.study.column_requirements import ColumnRequirements
-from cablestudy.study.columns import COLUMNS
 from cablestudy.study.results import Results
-from cablestudy.study.scene_values import SceneValues, TableValues
+from cablestudy.study.scene_values import SceneValues
 
 
 def test_the_span_of_a_scene():
@@ -71,34 +67,6 @@ def test_a_case_without_an_equilibrium_says_why_and_leaves_the_others():
     assert list(found.failures) == [1]
     with pytest.raises(NoSolutionError, match="below the least that this cable can have"):
         found.check(1)
-
-
-def test_a_table_of_scenes_gives_what_the_scenes_give():
-    columns = [column for column in COLUMNS if column.needs in ("statics", "stiffness", "scene") and not column.each]
-    preload, modulus = np.array([1.0, 500.0, 1345.0, 3000.0]), np.array([70.3e9, 7.03e9, 70.3e9, 7e9])
-    sets = [(f"cable.preload={p}", f"cable.elastic_modulus={e}") for p, e in zip(preload, modulus, strict=True)]
-    scenes = [scene(*one, "model={accuracy: 1e-4}") for one in sets]
-    base = scenes[0]
-    changed = base.cable.model_copy(update={"preload": preload, "elastic_modulus": modulus})
-    table = TableValues(base.model_copy(update={"cable": changed}), 4)
-    required = ColumnRequirements(columns)
-    found, expected = (closed_form(Results(values), required) for values in (table, SceneValues(scenes)))
-    assert found.cells() == expected.cells()
-    assert found.errors == expected.errors
-    assert {case: list(failed) for case, failed in found.failures.items()} == {
-        case: list(failed) for case, failed in expected.failures.items()
-    }
-    assert found.failures[0]
-
-
-def test_end_stiffness_turns_with_the_cable():
-    along, turned, diagonal = (
-        Case(scene(f"cable.ends=[[0, 0, 0], [{x!r}, {y!r}, 0]]")).end_stiffness
-        for x, y in ((CHORD, 0.0), (0.0, CHORD), (CHORD / math.sqrt(2), CHORD / math.sqrt(2)))
-    )
-    assert turned == pytest.approx(along[np.ix_([1, 0, 2], [1, 0, 2])], rel=1e-12)
-    assert diagonal[0, 0] == pytest.approx((along[0, 0] + along[1, 1]) / 2, rel=1e-9)
-    assert diagonal[0, 1] == pytest.approx((along[0, 0] - along[1, 1]) / 2, rel=1e-9)
 
 
 def test_a_hundred_thousand_bars_are_static_in_a_moment():
