@@ -191,7 +191,7 @@ def full_stiffness(system):
 
 
 def condensed_stiffness(model, s, c=0.0):
-    """(1 + c) K_E + K_G + s^2 M of all nodes of a `Dynamics`, dense, condensed to both ends; chord axes, (6, 6). [N/m]"""
+    """(1 + c) K_E + K_G + s^2 M of all nodes of a `Dynamics`, condensed to both ends; chord axes, (6, 6). [N/m]"""
     found = np.zeros((6, 6), dtype=complex)
     for system in model.systems:
         d, nodes = len(system.axes), system.state.mesh.nodes
