@@ -23,7 +23,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_values import CaseTable, tables_of
-from cablestudy.sweep import chunks, driver
+from cablestudy.sweep import chunks, driver, row_reuse
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import RESULTS_VERSION, digest, identity, versions
 
@@ -226,7 +226,6 @@ def test_a_study_with_more_rows_computes_only_those(folder, computed):
         ("[sag, cable_frequency, axial_frequency_2]", "[sag, cable_frequency]", "cable_frequency"),
         ("[sag, preload]", "[sag, preload, dof]", "sag, preload, dof"),
         ("[sag, preload]", "[sag, preload, error_estimate]", "sag, preload, error_estimate"),
-        ("[sag, error_estimate]", "[error_estimate, sag]", ""),
     ],
 )
 def test_a_study_with_other_columns_computes_only_what_is_new(folder, computed, before, after, computes):
@@ -272,6 +271,15 @@ def key_alone(study, case):
     """The key of a case that is read alone."""
     (key,) = chunks.keys_of(CaseTable(np.array([case]), study.case(case)[1], {}))
     return key
+
+
+def test_what_can_be_used_again():
+    moving = ["sag_m", "cable_frequency_Hz"]
+    assert row_reuse.usable(["sag_m"], ["sag_m", "preload_N"]) == {"sag_m"}
+    assert row_reuse.usable(moving, [*moving, "preload_N"]) == set(moving)
+    assert row_reuse.usable(moving, [*moving, "axial_frequency_1_Hz"]) == {"sag_m"}
+    assert row_reuse.usable(moving, [*moving, "error_estimate"]) == set()
+    assert row_reuse.usable([*moving, "error_estimate"], ["error_estimate", *moving]) == {*moving, "error_estimate"}
 
 
 def test_a_key_is_of_the_resolved_scene(folder):
