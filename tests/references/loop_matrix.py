@@ -14,20 +14,9 @@ START, END = 0, 3  # x of end 1, x of end 2
 
 
 def matrices(loop, gain):
-    """A of the closed loop, and the column of a force on the gondola. States: q, q', x, x', n, n', y.
+    """A of the closed loop of modal damping, and the column of a force on the gondola; gain in rad/s.
 
-    Parameters
-    ----------
-    loop : Loop
-        With modal damping.
-    gain : float
-        [rad/s]
-
-    Returns
-    -------
-    A : ndarray, shape (m, m)
-    B : ndarray, shape (m,)
-        The gondola's place is state `place(A)`, its velocity the next one.
+    States: q, q', x, x', n, n', y; the gondola's place is state `place(A)`, its velocity the next one.
     """
     cable, n = loop.cable, len(loop.cable.omega)
     D, R = cable.feedthrough, cable.residual_inertia
