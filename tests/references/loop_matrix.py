@@ -62,11 +62,3 @@ def place(A):
 def unstable(loop, gain):
     """How many eigenvalues lie to the right."""
     return int((np.linalg.eigvals(matrices(loop, gain)[0]).real > 0).sum())
-
-
-def bisected(loop, low, high, width):
-    """(stable gain, unstable gain) as close as bisection brings them. [rad/s]"""
-    while high > low * (1 + width):
-        middle = np.sqrt(low * high)
-        low, high = (low, middle) if unstable(loop, middle) else (middle, high)
-    return low, high
