@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from command import CARLINA, SLACK
-from references import bars, continuous_cable
+from references import bars
 
 from cablestudy.control import reduction, statespace
 from cablestudy.control.winch import Loop, Notch
@@ -130,17 +130,6 @@ def test_entries_of_the_coupled_model_grow_like_the_frequency(scene):
     ratio = [np.abs(statespace.coupled(model, GONDOLA_MASS).a).max() / model.omega.max() for model in models]
     assert models[1].omega.max() > 3.5 * models[0].omega.max()
     assert ratio[1] < 1.1 * ratio[0]
-
-
-@pytest.mark.parametrize(("damping", "eta"), [("{ratio: 0}", 0.0), ("{time: 0.1 ms}", 1e-4)], ids=["none", "strain"])
-def test_all_modes_are_the_continuous_cable(damping, eta):
-    case = case_of(CARLINA, "model.accuracy=1e-10", f"cable.damping={damping}").refined(2, 48)
-    system = statespace.cable(case.end_model)
-    cable = PAPER_CHORD, 0.0, PAPER_LENGTH, EA, MASS, G
-    for omega in (3.0, 30.0, 200.0):
-        expected = continuous_cable.dynamic_stiffness_both_ends(*cable, omega, eta=eta * omega)
-        computed = system.response([1j * omega], derivatives=True)[0]
-        assert np.abs(computed - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_hysteretic_modes_lose_half_the_loss_factor_times_their_elastic_share():

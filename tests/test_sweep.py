@@ -5,7 +5,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from command import CARLINA, CONFIGS, SLACK, process, rows_of, run, study_file, table_of
+from command import CARLINA, CONFIGS, SLACK, rows_of, run, study_file, table_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
@@ -124,16 +124,6 @@ def test_a_case_that_lacks_what_a_column_needs(folder):
     rows = swept(folder, text, code=3)
     assert rows[0]["status"] == "ok"
     assert rows[1]["status"] == "gondola_frequency needs the key gondola.mass, which this case does not have"
-
-
-def test_two_processes_give_the_same_bytes(folder):
-    over = "{cable.preload: {from: 100 N, to: 2 kN, spacing: log}, gondola.mass: {from: 10 kg, to: 50 kg}}"
-    study = study_file(folder, "vary: [{cable.area: [2 mm^2, 3 mm^2]}]\ncolumns: [mass, sag, gondola_frequency]\n"
-                       f"sample: {{method: sobol, count: 8, over: {over}}}\n")  # fmt: skip
-    for jobs in ("1", "2"):
-        assert process("sweep", study, "--jobs", jobs, "--out", jobs).code == 0
-    for name in ("study.csv", "study.md"):
-        assert Path("1", name).read_bytes() == Path("2", name).read_bytes()
 
 
 def test_the_check_passes_on_what_was_written_and_shows_what_was_changed():
