@@ -369,10 +369,10 @@ def test_a_thousand_cases_cost_less_than_a_second():
     # A guard against accidental slowness, far above what it takes.
     Path("s.yaml").write_text(GOOD, encoding="utf-8")
     document = read_document("s.yaml")
-    start = time.perf_counter()
+    start = time.process_time()
     for case in range(1000):
         read_scene(document.with_sets([("cable.area", f"{case + 1} mm^2", "x"), ("gondola.mass", case + 1, "y")]))
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
 
 
 _SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
