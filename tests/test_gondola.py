@@ -219,7 +219,7 @@ def test_the_gondola_frequency_of_a_light_gondola_on_a_slack_cable_does_not_depe
 
 
 def test_modes_that_share_the_gondola_are_named():
-    from cablestudy.study.loops import gondola_notes
+    from cablestudy.study.notes import gondola_notes
 
     case = Case(scene(*SLACK, "gondola.mass=1 kg", "model.accuracy=1e-6")).refined(1, 40)
     frequency, share = case.coupled

@@ -12,7 +12,7 @@ from cablestudy.cli import main
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import plots, report, row
+from cablestudy.study import case_modes, plots, report
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
 
@@ -146,7 +146,7 @@ def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():
 
 
 def test_mode_shapes_are_the_modes_on_the_static_form(carlina):
-    case, found, *_ = row.modes(carlina, 12)
+    case, found, *_ = case_modes.modes(carlina, 12)
     figure = draw(plots.mode_shapes(case, found))
     assert len(figure.axes) == 12
     state = case.state
@@ -168,7 +168,7 @@ def test_mode_shapes_are_the_modes_on_the_static_form(carlina):
 
 
 def test_more_modes_than_panels_are_said():
-    case, found, *_ = row.modes(case_of("carlina"), 20)
+    case, found, *_ = case_modes.modes(case_of("carlina"), 20)
     figure = draw(plots.mode_shapes(case, found))
     assert len(figure.axes) == 12
     assert "First 12 of 20 modes" in figure.get_suptitle()
@@ -186,7 +186,7 @@ def test_more_modes_than_panels_are_said():
     ids=["slack", "three-chords", "with-axial", "vertical", "spatial"],
 )
 def test_any_modes_are_drawn(name, sets, count):
-    case, found, *_ = row.modes(case_of(name, *sets), count)
+    case, found, *_ = case_modes.modes(case_of(name, *sets), count)
     figure = draw(plots.mode_shapes(case, found))
     drawn = [lines(axes)["mode"] for axes in figure.axes if axes.lines]
     assert len(drawn) == count
@@ -194,12 +194,12 @@ def test_any_modes_are_drawn(name, sets, count):
 
 
 def test_no_modes_make_no_traceback(carlina):
-    _, found, *_ = row.modes(carlina, upto=0.01)
+    _, found, *_ = case_modes.modes(carlina, upto=0.01)
     assert "no mode" in draw(plots.mode_shapes(carlina, found)).get_suptitle()
 
 
 def test_a_large_sag_gets_a_larger_peak():
-    case, found, *_ = row.modes(case_of("slack"), 1)
+    case, found, *_ = case_modes.modes(case_of("slack"), 1)
     assert "peak of 1 m" in plots.mode_shapes(case, found).get_suptitle()
 
 

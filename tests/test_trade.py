@@ -13,12 +13,12 @@ from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
-from cablestudy.errors import ConvergenceError
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import case as case_module
-from cablestudy.study import plots, results, trade, trade_models, trade_tables
-from cablestudy.study.columns import ROUNDING, find
-from cablestudy.study.trade_models import Answer, Model, models_of
+from cablestudy.study import plots, results, trade, trade_models
+from cablestudy.study.columns import ROUNDING, find, relative
+from cablestudy.study.trade_models import Model, models_of
 
 RESULTS = Path(__file__).parents[1] / "results"
 ETA = 0.02
@@ -148,14 +148,14 @@ def test_irvine_is_his_formula():
         "outofplane_frequency_3": string[2],
         "axial_frequency_2": taut_string.axial_frequencies(2, PAPER.length, PAPER.stiffness, PAPER.mass)[1],
     }
-    answer = named("Irvine")[0].solve(PAPER.scene(), columns(*wanted))
-    assert answer.failures == {}
+    _, values, failures = named("Irvine")[0].solve(PAPER.scene(), columns(*wanted))
+    assert failures == {}
     for name, value in wanted.items():
-        assert answer.values[name] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
+        assert values[name] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
     loaded = scene("cable.loads=[{at: 50 m, force: [0, 0, -1]}]")
-    answer = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
-    assert answer.values == {}
-    assert "no point loads" in answer.failures["cable_frequency"]
+    _, values, failures = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
+    assert values == {}
+    assert "no point loads" in failures["cable_frequency"]
 
 
 def test_modes_alone_have_the_stiffness_of_the_papers_truncation():
@@ -209,7 +209,7 @@ def test_error_control_holds_what_it_says():
     [(1.1, 1.0, 0.1), (-1.0, 1.0, 2.0), (0.0, 0.0, 0.0), (1e-9, 0.0, 1.0), (None, None, 0.0), (None, 1.0, 1.0)],
 )
 def test_errors_are_relative_and_a_zero_is_right_or_wrong(value, truth, error):
-    assert trade.relative_error(value, truth) == pytest.approx(error)
+    assert relative(value, truth) == pytest.approx(error)
 
 
 def test_front_by_brute_force():
@@ -224,11 +224,15 @@ def test_front_by_brute_force():
 
 
 def test_only_models_with_every_column_are_on_the_front():
-    def answer(**values):
-        missing = {"sag": "no", "end_stiffness": "no"}.items() - dict.fromkeys(values, "no").items()
-        return Model("", str(values), lambda scene, wanted: Answer(values, dict(missing)))
+    def stating(**values):
+        def compute(column, _):
+            if column.name not in values:
+                raise NoSolutionError("no")
+            return values[column.name]
 
-    models = [answer(sag=1.0), answer(sag=0.121, end_stiffness=1000.0)]
+        return Model("", f"{sorted(values.items())}", lambda *_: 0, compute=compute, count_dof=int)
+
+    models = [stating(sag=1.0), stating(sag=0.121, end_stiffness=1000.0)]
     found = trade.compare(PAPER.scene(), columns("sag", "end_stiffness"), 1, models)
     assert found.front == {models[1].name}
     assert [entry.largest is None for entry in found.entries] == [True, False]
@@ -248,9 +252,10 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 
 
 def test_a_slow_model_is_not_repeated(monkeypatch):
-    solve = Mock(return_value=Answer({"sag": 1.0}))
+    solve = Mock()
     monkeypatch.setattr(trade, "BUDGET", 0.0)
-    (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [Model("", "slow", solve)]).entries
+    model = Model("", "slow", solve, compute=lambda *_: 1.0)
+    (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert solve.call_count == 1
     assert entry.time > 0
 
@@ -258,7 +263,7 @@ def test_a_slow_model_is_not_repeated(monkeypatch):
 def test_a_model_that_fails_is_a_row():
     wanted = columns("cable_frequency", "inplane_frequency_8")
     found = trade.compare(scene(), wanted, 1, named("5 .* bars", "10 .* bars"))
-    rows = {row["model"]: row for row in trade_tables.table_of(found).rows}
+    rows = {row["model"]: row for row in trade.table_of(found).rows}
     row = rows["5 lumped bars"]
     assert row["status"] == "inplane_frequency_8: the model has 4 in-plane modes, not 8"
     assert row["cable_frequency_error"] > 0
@@ -290,7 +295,7 @@ def test_no_answer_at_all():
 
 def test_small_errors_drown_in_the_reference():
     found = trade.compare(scene(), columns("end_stiffness"), 1, named("catenary", "40 lumped bars"))
-    plain, shown = trade_tables.table_of(found), trade_tables.table_of(found, shown=True)
+    plain, shown = trade.table_of(found), trade.table_of(found, shown=True)
     assert [row["end_stiffness_error"] for row in plain.rows[:2]] == [1e-12, 1e-12]
     assert [row["end_stiffness_error"] for row in shown.rows[:2]] == ["< 1e-12", "< 1e-12"]
     assert re.fullmatch(r"\d\.\de-07", shown.rows[2]["end_stiffness_error"])
@@ -356,8 +361,8 @@ def test_files_and_picture(tmp_path):
     assert "reference: sag " in outcome.err
     assert "one thread" in outcome.err
     assert "fastest below 1e-10: sag: " in outcome.err
-    assert trade_tables.file_name("configs/slack.yaml") == "trade-slack.yaml"
-    assert trade_tables.file_name("-") == "trade-stdin"
+    assert trade.file_name("configs/slack.yaml") == "trade-slack.yaml"
+    assert trade.file_name("-") == "trade-stdin"
     assert run("trade", SLACK, "--columns", "sag", "--out", picture, code=2).lines[0].startswith("--out")
     assert run("trade", "-", "--columns", "sag", "--repeats", 1, "--quiet", stdin=Path(CARLINA).read_text()).err == ""
 
@@ -396,12 +401,12 @@ def test_stored_errors_are_the_computed_ones(name):
     assert [key for key in stored["catenary"] if key.endswith("_error")] == [
         *(f"{column.name}_error" for column in wanted), "largest_error"
     ]  # fmt: skip
-    assert list(stored) == [trade_tables.CONTINUOUS, *(model.name for model in models_of(wanted))]
+    assert list(stored) == [trade.CONTINUOUS, *(model.name for model in models_of(wanted))]
     cheap = named("catenary", "Irvine", "(5|10|20|40) .* bars", "1 x order.*", "(1|10) modes.*", ".* 1000 points")
     assert len(cheap) > 20
     found = trade.compare(model, wanted, 0, cheap)
     for column in wanted:
-        assert stored[trade_tables.CONTINUOUS][f"{column.name}_error"] < 1e-9
+        assert stored[trade.CONTINUOUS][f"{column.name}_error"] < 1e-9
     for entry in found.entries:
         row = stored[entry.name]
         assert row["status"] == entry.status

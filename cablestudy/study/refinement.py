@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import ceil, inf, log10
 
 from cablestudy.errors import CablestudyError, ConvergenceError
-from cablestudy.study.columns import ROUNDING
+from cablestudy.study.columns import ROUNDING, relative
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,7 @@ class Settings:
 
 
 SETTINGS = Settings()
+REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 
 
 def levels(first):
@@ -383,8 +384,7 @@ def left_of_three(history):
     return last * max(SETTINGS.three_levels * rest, SETTINGS.least_of_three if last > SETTINGS.noise else 1.0)
 
 
-def relative(value, reference):
-    """Relative difference; 1 where only one of the two is there. [-]"""
-    if value is None or reference is None:
-        return float(value is not reference)
-    return abs(value - reference) / abs(reference) if reference else float(value != reference)
+def reference_scene(scene):
+    """The same scene with a model to an accuracy of REFERENCE, against which fixed elements are held."""
+    model = scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
+    return scene.model_copy(update={"model": model})
