@@ -22,7 +22,7 @@ from cablestudy.errors import NoSolutionError
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
-SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length: numbers with squares
+SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length, whose squares must be finite
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def rod(mesh, stretch):
 
 
 def ratio_of(wind, length):
-    """The cable's length over the coherence length of the wind along it.
+    """The cable's length [m] over the coherence length of the wind along it, as a function of frequencies [Hz].
 
     Parameters
     ----------
@@ -104,11 +104,6 @@ def ratio_of(wind, length):
         Has speed, length_scale and coherence_length, None for the model of IEC 61400-1.
     length : float
         Of the cable. [m]
-
-    Returns
-    -------
-    callable
-        Frequencies, shape (m,) [Hz] -> shape (m,). [-]
 
     Raises
     ------
