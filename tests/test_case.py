@@ -10,11 +10,10 @@ from scenes import CHORD, LENGTH, SAGGING, scene
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import models, results
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form
-from cablestudy.study.column_requirements import ColumnRequirements
+from cablestudy.study.closed_form import ColumnRequirements, closed_form
 from cablestudy.study.columns import COLUMNS
 from cablestudy.study.results import Results
-from cablestudy.study.scene_values import SceneValues, TableValues
+from cablestudy.study.scene_values import CaseTable, SceneValues
 
 
 def test_the_span_of_a_scene():
@@ -86,7 +85,7 @@ def test_a_table_of_scenes_gives_what_the_scenes_give():
     scenes = [scene(*one, "model={accuracy: 1e-4}") for one in sets]
     base = scenes[0]
     changed = base.cable.model_copy(update={"preload": preload, "elastic_modulus": modulus})
-    table = TableValues(base.model_copy(update={"cable": changed}), 4)
+    table = CaseTable(np.arange(4), base.model_copy(update={"cable": changed}), {})
     required = ColumnRequirements(columns)
     found, expected = (closed_form(Results(values), required) for values in (table, SceneValues(scenes)))
     assert found.cells() == expected.cells()

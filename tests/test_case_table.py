@@ -7,7 +7,7 @@ import pytest
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study.case_table import tables_of
+from cablestudy.study.scene_values import tables_of
 
 SCENE = """\
 cable:

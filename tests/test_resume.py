@@ -19,9 +19,9 @@ from command import SLACK, edit_rows, process, run, start, stored_rows, study_fi
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
+from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.sweep import chunks, driver, row_reuse
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import RESULTS_VERSION, digest, identity, versions

@@ -3,6 +3,7 @@
 import itertools
 import re
 import shlex
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,12 @@ from references import bars, continuous_cable
 from scenes import GONDOLA, INCLINED, MODULUS, PAPER, SAGGING, G, scene
 from scipy.optimize import brentq
 
-from cablestudy.errors import ConvergenceError, SceneError
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import case as case_module
-from cablestudy.study import plots, results, trade, trade_models, trade_tables
-from cablestudy.study.columns import ROUNDING, find
-from cablestudy.study.trade_models import Answer, Model, models_of
+from cablestudy.study import plots, results, trade, trade_models
+from cablestudy.study.columns import ROUNDING, find, relative
+from cablestudy.study.trade_models import Model, models_of
 
 RESULTS = Path(__file__).parents[1] / "results"
 ETA = 0.02
@@ -163,11 +164,7 @@ def test_errors_of_bars_fall_with_their_order(twin, mass, name, order):
 
 @pytest.mark.parametrize(("order", "elements"), [(2, (8, 16, 32)), (3, (8, 16)), (4, (8, 12))])
 def test_errors_of_order_p_fall_with_2p(order, elements):
-    models = [
-        Model("", str(n), lambda scene, wanted, n=n: trade_models.solve_case(
-            lambda scene, _: trade_models.fixed(n, order, "lumped", scene), scene, wanted))
-        for n in elements
-    ]  # fmt: skip
+    models = [Model("", str(n), partial(trade_models.fixed, n, order, "lumped")) for n in elements]
     found = trade.compare(SAGGING.scene(), columns("inplane_frequency_3"), 1, models)
     sizes = [entry.errors["inplane_frequency_3"] for entry in found.entries]
     slopes = (np.log(sizes[:-1]) - np.log(sizes[1:])) / (np.log(elements[1:]) - np.log(elements[:-1]))
@@ -199,14 +196,14 @@ def test_irvine_is_his_formula():
         "outofplane_frequency_3": 3 * rate / 2,
         "axial_frequency_2": 2 * np.sqrt(MODULUS / 1440.0) / (2 * twin.length),
     }
-    answer = named("Irvine")[0].solve(twin.scene(), columns(*wanted))
-    assert answer.failures == {}
+    _, values, failures = named("Irvine")[0].solve(twin.scene(), columns(*wanted))
+    assert failures == {}
     for name, value in wanted.items():
-        assert answer.values[name] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
+        assert values[name] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
     loaded = scene("cable.loads=[{at: 50 m, force: [0, 0, -1]}]")
-    answer = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
-    assert answer.values == {}
-    assert "no point loads" in answer.failures["cable_frequency"]
+    _, values, failures = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
+    assert values == {}
+    assert "no point loads" in failures["cable_frequency"]
 
 
 def test_modes_alone_have_the_stiffness_of_the_papers_truncation():
@@ -259,12 +256,12 @@ def test_error_control_holds_what_it_says():
 
 
 def test_errors_are_relative_and_a_zero_is_right_or_wrong():
-    assert trade.relative_error(1.1, 1.0) == pytest.approx(0.1)
-    assert trade.relative_error(-1.0, 1.0) == 2.0
-    assert trade.relative_error(0.0, 0.0) == 0.0
-    assert trade.relative_error(1e-9, 0.0) == 1.0
-    assert trade.relative_error(None, None) == 0.0
-    assert trade.relative_error(None, 1.0) == 1.0
+    assert relative(1.1, 1.0) == pytest.approx(0.1)
+    assert relative(-1.0, 1.0) == 2.0
+    assert relative(0.0, 0.0) == 0.0
+    assert relative(1e-9, 0.0) == 1.0
+    assert relative(None, None) == 0.0
+    assert relative(None, 1.0) == 1.0
 
 
 # ------------------------------------------------------------------------------------------------------- Pareto front
@@ -286,12 +283,15 @@ def test_front_by_brute_force():
 
 
 def test_only_models_with_every_column_are_on_the_front():
-    def answer(**values):
-        return Model("", f"{sorted(values.items())}", lambda scene, wanted: Answer(
-            {c.name: values[c.name] for c in wanted if c.name in values},
-            {c.name: "no" for c in wanted if c.name not in values}))  # fmt: skip
+    def stating(**values):
+        def compute(column, _):
+            if column.name not in values:
+                raise NoSolutionError("no")
+            return values[column.name]
 
-    models = [answer(sag=1.0), answer(sag=0.121, end_stiffness=1000.0)]
+        return Model("", f"{sorted(values.items())}", lambda *_: 0, compute=compute, count_dof=int)
+
+    models = [stating(sag=1.0), stating(sag=0.121, end_stiffness=1000.0)]
     found = trade.compare(PAPER.scene(), columns("sag", "end_stiffness"), 1, models)
     assert found.front == {models[1].name}
     assert [entry.largest is None for entry in found.entries] == [True, False]
@@ -316,7 +316,7 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 def test_a_slow_model_is_not_repeated(monkeypatch):
     calls = []
     monkeypatch.setattr(trade, "BUDGET", 0.0)
-    model = Model("", "slow", lambda scene, wanted: calls.append(1) or Answer({"sag": 1.0}))
+    model = Model("", "slow", lambda *_: calls.append(1), compute=lambda *_: 1.0)
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert len(calls) == 1
     assert entry.time > 0
@@ -329,7 +329,7 @@ def test_a_model_that_fails_is_a_row():
     found = trade.compare(
         scene(), columns("cable_frequency", "inplane_frequency_8"), 1, named("5 .* bars", "10 .* bars")
     )
-    rows = {row["model"]: row for row in trade_tables.table_of(found).rows}
+    rows = {row["model"]: row for row in trade.table_of(found).rows}
     row = rows["5 lumped bars"]
     assert row["status"] == "inplane_frequency_8: the model has 4 in-plane modes, not 8"
     assert row["cable_frequency_error"] > 0
@@ -364,7 +364,7 @@ def test_no_answer_at_all():
 
 def test_small_errors_drown_in_the_reference(tmp_path):
     found = trade.compare(scene(), columns("end_stiffness"), 1, named("catenary", "40 lumped bars"))
-    plain, shown = trade_tables.table_of(found), trade_tables.table_of(found, shown=True)
+    plain, shown = trade.table_of(found), trade.table_of(found, shown=True)
     assert [row["end_stiffness_error"] for row in plain.rows[:2]] == [1e-12, 1e-12]
     assert [row["end_stiffness_error"] for row in shown.rows[:2]] == ["< 1e-12", "< 1e-12"]
     assert re.fullmatch(r"\d\.\de-07", shown.rows[2]["end_stiffness_error"])
@@ -442,8 +442,8 @@ def test_files_and_picture(tmp_path):
 
 
 def test_file_names():
-    assert trade_tables.file_name("configs/slack.yaml") == "trade-slack.yaml"
-    assert trade_tables.file_name("-") == "trade-stdin"
+    assert trade.file_name("configs/slack.yaml") == "trade-slack.yaml"
+    assert trade.file_name("-") == "trade-stdin"
 
 
 def test_picture_shows_every_model_and_the_front():
@@ -479,12 +479,12 @@ def test_stored_errors_are_the_computed_ones(name):
     assert [key for key in stored["catenary"] if key.endswith("_error")] == [
         *(f"{column.name}_error" for column in wanted), "largest_error"
     ]  # fmt: skip
-    assert list(stored) == [trade_tables.CONTINUOUS, *(model.name for model in models_of(wanted))]
+    assert list(stored) == [trade.CONTINUOUS, *(model.name for model in models_of(wanted))]
     cheap = named("catenary", "Irvine", "(5|10|20|40) .* bars", "1 x order.*", "(1|10) modes.*", ".* 1000 points")
     assert len(cheap) > 20
     found = trade.compare(model, wanted, 1, cheap)
     for column in wanted:
-        assert stored[trade_tables.CONTINUOUS][f"{column.name}_error"] < 1e-9
+        assert stored[trade.CONTINUOUS][f"{column.name}_error"] < 1e-9
     for entry in found.entries:
         row = stored[entry.name]
         assert row["status"] == entry.status

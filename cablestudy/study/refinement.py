@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import ceil, inf, log10
 
 from cablestudy.errors import CablestudyError, ConvergenceError
-from cablestudy.study.columns import ROUNDING
+from cablestudy.study.columns import ROUNDING, relative
 
 
 @dataclass(frozen=True)
@@ -382,13 +382,6 @@ def left_of_three(history):
         return last if last < ROUNDING or before > last else SETTINGS.three_levels * last
     rest = (last / before) ** ((orders[2] - orders[1]) / (orders[1] - orders[0]))
     return last * max(SETTINGS.three_levels * rest, SETTINGS.least_of_three if last > SETTINGS.noise else 1.0)
-
-
-def relative(value, reference):
-    """Relative difference; 1 where only one of the two is there. [-]"""
-    if value is None or reference is None:
-        return float(value is not reference)
-    return abs(value - reference) / abs(reference) if reference else float(value != reference)
 
 
 def reference_scene(scene):
