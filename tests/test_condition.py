@@ -23,7 +23,7 @@ ROW = {
     "phase_margin_deg": 60.0,
     "gain_margin_dB": None,
     "status": "ok",
-    "cable.preload": "1.5 kN",
+    "cable.preload": 1500.0,  # varied quantities are in SI
     "cable.material": "stainless-steel",
     "gondola.mass": 50,
     "winch.controller.notch.frequency": "coupled",

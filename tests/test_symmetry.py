@@ -1,4 +1,4 @@
-"""`cable/parts.py`: the halves that a level cable's motion falls into, against the whole."""
+"""`cable/symmetry.py`: the symmetric and antisymmetric modes of a level cable, against the whole solved at once."""
 
 from dataclasses import replace
 

@@ -27,24 +27,12 @@ REASONS = (
 
 @dataclass(frozen=True)
 class Record:
-    """How the Newton iterations of one cable or of a batch went.
+    """Newton steps of one cable or of a batch; not a number once a cable has stopped."""
 
-    Attributes
-    ----------
-    residual : ndarray, shape (steps, ...)
-        Largest component of the residual before each step; not a number once a cable has stopped. [-]
-    correction : ndarray, shape (steps, ...)
-        Size of each full step relative to the tension. [-]
-    share : ndarray, shape (steps, ...)
-        Share of the full step that was taken. [-]
-    reason : ndarray of int, shape (...)
-        Why the iteration stopped: place in REASONS.
-    """
-
-    residual: np.ndarray
-    correction: np.ndarray
-    share: np.ndarray
-    reason: np.ndarray
+    residual: np.ndarray  # largest component before each step, shape (steps, ...) [-]
+    correction: np.ndarray  # size of each full step relative to the tension, shape (steps, ...) [-]
+    share: np.ndarray  # of the full step that was taken, shape (steps, ...) [-]
+    reason: np.ndarray  # why the iteration stopped, place in REASONS, shape (...)
 
     @property
     def steps(self):

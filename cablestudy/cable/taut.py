@@ -4,22 +4,19 @@ Sources: Irvine (1981), chapters 2 and 3, for a flat taut cable; inclined cables
 the chord.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 
 def lambda_squared(span, tension):
-    """Irvine's parameter: stiffness by stretching over stiffness by sagging.
+    """Irvine's parameter: stiffness by stretching over stiffness by sagging. [-]
 
     Parameters
     ----------
     span : Span
     tension : float or ndarray
         Mean tension. [N]
-
-    Returns
-    -------
-    ndarray
-        [-]
 
     Notes
     -----
@@ -33,14 +30,9 @@ def lambda_squared(span, tension):
 
 
 def per_deformed_length(span):
-    """Mass m L0/l and axial stiffness EA l/L0 per length of the chord.
+    """Mass m L0/l [kg/m] and axial stiffness EA l/L0 [N] per length of the chord.
 
     The closed forms neglect the pre-stretch; with these values they agree with the exact cable.
-
-    Returns
-    -------
-    mass, axial_stiffness : float or ndarray
-        [kg/m], [N]
     """
     ratio = 1 + span.chord_strain
     return span.mass / ratio, span.axial_stiffness * ratio
@@ -121,14 +113,11 @@ def symmetric_frequencies(count, span, tension, stretched=True):
     ndarray, shape (count,) or (c, count)
         [Hz]
     """
-    squared, mass = lambda_squared(span, tension), span.mass
     if stretched:
-        mass, stiffness = per_deformed_length(span)
-        across = mass * span.gravity * span.cosine
-        effective = span.chord * (1 + 8 * (across * span.chord / (8 * tension)) ** 2)
-        squared = across**2 * span.chord**3 * stiffness / (tension**3 * effective)
-    rate = np.sqrt(tension / mass) / span.chord / (2 * np.pi)
-    return symmetric_roots(count, squared) * np.asarray(rate)[..., None]
+        mass, axial_stiffness = per_deformed_length(span)
+        span = replace(span, mass=mass, axial_stiffness=axial_stiffness)
+    rate = np.sqrt(tension / span.mass) / span.chord / (2 * np.pi)
+    return symmetric_roots(count, lambda_squared(span, tension)) * np.asarray(rate)[..., None]
 
 
 def axial_frequencies(count, span, stretched=True):

@@ -4,24 +4,16 @@ import sys
 
 import click
 
-from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, save_plot
+from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, show
+from cablestudy.cli.options import save_plot, scene_command
 
 
-@click.command()
-@SCENE
-@SET
+@scene_command
 @click.option("--columns", "names", metavar="A,B,...", help="What to compare. Default: stiffness, frequencies, wind.")
 @click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Of each timing. Default: 5.")
 @click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
-@FORMAT
-@PLOT
-@EXPLAIN
-@QUIET
-@handle_errors
 def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
-    check_picture(plot)
     import shlex
 
     from cablestudy.scene.scene import load_scene

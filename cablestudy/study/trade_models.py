@@ -17,7 +17,7 @@ from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import find, value
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
-from cablestudy.system.superelement import Ends
+from cablestudy.system.ends import Ends
 
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)

@@ -1,4 +1,4 @@
-"""Wind: spectra of its speed, how much of it a body feels at once, the force on the body.
+"""Spectra of the wind speed, aerodynamic admittance of a body, and spectra of the force on it.
 
 One-sided spectra: their integral over f from 0 to infinity is the variance.
 """
@@ -48,7 +48,7 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
 
 
 def admittance(frequency, speed, area, kind="vickery"):
-    """How much of the turbulence acts on a whole body at once.
+    """Aerodynamic admittance: the part of the turbulence that acts on a whole body at once.
 
     Parameters
     ----------
