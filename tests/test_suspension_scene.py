@@ -333,6 +333,10 @@ MISTAKES = {
         [("b: [-0.5", "b.c: [-0.5"), ("gondola.b", "gondola.b.c")],
         f"11:37: bodies.gondola.attachments.b.c: {DOT}",
     ),
+    "a dot in a marker": (
+        [("inertia:", "markers: {fo.cus: [0, 0, 0]}\n    inertia:")],
+        f"10:15: bodies.gondola.markers.fo.cus: {DOT}",
+    ),
     "a body named as a point": (
         [("  south:", "  gondola:"), ("from: south", "from: gondola")],
         "7:3: bodies.gondola: a name must be unique, and there is a point of this name",

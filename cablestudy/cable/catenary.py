@@ -49,19 +49,10 @@ def split(span):
 
 @dataclass(frozen=True)
 class Catenary(SegmentedCable):
-    """Equilibrium of a cable or of a batch of cables.
-
-    Attributes
-    ----------
-    span : Span
-    tension : tuple of 3 ndarrays, shape (..., k + 1)
-        Tension vector at mid-segment, chord frame. [N]
-    segments : Segments
-    record : Record
-    """
+    """Equilibrium of a cable or of a batch of cables."""
 
     span: Span
-    tension: tuple
+    tension: tuple  # tension vector at mid-segment, chord frame, 3 arrays of shape (..., k + 1) [N]
     segments: Segments
     record: Record
 
@@ -86,14 +77,14 @@ class Catenary(SegmentedCable):
         return evaluate(self.tension, self.segments.weight, *self._angles)
 
     @property
-    def _angles(self):
-        return np.asarray(self.span.cosine)[..., None], np.asarray(self.span.sine)[..., None]
+    def _axial_stiffness(self):
+        """EA, shape (..., 1). [N]"""
+        return np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
 
     @property
     def slack(self):
         """Whether a segment without weight has no tension, and no definite form, shape (...)."""
-        nothing = np.all([part == 0 for part in self.tension], axis=0) & (self.segments.weight == 0)
-        return nothing.any(axis=-1)
+        return (~self.mid_forces.any(axis=-1) & (self.segments.weight == 0)).any(axis=-1)
 
     @property
     def mean_tension(self):
@@ -133,11 +124,8 @@ class Catenary(SegmentedCable):
     @cached_property
     def flexibility(self):
         """Movement of end 2 per force there, chord frame, as (qq, nn, yy, qn, qy, ny), shape (...). [m/N]"""
-        per_length = flexibility(
-            self.tension, self.segments.weight, np.asarray(self.span.axial_stiffness)[..., None], *self._angles,
-            self.kernel,
-        )  # fmt: skip
-        length = self.span.unstretched_length
+        length, weight = self.span.unstretched_length, self.segments.weight
+        per_length = flexibility(self.tension, weight, self._axial_stiffness, *self._angles, self.kernel)
         return tuple(length * (entry * self.segments.fraction).sum(axis=-1) for entry in per_length)
 
     @cached_property
@@ -163,9 +151,8 @@ class Catenary(SegmentedCable):
         position : ndarray, shape (..., j)
             Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
         """
-        cosine, sine = self._angles
+        (cosine, sine), stiffness = self._angles, self._axial_stiffness
         position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float)
-        stiffness = np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
         edges = np.cumsum(self.segments.fraction, axis=-1)
         which = (position[..., None] > edges[..., None, :-1]).sum(axis=-1)
 

@@ -83,11 +83,9 @@ def newton(problem, unknown, active):
 
     Returns
     -------
-    unknown : ndarray, shape (d, ...)
-        Each cable's to the last digit as if it were alone.
-    point
-        What `residual` returned beside the residual at the solution.
-    record : Record
+    unknown, point, record
+        The solution, each cable's to the last digit as if it were alone; what `residual` returned beside the residual
+        there; and the `Record`.
     """
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)

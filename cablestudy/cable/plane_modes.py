@@ -160,8 +160,7 @@ def _along(system, shapes):
 def _kinetic_shares(system, shapes):
     """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
     nodal = system.state.mesh.node_weights
-    *lead, nodes, axes, count = shapes.shape
-    squares = (nodal @ (shapes**2).reshape(*lead, nodes, axes * count)).reshape(*lead, axes, count)
+    squares = (nodal[:, None, None] * shapes**2).sum(axis=-3)
     total = squares.sum(axis=-2)
     out = squares[..., 2, :] if 2 in system.axes else 0.0 * total
     return (nodal @ _along(system, shapes) ** 2) / total, out / total
@@ -169,8 +168,7 @@ def _kinetic_shares(system, shapes):
 
 def _mirror(system, shapes):
     """Shapes reflected at mid-length, across the chord."""
-    mesh = system.state.mesh
-    position = mesh.node_positions
+    position = system.state.mesh.node_positions
     if np.abs(position + position[::-1] - 1).max() < 1e-9:
         mirrored = shapes[..., ::-1, :, :].copy()
     else:  # point loads make the mesh unsymmetric

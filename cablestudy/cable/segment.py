@@ -157,10 +157,15 @@ class SegmentedCable:
     `segment_weights`, shape (..., k) [N].
     """
 
+    @property
+    def _angles(self):
+        """Cosine and sine of the chord's inclination, shapes (..., 1). [-]"""
+        return np.asarray(self.span.cosine)[..., None], np.asarray(self.span.sine)[..., None]
+
     @cached_property
     def _vertical_and_horizontal(self):
         """Parts of the tension at mid-segment, the first one signed, each of shape (..., k). [N]"""
-        cosine, sine = np.asarray(self.span.cosine)[..., None], np.asarray(self.span.sine)[..., None]
+        cosine, sine = self._angles
         q, n, y = np.moveaxis(self.mid_forces, -1, 0)
         return q * sine + n * cosine, np.hypot(q * cosine - n * sine, y)
 

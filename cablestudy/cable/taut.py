@@ -39,19 +39,13 @@ def per_deformed_length(span):
 
 
 def string_frequencies(count, length, tension, mass):
-    """Natural frequencies of a taut string with fixed ends.
+    """The lowest natural frequencies of a taut string with fixed ends, shape (..., count). [Hz]
 
     Parameters
     ----------
     count : int
-        How many, from the lowest. [-]
-    length, tension, mass : float or ndarray, shape (c,)
-        Span [m], tension > 0 [N], mass per length [kg/m]; arrays describe c strings at once.
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        Ascending. [Hz]
+    length, tension, mass : float or ndarray, shape (...)
+        Span [m], tension > 0 [N], mass per length [kg/m].
 
     Notes
     -----
@@ -62,18 +56,13 @@ def string_frequencies(count, length, tension, mass):
 
 
 def symmetric_roots(count, squared):
-    """Normalised frequencies of the symmetric in-plane modes of a taut cable.
+    """Symmetric in-plane frequencies of a taut cable, normalised: omega l / sqrt(F/m), shape (..., count). [-]
 
     Parameters
     ----------
     count : int
-    squared : float or ndarray, shape (c,)
+    squared : float or ndarray, shape (...)
         lambda^2 >= 0. [-]
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        omega l / sqrt(F/m), ascending. [-]
 
     Notes
     -----
@@ -96,22 +85,16 @@ def symmetric_roots(count, squared):
 
 
 def symmetric_frequencies(count, span, tension, stretched=True):
-    """Symmetric in-plane frequencies of a taut cable.
+    """Symmetric in-plane frequencies of a taut cable, shape (..., count). [Hz]
 
     Parameters
     ----------
     count : int
     span : Span
-        Fields of shape () or (c,).
     tension : float or ndarray
         Mean tension. [N]
     stretched : bool
         With mass and stiffness per deformed length (agrees with the exact cable), or as the paper's Table 4 without.
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        [Hz]
     """
     if stretched:
         mass, axial_stiffness = per_deformed_length(span)
@@ -121,7 +104,7 @@ def symmetric_frequencies(count, span, tension, stretched=True):
 
 
 def axial_frequencies(count, span, stretched=True):
-    """Axial frequencies from the speed of sound.
+    """Axial frequencies k c/(2 l) from the speed of sound c = sqrt(E/rho), shape (..., count). [Hz]
 
     Parameters
     ----------
@@ -129,11 +112,6 @@ def axial_frequencies(count, span, stretched=True):
     span : Span
     stretched : bool
         Over the unstretched length, in which sound travels at sqrt(EA/m) exactly; or over the chord as in the paper.
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        k c/(2 l), c = sqrt(E/rho). [Hz]
     """
     sound = np.sqrt(span.axial_stiffness / np.asarray(span.mass, dtype=float))
     length = span.unstretched_length if stretched else span.chord

@@ -7,6 +7,7 @@ from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
 
 from cablestudy.scene.cable_table import CableProperties, Force, Length, Stress
 from cablestudy.scene.cable_table import Point as Place
+from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.units import show
@@ -128,7 +129,13 @@ class Body(Table):
         return (0.0, 0.0, 0.0) if self.attitude == "free" else self.attitude
 
     def relations(self):
-        """A body that can turn has inertia, and its tensor is that of some mass."""
+        """Names; a body that can turn has inertia, and its tensor is that of some mass."""
+        yield [
+            ((table, name), False, lambda message=message: message)
+            for table in ("attachments", "markers")
+            for name in getattr(self, table)
+            for message in wrong_name(name)
+        ]
         if self.inertia is None:
             message = f"missing key: inertia (the body is free to turn: {', '.join(self.turning)})"
             yield [((), not self.turning, lambda: message)]

@@ -68,16 +68,7 @@ def mode_table(case, modes):
 
 
 def modes_as_rows(modes, chosen, more):
-    """Table of chosen modes: number, kind, symmetry, frequency and more fields.
-
-    Parameters
-    ----------
-    modes : Modes
-    chosen : sequence of int
-        Indices.
-    more : dict
-        Field -> ndarray of float with a value for each mode.
-    """
+    """Table of chosen modes, given by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
     fields = (*(Field(name, name) for name in ("number", "type", "symmetry")), Field("frequency_Hz", "frequency", "Hz"))
     rows = [
         {
@@ -108,12 +99,7 @@ def shape_positions(case):
 
 
 def validate_table(files, sets=()):
-    """Read and check files.
-
-    Parameters
-    ----------
-    files : sequence of str
-    sets : sequence of str
+    """Read and check files, with `--set` options.
 
     Returns
     -------

@@ -22,12 +22,7 @@ NOT_COLUMNS = ("inclination", "attitude", "ends", "loads")
 
 
 class SceneValues:
-    """Values of scenes whose cables carry loads at equally many places.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-    """
+    """Values of scenes whose cables carry loads at equally many places."""
 
     def __init__(self, scenes):
         self.scenes, self._known = scenes, {}
@@ -36,13 +31,7 @@ class SceneValues:
         return len(self.scenes)
 
     def given(self, path):
-        """A number of each scene, in SI, not a number where a scene has none: shape (n,).
-
-        Parameters
-        ----------
-        path : str
-            Attribute of `Scene` with dots, for example `cable.section_area`.
-        """
+        """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._known:
             self._known[path] = np.array([attribute(scene, path) for scene in self.scenes], dtype=float)
         return self._known[path]

@@ -100,18 +100,25 @@ def numbers_of(scenes, count=None):
 
 def _numbers(scene):
     """Name -> nested lists of the numbers of one scene, in the order of `topology_of`."""
-    bodies, cables = list(scene.bodies.values()), list(scene.cables.values())
+    bodies = list(scene.bodies.values())
     points = [point for point in scene.points.values() if point.free]
-    still = [ORIGIN] * len(points)
+    holders, still = [*bodies, *points], [ORIGIN] * len(points)
     return {
         "gravity": scene.gravity,
-        "position": [holder.at for holder in (*bodies, *points)],
+        "position": [holder.at for holder in holders],
         "angles": [*(body.start_angles for body in bodies), *still],
-        "mass": [holder.mass for holder in (*bodies, *points)],
+        "mass": [holder.mass for holder in holders],
         "center": [*(body.center_of_mass for body in bodies), *still],
         "inertia": [*(body.inertia_tensor for body in bodies), *[(0.0,) * 6] * len(points)],
-        "force": [holder.force for holder in (*bodies, *points)],
+        "force": [holder.force for holder in holders],
         "moment": [*(body.moment for body in bodies), *still],
+        **_cable_numbers(scene),
+    }
+
+
+def _cable_numbers(scene):
+    cables = scene.cables.values()
+    return {
         "place": [[scene.attachment(end)[1] for end in cable.ends] for cable in cables],
         "axial_stiffness": [cable.axial_stiffness for cable in cables],
         "cable_mass": [cable.mass_per_length for cable in cables],

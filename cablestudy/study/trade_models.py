@@ -197,15 +197,9 @@ def _integrated(rule, scene, columns):
 
 
 def integrate_by(case, columns, rule):
-    """Integrate the response to the wind that columns need, and store it in the case.
+    """Integrate the response to the wind that columns need by a rule (case, loop -> Response), and keep it in the case.
 
-    Parameters
-    ----------
-    case : Case
-    columns : sequence of Column
-        Those of the open loop alone do not need a stable loop.
-    rule : callable
-        Case, loop -> Response.
+    Columns of the open loop alone do not need a stable loop.
     """
     names = [column.name for column in columns if column.needs == "wind"]
     if any("open_loop" not in name for name in names):

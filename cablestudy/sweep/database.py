@@ -15,6 +15,7 @@ MAGIC = b"SQLite format 3\0"
 APPLICATION = 0x63616273  # application_id of SQLite: tells our databases from those of other programs
 SIDE_FILES = ("-wal", "-shm", "-journal")
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+AT_ONCE = 1.0  # for which an opening waits, so that of several that begin at once one succeeds [s]
 
 
 class Database:
@@ -40,7 +41,7 @@ class Database:
         if self.path:
             _check_beginning(self.path)
         try:
-            self._connection = sqlite3.connect(self.path, timeout=0, isolation_level=None)
+            self._connection = sqlite3.connect(self.path, timeout=AT_ONCE, isolation_level=None)
             self.execute("PRAGMA locking_mode = EXCLUSIVE")
             self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
             if not self.value("PRAGMA page_count"):

@@ -22,7 +22,7 @@ from cablestudy.errors import NoSolutionError
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
-SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length: numbers with squares
+SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length, whose squares must be finite
 
 
 @dataclass(frozen=True)
@@ -52,18 +52,18 @@ class Rod:
         """
         ratio = np.maximum(ratio, SMALLEST)[:, None]
         constant, others = load[..., 0], load[..., 1:]
-        soft = 1 / (self.square[1:] / ratio + ratio)  # the rod's inverse without its ends
+        inner = 1 / (self.square[1:] / ratio + ratio)  # the rod's inverse without its ends
         near, far = self.ends[1:].T
-        plus, minus = (near + far) / np.sqrt(2), (near - far) / np.sqrt(2)
+        even, odd = (near + far) / np.sqrt(2), (near - far) / np.sqrt(2)
         # the ends by Woodbury's formula; the constant apart, since only the ends restrain it
-        first, second, mixed = 1 + soft @ plus**2, 1 + soft @ minus**2, soft @ (plus * minus)
-        size = first * second - mixed**2
-        held, turned = (others * soft) @ plus, (others * soft) @ minus
-        left = constant - self.ends[0, 0] * np.sqrt(2) * (second * held - mixed * turned) / size
-        whole = np.abs(left) ** 2 / (ratio[:, 0] + 2 * self.ends[0, 0] ** 2 * second / size)
-        taken = second * np.abs(held) ** 2 + first * np.abs(turned) ** 2 - 2 * mixed * (held.conj() * turned).real
-        rest = (np.abs(others) ** 2 * soft).sum(axis=-1) - taken / size
-        return 2 * (whole + np.maximum(rest, 0.0)).sum(axis=0)
+        first, second, mixed = 1 + inner @ even**2, 1 + inner @ odd**2, inner @ (even * odd)
+        determinant, end = first * second - mixed**2, self.ends[0, 0]
+        f, g = (others * inner) @ even, (others * inner) @ odd
+        left = constant - end * np.sqrt(2) * (second * f - mixed * g) / determinant
+        by_constant = np.abs(left) ** 2 / (ratio[:, 0] + 2 * end**2 * second / determinant)
+        by_ends = second * np.abs(f) ** 2 + first * np.abs(g) ** 2 - 2 * mixed * (f.conj() * g).real
+        by_others = (np.abs(others) ** 2 * inner).sum(axis=-1) - by_ends / determinant
+        return 2 * (by_constant + np.maximum(by_others, 0.0)).sum(axis=0)
 
 
 def rod(mesh, stretch):
@@ -96,7 +96,7 @@ def rod(mesh, stretch):
 
 
 def ratio_of(wind, length):
-    """The cable's length over the coherence length of the wind along it.
+    """The cable's length [m] over the coherence length of the wind along it, as a function of frequencies [Hz].
 
     Parameters
     ----------
@@ -104,11 +104,6 @@ def ratio_of(wind, length):
         Has speed, length_scale and coherence_length, None for the model of IEC 61400-1.
     length : float
         Of the cable. [m]
-
-    Returns
-    -------
-    callable
-        Frequencies, shape (m,) [Hz] -> shape (m,). [-]
 
     Raises
     ------

@@ -16,10 +16,7 @@ from cablestudy.system.ends import Ends
 
 SEEDS = range(24)
 SCALES = [(2.0**-20, 1, 1), (2.0**20, 1, 1), (1, 2.0**-20, 1), (1, 2.0**20, 1), (1, 1, 2.0**-20), (1, 1, 2.0**20)]
-DAMPINGS = (
-    Damping(model="modal", ratio=0.01),
-    Damping(model="hysteretic", loss_factor=0.02),
-)
+DAMPINGS = (Damping(model="modal", ratio=0.01), Damping(model="hysteretic", loss_factor=0.02))
 
 
 def scaled(span, length, mass, force):
