@@ -3,11 +3,11 @@
 import click
 
 from cablestudy.cli.error_handling import WRONG_USE, echo_notes, handle_errors, show
-from cablestudy.cli.options import FORMAT, QUIET, SET, complete_file
+from cablestudy.cli.options import FORMAT, PATH, QUIET, SET
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=complete_file)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
 @SET
 @FORMAT
 @QUIET
@@ -25,15 +25,16 @@ def validate(files, sets, style, quiet):
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["scene", "study"]))
+@click.argument("kind", type=click.Choice(["scene", "suspension", "study"]))
 @handle_errors
 def schema(kind):
     """JSON Schema of a file, for editors."""
     import json
 
-    from cablestudy.scene.schema import scene_schema, study_schema
+    from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
 
-    click.echo(json.dumps(scene_schema() if kind == "scene" else study_schema(), indent=2, ensure_ascii=False))
+    schemas = {"scene": scene_schema, "suspension": suspension_schema, "study": study_schema}
+    click.echo(json.dumps(schemas[kind](), indent=2, ensure_ascii=False))
 
 
 @click.command()

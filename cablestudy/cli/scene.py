@@ -2,26 +2,18 @@
 
 import click
 
-from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, refuse, save_plot
+from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, show
+from cablestudy.cli.options import refuse, save_plot, scene_command
 from cablestudy.errors import SceneError
 
 TABLES = ("bodies", "points", "cables", "stiffness")
 
 
-@click.command()
-@SCENE
-@SET
+@scene_command
 @click.option("--shape", is_flag=True, help="The coordinates along the cable instead.")
 @click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
-@FORMAT
-@PLOT
-@EXPLAIN
-@QUIET
-@handle_errors
 def static(scene, sets, shape, name, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
-    check_picture(plot)
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study import report
@@ -33,16 +25,12 @@ def static(scene, sets, shape, name, style, plot, explain, quiet):
         return 0
     refuse({"--table": name}, "the scene has one cable")
     table, row = report.static_table(model)
-    echo_notes((*(row.notes if explain else ()), *row.warnings), quiet)
-    if row.failed:
-        click.echo(f"{scene}: {row.cells['status']}", err=True)
-    else:
-        save_plot(plot, lambda plots: plots.static_form(row.case))
+    code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.static_form(row.case))
     if not shape:
         show(table, style)
     elif not row.failed:
         show(report.shape_table(row.case), style)
-    return NO_ANSWER if row.failed else 0
+    return code
 
 
 def _suspension_tables(scene, name, style, plot, explain, quiet):
@@ -63,21 +51,13 @@ def _suspension_tables(scene, name, style, plot, explain, quiet):
         click.echo(all_tables(tables, style), nl=False)
 
 
-@click.command()
-@SCENE
-@SET
+@scene_command
 @click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
-@FORMAT
-@PLOT
-@EXPLAIN
-@QUIET
-@handle_errors
 def modes(scene, sets, count, upto, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""
     if count is not None and upto is not None:
         raise SceneError("-n and --upto exclude each other")
-    check_picture(plot)
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.scene.units import read_frequency
@@ -112,11 +92,7 @@ def _suspension_modes(scene, count, limit, style, explain, quiet):
     show(mode_table(found, limit), style)
 
 
-@click.command()
-@SCENE
-@SET
-@FORMAT
-@PLOT
+@scene_command
 @click.option(
     "--on",
     type=click.Choice(["gondola", "cable", "both"]),
@@ -124,21 +100,23 @@ def _suspension_modes(scene, count, limit, style, explain, quiet):
     show_default=True,
     help="What the wind acts on.",
 )
-@EXPLAIN
-@QUIET
-@handle_errors
 def windrms(scene, sets, style, plot, on, explain, quiet):
     """RMS of the gondola in the wind, with and without the winch loop; loop margins."""
-    check_picture(plot)
     from cablestudy.scene.scene import load_scene
     from cablestudy.study.wind_report import wind_table
 
     document, model = load_scene(scene, sets)
     table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
+    code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.wind_response(row.case, on), remarks)
+    show(table, style)
+    return code
+
+
+def report_row(scene, row, explain, quiet, plot, draw, remarks=()):
+    """Print the notes on a row, and draw it or print why it has no answer; the exit code."""
     echo_notes((*(row.notes if explain else ()), *row.warnings, *remarks), quiet)
     if row.failed:
         click.echo(f"{scene}: {row.cells['status']}", err=True)
-    else:
-        save_plot(plot, lambda plots: plots.wind_response(row.case, on))
-    show(table, style)
-    return NO_ANSWER if row.failed else 0
+        return NO_ANSWER
+    save_plot(plot, draw)
+    return 0

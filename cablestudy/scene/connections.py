@@ -43,36 +43,44 @@ def connection_mistakes(points, bodies, ends, winches):
     list of (tuple, str)
         Path and message.
     """
-    found, known = [], {}
-    for table, kind, names in (("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends)):
-        for name in names:
-            found += [((table, name), message) for message in _wrong_name(name)]
-            if name in known:
-                found.append(((table, name), f"a name must be unique, and there is a {known[name]} of this name"))
-            known.setdefault(name, kind)
-    for body, attachments in bodies.items():
-        places = [("bodies", body, "attachments", name) for name in attachments]
-        found += [(path, message) for path in places for message in _wrong_name(path[-1])]
+    found = _name_mistakes((("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends)))
     for name, pair in ends.items():
-        wrong = [
-            (("cables", name, key), _wrong_end(end, points, bodies, len(found) < MAX_SHOWN))
-            for key, end in zip(("from", "to"), pair, strict=True)
-            if isinstance(end, str)
-        ]
-        found += [(path, message) for path, message in wrong if message]
-        if isinstance(pair[0], str) and pair[0] == pair[1] and not wrong[1][1]:
-            found.append((("cables", name, "to"), f"both ends are at {pair[1]}"))
+        found += _end_mistakes(name, pair, points, bodies, len(found) < MAX_SHOWN)
     found += [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in winches if name not in ends]
     return found
 
 
-def _wrong_name(name):
+def _name_mistakes(tables):
+    """Names that are not allowed, or given twice, in tables as (key, what it holds, names)."""
+    found, known = [], {}
+    for table, kind, names in tables:
+        for name in names:
+            found += [((table, name), message) for message in wrong_name(name)]
+            if name in known:
+                found.append(((table, name), f"a name must be unique, and there is a {known[name]} of this name"))
+            known.setdefault(name, kind)
+    return found
+
+
+def wrong_name(name):
     """What is wrong with a name, a list of at most one message."""
     if "." in name:
         return ["a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"]
     if not name.replace("-", "_").isidentifier():
         return [f"a name begins with a letter and consists of letters, digits, _ and -, got {show(name)}"]
     return []
+
+
+def _end_mistakes(cable, pair, points, bodies, suggest):
+    """Mistakes of the two ends of a cable, as far as they are text."""
+    found = []
+    for key, end in zip(("from", "to"), pair, strict=True):
+        message = _wrong_end(end, points, bodies, suggest) if isinstance(end, str) else ""
+        if message:
+            found.append((("cables", cable, key), message))
+    if isinstance(pair[0], str) and pair[0] == pair[1] and not found:
+        found.append((("cables", cable, "to"), f"both ends are at {pair[1]}"))
+    return found
 
 
 def _wrong_end(end, points, bodies, suggest):

@@ -20,15 +20,7 @@ def wrong(message):
 
 
 def suggestion(word, known):
-    """`did you mean ...?` when a known word is similar, else all that are known.
-
-    Parameters
-    ----------
-    word : str
-        As written.
-    known : iterable of str
-        What is allowed.
-    """
+    """`did you mean ...?` when one of the known words is similar, else all that are known."""
     known = list(known)
     near = get_close_matches(str(word)[:100], known, n=1, cutoff=0.6)
     return f"did you mean {near[0]}?" if near else f"allowed: {', '.join(known)}"
@@ -125,13 +117,7 @@ class Count(_Type):
 
 @dataclass(frozen=True)
 class QuantityOrTable(Quantity):
-    """A quantity, or a mapping that another model reads.
-
-    Attributes
-    ----------
-    table : type
-        The model.
-    """
+    """A quantity, or a mapping that the model `table` reads."""
 
     table: type = None
 
@@ -190,7 +176,7 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Keys that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
+    """Keys of a table that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
 
     Parameters
     ----------
@@ -234,6 +220,14 @@ class Table(BaseModel):
     table: ClassVar[str] = ""
     optional_groups: ClassVar[bool] = False
 
+    def value_at(self, path):
+        """The value at a path (names and indices) after reading; None when nothing is there."""
+        return value_at(self, path)
+
+    def with_value(self, path, value):
+        """Copy with another value at a path that holds one; it is not checked."""
+        return self.model_copy(update={path[0]: with_value(getattr(self, path[0]), path[1:], value)})
+
     def relations(self):
         """What must hold between keys that are right alone.
 
@@ -241,7 +235,7 @@ class Table(BaseModel):
         ------
         list of (tuple, bool or ndarray of bool, callable)
             Path inside the table, whether it holds, and the message when it does not. A list is checked only when all
-            before it hold. Numbers may be arrays of many cases, see `study.case_table`.
+            before it hold. Numbers may be arrays of many cases, see `study.scene_values`.
         """
         return ()
 
@@ -260,3 +254,30 @@ class Table(BaseModel):
             if broken := [(path, message()) for path, holds, message in together if not holds]:
                 return broken
         return []
+
+
+def value_at(node, path):
+    """The value at a path of tables, mappings and tuples; None when nothing is there."""
+    for place, name in enumerate(path):
+        if isinstance(node, dict):
+            node = node.get(name)
+        elif isinstance(node, tuple):
+            node = node[int(name)] if name.isdigit() and int(name) < len(node) else None
+        elif place and isinstance(node, Table):
+            return node.value_at(path[place:])
+        else:
+            node = getattr(node, name, None)
+    return node
+
+
+def with_value(node, path, value):
+    """Copy of a table, mapping or tuple with another value at a path that holds one."""
+    if not path:
+        return value
+    if isinstance(node, Table):
+        return node.with_value(path, value)
+    name = path[0]
+    if isinstance(node, dict):
+        return {**node, name: with_value(node[name], path[1:], value)}
+    place = int(name)
+    return (*node[:place], with_value(node[place], path[1:], value), *node[place + 1 :])

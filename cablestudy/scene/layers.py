@@ -4,7 +4,7 @@ A key of the upper layer removes from the lower one the alternatives to it. Two 
 scene refuses them.
 """
 
-from functools import lru_cache, reduce
+from functools import lru_cache
 
 from cablestudy.scene.strict_yaml import MAX_DEPTH
 
@@ -125,30 +125,27 @@ def _index(items, key, name):
     return int(key)
 
 
-def without(mapping, path):
-    """Copy of a plain mapping without one key; the same mapping when the key is not there."""
-    return put(mapping, path, None) if _is_set(mapping, path) else mapping
-
-
-def put_layer(value, items):
-    """Copy of a plain mapping with several values set as one layer: `items` is a list of (dotted key, value)."""
-    for key, new in items:
-        if new is not None:
-            value = reduce(without, replaced_by(key), value)
-    for key, new in items:
-        value = put(value, split_key(key), new)
+def remove_alternatives(value, key):
+    """Copy of a plain mapping without the keys that a dotted key replaces; the mapping itself where there is none."""
+    for path in replaced_by(key):
+        value = put(value, path, None) if _is_set(value, path) else value
     return value
 
 
 def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
-    cables = upper.get("cables")
-    tables = ["cable", *(f"cables.{name}" for name in (cables if isinstance(cables, dict) else ()))]
-    keys = [table + key.removeprefix("cable") for key in REPLACES if key.startswith("cable.") for table in tables]
-    for key in (*keys, *(key for key in REPLACES if not key.startswith("cable."))):
-        if _is_set(upper, tuple(key.split("."))):
-            lower = reduce(without, replaced_by(key), lower)
+    for path in _written(upper):
+        lower = remove_alternatives(lower, ".".join(path))
     return _merged(lower, upper)
+
+
+def _written(mapping, path=()):
+    """Yield the paths of all values in a mapping, mappings included, that are not null."""
+    for key, value in mapping.items():
+        if value is not None:
+            yield (*path, key)
+            if isinstance(value, dict):
+                yield from _written(value, (*path, key))
 
 
 def _merged(lower, upper):

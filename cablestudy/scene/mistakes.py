@@ -37,7 +37,7 @@ def findings(error, value, tables):
 
 
 def located(found, document):
-    """SceneError from (path, message) pairs, each once; the document knows the places."""
+    """SceneError from (path, message) pairs, each once and at its place in the document."""
     placed = []
     for path, message in dict.fromkeys(found):
         about_key = message.startswith(ABOUT_KEYS)

@@ -3,9 +3,9 @@
 import sys
 
 HEAD = """\
-# A flat square net of {n} x {n} nodes of 1 kg, 1 m apart, without gravity: each cable is drawn to 100 N. Its frequencies
-# out of the plane are 1/(2 pi) sqrt(4 T/(m a) (sin^2(p pi/(2 ({n} + 1))) + sin^2(q pi/(2 ({n} + 1))))), p and q from 1 to {n}.
-# Written by net.py.
+# A flat square net of n x n nodes of 1 kg, n = {n}, 1 m apart, without gravity; each cable is drawn to T = 100 N. Its
+# frequencies out of the plane are 1/(2 pi) sqrt(4 T/(m a) (sin^2(p pi/(2 (n + 1))) + sin^2(q pi/(2 (n + 1))))) with
+# m = 1 kg, a = 1 m, p and q from 1 to n. Written by net.py.
 gravity: 0
 cable:
   elastic_modulus: 100e9              # Pa; with the area EA = 1e6 N, so that 1 m / 1.0001 is drawn to 1 m by 100 N

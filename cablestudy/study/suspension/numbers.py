@@ -1,8 +1,10 @@
 """Scenes of suspensions -> the numeric description that the solvers take, with an axis of cases."""
 
+import math
+
 import numpy as np
 
-from cablestudy.scene.suspension import MOTIONS
+from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.system import rigid
 from cablestudy.system.suspension import GROUND, Suspension
 
@@ -39,13 +41,15 @@ def topology_of(scene):
     }
 
 
-def numbers_of(scenes):
+def numbers_of(scenes, count=None):
     """The numeric description of one or more scenes.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
         Of equal topology; n of them.
+    count : int or None
+        n, where a single scene holds arrays of shape (n,) in place of the numbers that vary, as in `CaseTable`.
 
     Returns
     -------
@@ -61,10 +65,15 @@ def numbers_of(scenes):
     if any(topology_of(scene) != topology for scene in scenes[1:]):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
     listed = [_numbers(scene) for scene in scenes]
-    n, b, c = len(scenes), len(topology["body_names"]), len(topology["cable_names"])
+    n, b, c = count or len(scenes), len(topology["body_names"]), len(topology["cable_names"])
 
     def array(name, *shape):
-        return np.array([numbers[name] for numbers in listed], dtype=float).reshape(n, *shape)
+        if count is None:
+            return np.array([numbers[name] for numbers in listed], dtype=float).reshape(n, *shape)
+        found = np.empty((n, math.prod(shape)))
+        for place, number in enumerate(_flat(listed[0][name])):
+            found[:, place] = number
+        return found.reshape(n, *shape)
 
     density = array("force_density", c)
     return Suspension(
@@ -91,21 +100,37 @@ def numbers_of(scenes):
 
 def _numbers(scene):
     """Name -> nested lists of the numbers of one scene, in the order of `topology_of`."""
-    bodies, cables = list(scene.bodies.values()), list(scene.cables.values())
+    bodies = list(scene.bodies.values())
     points = [point for point in scene.points.values() if point.free]
-    still = [ORIGIN] * len(points)
+    holders, still = [*bodies, *points], [ORIGIN] * len(points)
     return {
         "gravity": scene.gravity,
-        "position": [holder.at for holder in (*bodies, *points)],
+        "position": [holder.at for holder in holders],
         "angles": [*(body.start_angles for body in bodies), *still],
-        "mass": [holder.mass for holder in (*bodies, *points)],
+        "mass": [holder.mass for holder in holders],
         "center": [*(body.center_of_mass for body in bodies), *still],
         "inertia": [*(body.inertia_tensor for body in bodies), *[(0.0,) * 6] * len(points)],
-        "force": [holder.force for holder in (*bodies, *points)],
+        "force": [holder.force for holder in holders],
         "moment": [*(body.moment for body in bodies), *still],
+        **_cable_numbers(scene),
+    }
+
+
+def _cable_numbers(scene):
+    cables = scene.cables.values()
+    return {
         "place": [[scene.attachment(end)[1] for end in cable.ends] for cable in cables],
         "axial_stiffness": [cable.axial_stiffness for cable in cables],
         "cable_mass": [cable.mass_per_length for cable in cables],
         "value": [getattr(cable, cable.stated) if cable.stated else np.nan for cable in cables],
         "force_density": [np.nan if cable.force_density is None else cable.force_density for cable in cables],
     }
+
+
+def _flat(numbers):
+    """Yield the numbers, or arrays, in nested lists and tuples."""
+    if isinstance(numbers, (list, tuple)):
+        for inside in numbers:
+            yield from _flat(inside)
+    else:
+        yield numbers

@@ -1,0 +1,270 @@
+"""Points, bodies, cables, tensions and winches of a suspension: the tables of the file as typed models, in SI."""
+
+import math
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
+
+from cablestudy.scene.cable_table import CableProperties, Force, Length, Stress
+from cablestudy.scene.cable_table import Point as Place
+from cablestudy.scene.connections import wrong_name
+from cablestudy.scene.determinacy import ROTATIONS, STATED
+from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
+from cablestudy.scene.units import show
+
+MOTIONS = ("x", "y", "z", *ROTATIONS)
+# Rounding of a tensor that is written with few digits, relative to its trace.
+INERTIA_ROUNDING = 1e-9
+NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
+
+Angle = Annotated[
+    float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
+]
+Angles = tuple[Angle, Angle, Angle]
+ForceVector = tuple[Force, Force, Force]
+Moment = Annotated[float, Quantity("N m", -1e24, 1e24)]
+Inertia = Annotated[float, Quantity("kg m^2", -1e24, 1e24)]
+Tension = Annotated[float, Quantity("N", 1e-24, 1e24)]
+ForceDensity = Annotated[float, Quantity("N/m", 1e-24, 1e24)]
+
+_place = TypeAdapter(Place).validate_python
+_angles = TypeAdapter(Angles).validate_python
+_TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}
+
+
+def _free_word(value):
+    if value != "free":
+        raise wrong(f"expected [roll, pitch, yaw], or free, got {show(value)}")
+    return value
+
+
+def _three_or_six(value):
+    if len(value) not in (3, 6):
+        raise wrong(f"expected 3 entries (xx yy zz) or 6 (xx yy zz xy xz yz), got {len(value)}")
+    return value
+
+
+def _each_once(value):
+    repeated = next((name for place, name in enumerate(value) if name in value[:place]), None)
+    if repeated:
+        raise wrong(f"{repeated} is given twice")
+    return value
+
+
+class Point(Table):
+    """A place that a cable may end at, fixed or free to move; a bare place in the file is a fixed one."""
+
+    at: Place = Field(description="Where it is; of a free point where the search begins")
+    free: StrictBool = Field(False, description="Whether it finds its place: a junction of cables")
+    mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Of a free point")
+    force: ForceVector = Field((0.0, 0.0, 0.0), description="Of a free point: dead load")
+
+    def value_at(self, path):
+        """See `Table.value_at`; a component alone is one of the place, as where the file has a bare place."""
+        return super().value_at(("at", *path) if path[0].isdigit() else path)
+
+    def with_value(self, path, value):
+        """See `Table.with_value`, and `value_at`."""
+        return super().with_value(("at", *path) if path[0].isdigit() else path, value)
+
+    def relations(self):
+        """Mass and force belong to a free point."""
+        message = "belongs to a free point: this one is fixed (free: true lets it move)"
+        given = [(name,) for name in ("mass", "force") if name in self.model_fields_set]
+        yield [(path, self.free, lambda: message) for path in given]
+
+
+def _fixed_point(place):
+    return Point(at=_place(place))
+
+
+PointOrPlace = Annotated[
+    Point | Place,
+    Either(
+        ((list, _fixed_point), (tuple, _fixed_point), ((dict, Point), Point.model_validate)),
+        "a place [x, y, z], or a mapping with the keys at, free, mass, force",
+        (_TRIPLE, {"$ref": "#/$defs/Point"}),
+    ),
+]
+
+
+class Body(Table):
+    """A rigid body. Vectors that begin at its reference point are in body axes, but loads are in global ones."""
+
+    at: Place = Field(description="Its reference point: where it shall be, or where the search begins")
+    attitude: Annotated[
+        str | Angles,
+        Either(
+            ((list, _angles), (tuple, _angles), (str, _free_word)),
+            "[roll, pitch, yaw], or free",
+            ({**_TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}, {"const": "free"}),
+        ),
+    ] = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll); or free: to be found")
+    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass")
+    center_of_mass: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
+    inertia: Annotated[tuple[Inertia, ...], AfterValidator(_three_or_six)] | None = Field(
+        None, description="Entries of the tensor about the center of mass, body axes: xx yy zz, or xx yy zz xy xz yz"
+    )
+    attachments: dict[Name, Place] = Field({}, description="Name -> place where a cable may end, body axes")
+    markers: dict[Name, Place] = Field({}, description="Name -> place whose motion is wanted too, body axes")
+    free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(_each_once)] = Field(
+        MOTIONS, description="What may move, about global axes; the rest is held"
+    )
+    force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load at the reference point, global axes")
+    moment: tuple[Moment, Moment, Moment] = Field((0.0, 0.0, 0.0), description="Dead moment, global axes")
+
+    @property
+    def turning(self):
+        """Tuple of the rotations that are free."""
+        return tuple(name for name in self.free if name in ROTATIONS)
+
+    @property
+    def inertia_tensor(self):
+        """Entries xx, yy, zz, xy, xz, yz about the center of mass; zero where none is given. [kg m^2]"""
+        return (*(self.inertia or (0.0,) * 3), 0.0, 0.0, 0.0)[:6]
+
+    @property
+    def start_angles(self):
+        """Roll, pitch, yaw, given or where the search begins. [rad]"""
+        return (0.0, 0.0, 0.0) if self.attitude == "free" else self.attitude
+
+    def relations(self):
+        """Names; a body that can turn has inertia, and its tensor is that of some mass."""
+        yield [
+            ((table, name), False, lambda message=message: message)
+            for table in ("attachments", "markers")
+            for name in getattr(self, table)
+            for message in wrong_name(name)
+        ]
+        if self.inertia is None:
+            message = f"missing key: inertia (the body is free to turn: {', '.join(self.turning)})"
+            yield [((), not self.turning, lambda: message)]
+            return
+        names, entries = ("xx", "yy", "zz"), self.inertia_tensor
+        yield [
+            (("inertia", place), entry > 0, lambda name=name, entry=entry: f"{name} must be positive, got {entry:g}")
+            for place, (name, entry) in enumerate(zip(names, entries, strict=False))
+        ]
+        yield [(("inertia",), _is_of_a_mass(*entries), lambda: NO_MASS)]
+
+
+def _is_of_a_mass(xx, yy, zz, xy, xz, yz):
+    """Whether a tensor of inertia has positive principal moments, none of them above the sum of the other two.
+
+    Equivalent to second moments of the mass S = tr(I)/2 - I that are positive semidefinite: no principal minor of S is
+    negative. Wensing, Kim and Slotine (2018), IEEE Robotics and Automation Letters 3, 60, section III.
+    """
+    trace = xx + yy + zz
+    tiny = INERTIA_ROUNDING * trace
+    a, b, c = trace / 2 - xx, trace / 2 - yy, trace / 2 - zz
+    holds = (_determinant(xx, yy, zz, xy, xz, yz) > tiny * trace**2) & (
+        _determinant(a, b, c, -xy, -xz, -yz) >= -tiny * trace**2
+    )
+    for one, other, mixed in ((a, b, xy), (a, c, xz), (b, c, yz)):
+        holds &= (one >= -tiny) & (other >= -tiny) & (one * other - mixed * mixed >= -tiny * trace)
+    return holds
+
+
+def _determinant(xx, yy, zz, xy, xz, yz):
+    """Of a symmetric 3 x 3 matrix."""
+    return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+
+
+class _Stated(CableProperties):
+    """Keys of a cable of a suspension, shared or its own; the lengths are stated in one of several ways."""
+
+    table: ClassVar[str] = "cables"
+    optional_groups: ClassVar[bool] = True
+
+    unstretched_length: Length | None = Field(None, description="Length without tension")
+    preload: Tension | None = Field(None, description="Mean tension (instead of unstretched_length)")
+    sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
+        None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length)"
+    )
+    tension_to: Tension | None = Field(None, description="Tension at the end `to` (instead of unstretched_length)")
+    force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
+
+
+class SharedCable(_Stated):
+    """The table `cable` of a suspension: what its cables have where they do not say otherwise."""
+
+    elastic_modulus: Stress | None = Field(None, description="Elastic modulus of the cross-section")
+    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e15)] | None = Field(None, description="Mass per volume")
+
+
+End = Annotated[
+    str | Place,
+    Either(
+        ((list, _place), (tuple, _place), (str, str)),
+        "a point, BODY.ATTACHMENT, or a place [x, y, z]",
+        ({"type": "string", "minLength": 1}, _TRIPLE),
+    ),
+]
+
+
+class SuspendedCable(_Stated):
+    """One of the cables, with what it shares."""
+
+    from_: End = Field(alias="from", description="End 1, that of the winch: a point, BODY.ATTACHMENT, or a fixed place")
+    to: End = Field(description="End 2")
+
+    @property
+    def stated(self):
+        """Which of STATED the cable gives, or None."""
+        return next((key for key in STATED if getattr(self, key) is not None), None)
+
+    @property
+    def ends(self):
+        """The two ends as written: tuple of str or place."""
+        return self.from_, self.to
+
+    def relations(self):
+        """A section, and products within what the solvers can hold."""
+        given = self.area is not None or self.diameter is not None
+        yield [((), given, lambda: "missing key: one of area, diameter")]
+        tensions = [key for key in ("preload", "tension_to") if getattr(self, key) is not None]
+        yield [*self.product_relations(), *map(self.tension_relation, tensions)]
+
+
+_force = Quantity("N", 1e-24, 1e24).read
+_forces = TypeAdapter(dict[Name, Tension]).validate_python
+
+
+class Tensions(Table):
+    """Which tensions are chosen where more cables than necessary hold the bodies."""
+
+    method: Literal["balanced", "least", "closest"] = Field(
+        "balanced", description="Least variance, least sum of squares, or closest to reference, of the mean tensions"
+    )
+    min: Annotated[float, Quantity("N", 0, 1e24)] = Field(0.0, description="Least mean tension allowed")
+    max: Tension | None = Field(None, description="Largest mean tension allowed")
+    reference: (
+        Annotated[
+            float | dict[str, float],
+            Either(
+                ((dict, _forces), ((int, float, str), _force)),
+                "a force, or a mapping of cable -> force",
+                (
+                    *Quantity("N", 1e-24, 1e24).schema()["anyOf"],
+                    {"type": "object", "additionalProperties": Quantity("N", 1e-24, 1e24).schema()},
+                ),
+            ),
+        ]
+        | None
+    ) = Field(None, description="With closest: of all cables, or cable -> force")
+
+    def relations(self):
+        """Bounds in order; a reference goes with `closest`."""
+        if self.max is not None:
+            message = f"{self.max:g} N is below min, {self.min:g} N"
+            yield [(("max",), self.min <= self.max, lambda: message)]
+        closest, given = self.method == "closest", self.reference is not None
+        message = f"belongs to the method closest; the method is {self.method}"
+        yield [((), given or not closest, lambda: "missing key: reference (the method is closest)")]
+        yield [(("reference",), closest or not given, lambda: message)]
+
+
+class CableWinch(Table):
+    """A winch that reels one of the cables."""
+
+    end: Literal["from", "to"] = Field("from", description="from (on the ground) or to (on board)")

@@ -1,0 +1,760 @@
+"""Scenes of suspensions: what is read, what cables share, and every mistake in one line at its place."""
+
+import copy
+import math
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import CONFIGS, run
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.document import read_document
+from cablestudy.scene.scene import load_scene, quantity_of, read_scene
+from cablestudy.scene.schema import suspension_schema
+from cablestudy.scene.study import read_study
+from cablestudy.scene.suspension import SUSPENSION_TABLES
+from cablestudy.study.scene_values import tables_of
+from cablestudy.study.suspension.numbers import numbers_of
+from cablestudy.system.suspension import CORES
+
+SUSPENSIONS = CONFIGS / "suspensions"
+FILES = sorted(SUSPENSIONS.glob("*.yaml"))
+GOOD = """\
+cable: {material: aramid, diameter: 5 mm}
+points:
+  north: [0, 100 m, 50]
+  south: [0, -100, 50]
+  knot: {at: [0, 0, 40], free: true, mass: 2 kg, force: [0, 0, 100 N]}
+bodies:
+  gondola:
+    at: [0, 0, 10]
+    mass: 50
+    inertia: [4, 4, 6]
+    attachments: {a: [0.5, 0, 0.3], b: [-0.5, 0, 0.3]}
+cables:
+  n: {from: north, to: knot, preload: 1000}
+  s: {from: south, to: knot, tension_to: 1 kN}
+  v: {from: knot, to: gondola.a, unstretched_length: 29}
+  w: {from: [30, 0, 50], to: gondola.b, sag: 20 cm}
+"""
+STATED = "unstretched_length, preload, sag, tension_to"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The working directory of a test, so that names in messages are short."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def changed(*pairs, text=GOOD):
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
+def scene_of(text, *sets):
+    Path("s.yaml").write_text(text, encoding="utf-8")
+    return load_scene("s.yaml", sets, suspensions=True)[1]
+
+
+def mistakes_of(text, *sets):
+    with pytest.raises(SceneError) as caught:
+        scene_of(text, *sets)
+    assert caught.value.exit_code == 2
+    return [str(mistake) for mistake in caught.value.mistakes]
+
+
+# -------------------------------------------------------------------------------------------------------- what is read
+
+
+def test_a_suspension_is_read_into_si():
+    scene = scene_of(GOOD)
+    assert scene.gravity == 9.81
+    assert (scene.points["north"].at, scene.points["north"].free) == ((0, 100, 50), False)
+    knot, gondola = scene.points["knot"], scene.bodies["gondola"]
+    assert (knot.at, knot.free, knot.mass, knot.force) == ((0, 0, 40), True, 2, (0, 0, 100))
+    assert (gondola.at, gondola.mass, gondola.inertia) == ((0, 0, 10), 50, (4, 4, 6))
+    assert gondola.free == ("x", "y", "z", "roll", "pitch", "yaw")
+    assert (gondola.attitude, gondola.center_of_mass) == ((0, 0, 0), (0, 0, 0))
+    assert (gondola.force, gondola.moment, gondola.markers) == ((0, 0, 0), (0, 0, 0), {})
+    assert [cable.stated for cable in scene.cables.values()] == ["preload", "tension_to", "unstretched_length", "sag"]
+    assert scene.cables["s"].tension_to == 1000
+    assert scene.cables["w"].ends == ((30, 0, 50), "gondola.b")
+    assert (scene.solve_for, scene.tensions, scene.winches) == ("pose", None, {})
+    assert scene.model.accuracy == 1e-4
+
+
+def test_optional_keys_are_read_into_si():
+    scene = scene_of(
+        changed(
+            ("mass: 50", "mass: 0.05 tonne\n    attitude: [10 deg, 0, -0.5]\n    center_of_mass: [0, 0, -10 cm]"),
+            ("[4, 4, 6]", "[4, 4, 6 kg m^2, 0.5, 0, 10000 kg cm^2]\n    markers: {focus: [0, 0, -50 cm]}"),
+            ("cables:", "winches: {n: {}, v: {end: to}}\ncables:"),
+            ("  gondola:", "  gondola:\n    free: [z, yaw]\n    force: [0, 0, 1 kN]\n    moment: [0, 0, 2 N m]"),
+        )
+    )
+    gondola = scene.bodies["gondola"]
+    assert gondola.mass == 50
+    assert gondola.attitude == (pytest.approx(math.pi / 18), 0, -0.5)
+    assert (gondola.center_of_mass, gondola.markers) == ((0, 0, -0.1), {"focus": (0, 0, -0.5)})
+    assert gondola.inertia == (4, 4, 6, 0.5, 0, 1)
+    assert (gondola.free, gondola.force, gondola.moment) == (("z", "yaw"), (0, 0, 1000), (0, 0, 2))
+    assert {name: winch.end for name, winch in scene.winches.items()} == {"n": "from", "v": "to"}
+
+
+def test_lengths_to_be_found_and_tensions():
+    silent = [(f", {key}", "") for key in ("preload: 1000", "tension_to: 1 kN", "unstretched_length: 29", "sag: 20 cm")]
+    wanted = (
+        "solve_for: lengths\ntensions: {method: closest, min: 10, max: 5 kN, reference: {n: 1 kN, s: 900}}\ncables:"
+    )
+    hinge = ("mass: 50", "mass: 50\n    attitude: free\n    free: [z, roll, pitch]")
+    scene = scene_of(changed(hinge, *silent, ("cables:", wanted)))
+    assert (scene.solve_for, scene.bodies["gondola"].attitude) == ("lengths", "free")
+    tensions = scene.tensions
+    assert (tensions.method, tensions.min, tensions.max, tensions.reference) == (
+        "closest",
+        10,
+        5e3,
+        {"n": 1e3, "s": 900},
+    )
+    assert scene_of(changed(hinge, *silent, ("cables:", wanted)), "tensions.reference=2 kN").tensions.reference == 2000
+
+
+# what --set changes, and what then differs in the cables n and v from the file
+@pytest.mark.parametrize(
+    ("sets", "n", "v"),
+    [
+        ((), {}, {}),
+        (("cable.diameter=1 mm",), {"diameter": 1e-3}, {"diameter": 1e-3}),
+        (("cable.area=1e-6",), {"area": 1e-6, "diameter": None}, {"area": 1e-6, "diameter": None}),
+        (("cables.n.area=1e-6",), {"area": 1e-6, "diameter": None}, {}),
+        (("cables.n.material=steel",), {"elastic_modulus": 210e9, "density": 7800}, {}),
+        (("cable.elastic_modulus=50 GPa",), {"elastic_modulus": 50e9}, {"elastic_modulus": 50e9}),
+        (("cables.n.sag=1",), {"stated": "sag"}, {}),
+        (("cables.v.tension_to=5",), {}, {"stated": "tension_to"}),
+        (("cable.preload=5",), {}, {}),
+        (("cable.damping.loss_factor=0.02",), {"model": "hysteretic"}, {"model": "hysteretic"}),
+        (("cables.v.damping={time: 1 ms}",), {}, {"model": "kelvin_voigt"}),
+    ],
+)
+def test_a_cable_has_what_all_share_and_its_own_keys_over_it(sets, n, v):
+    unchanged = {"elastic_modulus": 70e9, "density": 1440, "diameter": 0.005, "area": None, "model": "modal"}
+    cables = scene_of(GOOD, *sets).cables
+    for name, stated, changes in (("n", "preload", n), ("v", "unstretched_length", v)):
+        cable = cables[name]
+        found = {"model": cable.damping.model} | {key: getattr(cable, key) for key in unchanged if key != "model"}
+        assert found | {"stated": cable.stated} == {**unchanged, "stated": stated} | changes
+
+
+def test_what_a_cable_states_itself_stays_when_the_shared_key_is_set():
+    scene = scene_of(
+        changed(("preload: 1000", "preload: 1000, diameter: 7 mm")), "cable.diameter=1 mm", "cable.preload=5"
+    )
+    assert [scene.cables[name].diameter for name in "nsvw"] == [0.007, 0.001, 0.001, 0.001]
+    assert [scene.cables[name].stated for name in "nsvw"] == ["preload", "tension_to", "unstretched_length", "sag"]
+    shared = scene_of(changed((", preload: 1000", ""), ("diameter: 5 mm", "diameter: 5 mm, preload: 3 N")))
+    assert (shared.cables["n"].preload, shared.cables["s"].preload, shared.cables["s"].tension_to) == (3, None, 1000)
+
+
+def test_a_file_upon_a_base_replaces_alternatives_of_its_cables_and_removes_them():
+    Path("base.yaml").write_text(GOOD, encoding="utf-8")
+    scene = scene_of("base: base.yaml\ncables: {n: {sag: 1 m}, w: null}\npoints: {south: {at: [0, -90, 50]}}\n")
+    assert list(scene.cables) == ["n", "s", "v"]
+    assert (scene.cables["n"].stated, scene.cables["n"].to) == ("sag", "knot")
+    assert scene.points["south"].at == (0, -90, 50)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("cables.n1.diameter", "m"),
+        ("cable.diameter", "m"),
+        ("cable.tension_to", "N"),
+        ("cables.n1.damping.time", "s"),
+        ("cables.n1.force_density", "N/m"),
+        ("bodies.gondola.mass", "kg"),
+        ("bodies.gondola.inertia.5", "kg m^2"),
+        ("bodies.gondola.moment", "N m"),
+        ("bodies.gondola.attitude.2", "rad"),
+        ("bodies.gondola.attachments.a.0", "m"),
+        ("bodies.gondola.markers.focus", "m"),
+        ("points.north", "m"),
+        ("points.north.2", "m"),
+        ("points.knot.at.1", "m"),
+        ("points.knot.force.1", "N"),
+        ("tensions.max", "N"),
+        ("gravity", "m/s^2"),
+        ("cables.n1", None),
+        ("cables.n1.from", None),
+        ("solve_for", None),
+    ],
+)
+def test_keys_by_path_have_a_unit(key, unit):
+    quantity = quantity_of(key)
+    assert (quantity and quantity.unit) == unit
+
+
+def test_a_study_varies_keys_by_path():
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    Path("study.yaml").write_text(
+        """\
+base: s.yaml
+vary:
+  - {points.north.2: [50 m, 60 m], "points.south": [[0, -100, 50], [0, -90, 60]]}
+  - {cables.n.preload: [1 kN, 2 kN], bodies.gondola.mass: [50, 60]}
+  - {cable.diameter: [5 mm, 6 mm]}
+columns: [preload]
+""",
+        encoding="utf-8",
+    )
+    study = read_study("study.yaml")
+    study.check()
+    scenes = [scene for _, scene in study.cases()]
+    assert [scene.points["north"].at[2] for scene in scenes] == [50] * 4 + [60] * 4
+    assert [scene.points["south"].at[1] for scene in scenes] == [-100] * 4 + [-90] * 4
+    assert [scene.cables["n"].preload for scene in scenes] == [1000, 1000, 2000, 2000] * 2
+    assert [scene.bodies["gondola"].mass for scene in scenes] == [50, 50, 60, 60] * 2
+    assert [scene.cables["w"].diameter for scene in scenes] == [0.005, 0.006] * 4
+    numbers = numbers_of(scenes)
+    assert numbers.shape == (8,)
+    np.testing.assert_array_equal(numbers.place[:, 0, 0, 2], [50] * 4 + [60] * 4)
+    np.testing.assert_array_equal(numbers.value[:, 0], [1000, 1000, 2000, 2000] * 2)
+
+
+# ------------------------------------------------------------------------------------------------------------- mistakes
+
+END, TO_A = "to: gondola.a", "to: gondola.a,"
+INERTIA = "    inertia: [4, 4, 6]\n"
+SILENT = ((", preload: 1000", ""), (", tension_to: 1 kN", ""))
+NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
+DOT = "a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"
+ONE_CABLE = "unknown key in a suspension"
+# what is changed in the file, and the lines that say what is wrong with it
+MISTAKES = {
+    "unknown end": ([(END, "to: gondla.a")], '15:23: cables.v.to: unknown end "gondla.a" (did you mean gondola.a?)'),
+    "unknown point": (
+        [("from: south", "from: west")],
+        '14:13: cables.s.from: unknown end "west" (allowed: north, south, knot, gondola.a, gondola.b)',
+    ),
+    "no such attachment": (
+        [(END, "to: gondola.c")],
+        '15:23: cables.v.to: gondola has no attachment "c" (allowed: a, b)',
+    ),
+    "a body without attachment": (
+        [(END, "to: gondola")],
+        "15:23: cables.v.to: gondola is a body: a cable ends at one of its attachments (gondola.a, gondola.b)",
+    ),
+    "an attachment of a point": (
+        [(END, "to: knot.a")],
+        "15:23: cables.v.to: knot is a point, which has no attachments",
+    ),
+    "a place of two numbers": ([(END, "to: [1, 2]")], "15:23: cables.v.to: expected 3 components, got 2"),
+    "a place with a word": (
+        [(END, "to: [1, 2, up]")],
+        '15:30: cables.v.to.2: expected a length in m (a number, or text such as "1.85 mm"), got "up"',
+    ),
+    "a number for an end": (
+        [(END, "to: 3")],
+        "15:23: cables.v.to: expected a point, BODY.ATTACHMENT, or a place [x, y, z], got 3",
+    ),
+    "no end": ([(f" {TO_A}", "")], "15:6: cables.v: missing key: to"),
+    "both ends alike": (
+        [("from: knot, to: gondola.a", "from: gondola.a, to: gondola.a")],
+        "15:28: cables.v.to: both ends are at gondola.a",
+    ),
+    "a cable of zero length": (
+        [("at: [0, 0, 40]", "at: [0, 100, 50]")],
+        "13:6: cables.n: its two ends are at one place, [0, 100, 50]",
+    ),
+    "a cable from a body to itself at one place": (
+        [("{a: [0.5, 0, 0.3]", "{a: [-0.5, 0, 0.3]"), ("from: knot, to: gondola.a", "from: gondola.b, to: gondola.a")],
+        "15:6: cables.v: its two ends are at one place, [-0.5, 0, 10.3]",
+    ),
+    "fixed ends at one place": (
+        [("sag: 20 cm}", "sag: 1}\n  z: {from: [0, 100, 50], to: north, sag: 1}")],
+        "17:6: cables.z: its two ends are at one place, [0, 100, 50]",
+    ),
+    "a length that cannot fit": (
+        [("sag: 20 cm}", "sag: 1}\n  z: {from: south, to: north, unstretched_length: 200 mm}")],
+        "17:51: cables.z.unstretched_length: 0.2 m is 0.001 times the distance of the ends, 200 m (allowed: 0.2 to 200 "
+        "times; did you mean 200 m?)",
+    ),
+    "no inertia": (
+        [(INERTIA, "")],
+        "8:5: bodies.gondola: missing key: inertia (the body is free to turn: roll, pitch, yaw)",
+    ),
+    "beyond the triangle inequality": ([("[4, 4, 6]", "[4, 4, 8.1]")], f"10:14: bodies.gondola.inertia: {NO_MASS}"),
+    "off the diagonal": ([("[4, 4, 6]", "[4, 4, 6, 0, 3.5, 0]")], f"10:14: bodies.gondola.inertia: {NO_MASS}"),
+    "a rod without thickness": (
+        [("[4, 4, 6]", "[0.5, 0.5, 1, -0.5, 0, 0]")],  # 1 - n n', n along (1, 1, 0)
+        f"10:14: bodies.gondola.inertia: {NO_MASS}",
+    ),
+    "a negative moment": (
+        [("[4, 4, 6]", "[4, -4, 6]")],
+        "10:18: bodies.gondola.inertia.1: yy must be positive, got -4",
+    ),
+    "four moments": (
+        [("[4, 4, 6]", "[4, 4, 6, 0]")],
+        "10:14: bodies.gondola.inertia: expected 3 entries (xx yy zz) or 6 (xx yy zz xy xz yz), got 4",
+    ),
+    "no cable at a point": (
+        [("  knot:", "  lonely: {at: [0, 0, 0], free: true}\n  knot:")],
+        "5:11: points.lonely: nothing holds it: no cable ends at it",
+    ),
+    "no cable at a body": (
+        [("to: gondola.b", "to: knot"), (END, "to: north")],
+        "8:5: bodies.gondola: nothing holds it: no cable ends at it",
+    ),
+    "cables to nothing fixed": (
+        [("from: [30, 0, 50]", "from: knot"), ("{from: north", "{from: [1, 1, 1]"), ("to: knot", "to: south"),
+         ("to: knot", "to: north")],
+        ["5:9: points.knot: nothing holds it: its cables lead to nothing that is fixed (only to gondola)",
+         "8:5: bodies.gondola: nothing holds it: its cables lead to nothing that is fixed (only to knot)"],
+    ),
+    "a dot in a name": (
+        [("  south:", "  so.uth:"), ("from: south", "from: so.uth")],
+        f"4:3: points.so.uth: {DOT}",
+    ),
+    "a digit first": (
+        [("  south:", "  2nd:"), ("from: south", "from: 2nd")],
+        '4:3: points.2nd: a name begins with a letter and consists of letters, digits, _ and -, got "2nd"',
+    ),
+    "a dot in an attachment": (
+        [("b: [-0.5", "b.c: [-0.5"), ("gondola.b", "gondola.b.c")],
+        f"11:37: bodies.gondola.attachments.b.c: {DOT}",
+    ),
+    "a dot in a marker": (
+        [("inertia:", "markers: {fo.cus: [0, 0, 0]}\n    inertia:")],
+        f"10:15: bodies.gondola.markers.fo.cus: {DOT}",
+    ),
+    "a body named as a point": (
+        [("  south:", "  gondola:"), ("from: south", "from: gondola")],
+        "7:3: bodies.gondola: a name must be unique, and there is a point of this name",
+    ),
+    "a cable named as a body": (
+        [("  n: {", "  gondola: {")],
+        "13:3: cables.gondola: a name must be unique, and there is a body of this name",
+    ),
+    "too little stated": (
+        SILENT,
+        f"13:6: cables.n: missing key: one of {STATED} (solve_for: pose needs one of each cable; 2 of 4 cables give "
+        "none: n, s)",
+    ),
+    "too much stated": (
+        [("preload: 1000", "preload: 1000, sag: 3")],
+        f"13:45: cables.n.sag: given together with preload: give exactly one of {STATED}",
+    ),
+    "more equations than unknowns": (
+        [("cables:", "solve_for: lengths\ncables:"), *SILENT],
+        "12:12: solve_for: lengths: 6 equations (gondola x, y, z, roll, pitch, yaw), and 2 unknowns (lengths of n, s): "
+        "let 4 more cables state nothing, add cables, or give attitude: free",
+    ),
+    "more equations with a free attitude": (
+        [("cables:", "solve_for: lengths\ncables:"), *SILENT, ("mass: 50", "mass: 50\n    attitude: free")],
+        "13:12: solve_for: lengths: 6 equations (gondola x, y, z, roll, pitch, yaw), and 5 unknowns (lengths of n, s; "
+        "gondola roll, pitch, yaw): let 1 more cables state nothing, add cables, or give attitude: free",
+    ),
+    "nothing to find": (
+        [("cables:", "solve_for: lengths\ncables:")],
+        "12:12: solve_for: lengths: every cable states one already, so that nothing is left to find",
+    ),
+    "tensions with pose": (
+        [("cables:", "tensions: {min: 3}\ncables:")],
+        "12:11: tensions: belongs to solve_for: lengths; with pose each cable states its own",
+    ),
+    "bounds in the wrong order": (
+        [("cables:", "solve_for: lengths\ntensions: {min: 3 kN, max: 2 kN}\ncables:")],
+        "13:28: tensions.max: 2000 N is below min, 3000 N",
+    ),
+    "closest to nothing": (
+        [("cables:", "solve_for: lengths\ntensions: {method: closest}\ncables:")],
+        "13:11: tensions: missing key: reference (the method is closest)",
+    ),
+    "a reference without use": (
+        [("cables:", "solve_for: lengths\ntensions: {reference: 3}\ncables:")],
+        "13:23: tensions.reference: belongs to the method closest; the method is balanced",
+    ),
+    "a reference of no cable": (
+        [("cables:", "solve_for: lengths\ntensions: {method: closest, reference: {q: 3}}\ncables:")],
+        "13:41: tensions.reference.q: unknown cable (allowed: n, s, v, w)",
+    ),
+    "a winch of no cable": (
+        [("cables:", "winches: {n: {}, q: {}}\ncables:")],
+        "12:18: winches.q: unknown cable (allowed: n, s, v, w)",
+    ),
+    "an end that no winch has": (
+        [("cables:", "winches: {n: {end: top}}\ncables:")],
+        '12:20: winches.n.end: got "top" (did you mean to?)',
+    ),
+    "a fixed point with mass": (
+        [("free: true, mass: 2 kg, force: [0, 0, 100 N]", "mass: 3")],
+        "5:32: points.knot.mass: belongs to a free point: this one is fixed (free: true lets it move)",
+    ),
+    "a point without place": ([("at: [0, 0, 40], ", "")], "5:9: points.knot: missing key: at"),
+    "a word for a point": (
+        [("[0, -100, 50]", "south")],
+        '4:10: points.south: expected a place [x, y, z], or a mapping with the keys at, free, mass, force, got "south"',
+    ),
+    "an attitude in no range": (
+        [("mass: 50", "mass: 50\n    attitude: [0, 0, 400 deg]")],
+        '10:22: bodies.gondola.attitude.2: must be from -360 deg to 360 deg (a bare number is rad), got "400 deg"',
+    ),
+    "a word for an attitude": (
+        [("mass: 50", "mass: 50\n    attitude: fre")],
+        '10:15: bodies.gondola.attitude: expected [roll, pitch, yaw], or free, got "fre"',
+    ),
+    "an unknown motion": (
+        [("mass: 50", "mass: 50\n    free: [x, y, rz]")],
+        '10:18: bodies.gondola.free.2: got "rz" (did you mean z?)',
+    ),
+    "a motion twice": (
+        [("mass: 50", "mass: 50\n    free: [x, y, x]")],
+        "10:11: bodies.gondola.free: x is given twice",
+    ),
+    "an unknown key of a cable": (
+        [("preload: 1000", "prelod: 1000")],
+        "13:30: cables.n.prelod: unknown key (did you mean preload?)",
+    ),
+    "an unknown key of a body": (
+        [("mass: 50", "mas: 50")],
+        ["8:5: bodies.gondola: missing key: mass", "9:5: bodies.gondola.mas: unknown key (did you mean mass?)"],
+    ),
+    "a wrong value that all share": (
+        [("5 mm", "5 mmm")],
+        '1:37: cable.diameter: expected a length in m (a number, or text such as "1.85 mm"), got "5 mmm" (unknown unit '
+        '"mmm"; did you mean mm?)',
+    ),
+    "alternatives that all share": (
+        [("diameter: 5 mm", "diameter: 5 mm, area: 3")],
+        "1:27: cable.diameter: given together with area: give exactly one of area, diameter",
+    ),
+    "no section anywhere": ([(", diameter: 5 mm", "")], "1:8: cable: missing key: one of area, diameter"),
+    "no material anywhere": (
+        [("material: aramid, ", "")],
+        ["1:8: cable: missing key: elastic_modulus (or give material)",
+         "1:8: cable: missing key: density (or give material)"],
+    ),
+    "no section of one cable": (
+        [(", diameter: 5 mm", ""), ("sag: 20 cm", "sag: 1, area: 1"), ("length: 29", "length: 29, area: 1"),
+         ("1 kN}", "1 kN, area: 1}")],
+        "13:6: cables.n: missing key: one of area, diameter",
+    ),
+    "an unknown material": (
+        [("aramid", "aramit")],
+        '1:19: cable.material: unknown material "aramit" (did you mean aramid?)',
+    ),
+    "a tension beyond the cable": (
+        [("preload: 1000", "preload: 1 TN")],
+        "13:39: cables.n.preload: 1e+12 N is 7.28e+05 times the elastic modulus times the area: out of range (1e-18 to "
+        "10 times)",
+    ),
+    "keys of one cable in the table cable": (
+        [("diameter", "chord: 5, ends: [[0, 0, 0], [1, 1, 1]], loads: [], diameter")],
+        [f"1:27: cable.chord: {ONE_CABLE}: each cable has from and to",
+         f"1:37: cable.ends: {ONE_CABLE}: each cable has from and to",
+         f"1:67: cable.loads: {ONE_CABLE}: end two cables at a free point that carries the force"],
+    ),
+    "ends of a cable": (
+        [("preload: 1000", "preload: 1000, chord: 3")],
+        f"13:45: cables.n.chord: {ONE_CABLE}: each cable has from and to",
+    ),
+    "tables of one cable": (
+        [("cable: {", "gondola: {mass: 3}\nwinch: {location: ground}\nwind: {speed: 3}\ncable: {")],
+        [f"1:1: gondola: {ONE_CABLE}: bodies are under bodies", f"2:1: winch: {ONE_CABLE}: winches are under winches",
+         f"3:1: wind: {ONE_CABLE}: wind on a suspension is not computed"],
+    ),
+    "no cables": ([("cables:", "cabels:")], ["1:1: missing key: cables",
+                                             "12:1: cabels: unknown key (did you mean cables?)"]),
+    "a number for a cable": (
+        [("{from: north, to: knot, preload: 1000}", "5")],
+        "13:6: cables.n: expected a mapping with the keys material, elastic_modulus, density, strength, area, "
+        "diameter, damping, unstretched_length, preload, sag, tension_to, force_density, from, to, got 5",
+    ),
+    "several mistakes": (
+        [("mass: 50", "mass: -50"), ("preload: 1000", "prelod: 100"), ("to: gondola.b", "to: gondola.q")],
+        ["9:11: bodies.gondola.mass: must be positive, got -50",
+         "13:30: cables.n.prelod: unknown key (did you mean preload?)",
+         '16:30: cables.w.to: gondola has no attachment "q" (allowed: a, b)'],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", MISTAKES)
+def test_each_mistake_is_one_line_at_its_place(what):
+    changes, lines = MISTAKES[what]
+    lines = [lines] if isinstance(lines, str) else lines
+    assert mistakes_of(changed(*changes)) == [f"s.yaml:{line}" for line in lines]
+
+
+@pytest.mark.parametrize(
+    ("option", "line"),
+    [
+        ("cables.n.preload=30 TN", "--set cables.n.preload: 3e+13 N is 2.18e+07 times the elastic modulus"),
+        ("cables.q.preload=3", "--set cables.q.preload: cables.q: missing key: from"),
+        ("cables.n.to=knott", '--set cables.n.to: unknown end "knott" (did you mean knot?)'),
+        ("points.north.3=3", "--set points.north.3: points.north has 3 item(s), counted from 0: there is no item 3"),
+        ("bodies.gondola.mass=3 m", "--set bodies.gondola.mass: expected a mass in kg"),
+        ("points.north=[0, 0, 40]", "s.yaml:13:6: cables.n: its two ends are at one place, [0, 0, 40]"),
+        ("bodies=null", 's.yaml:15:23: cables.v.to: unknown end "gondola.a" (allowed: north, south, knot)'),
+    ],
+)
+def test_a_bad_set_option(option, line):
+    assert mistakes_of(GOOD, option)[0].startswith(line)
+
+
+def test_the_first_hundred_mistakes_of_a_large_file_are_shown_quickly():
+    text = (SUSPENSIONS / "net-30x30.yaml").read_text(encoding="utf-8").replace("from: n", "from: m")
+    start = time.process_time()
+    lines = mistakes_of(text)
+    assert time.process_time() - start < 10
+    assert (len(lines), lines[-1]) == (101, "s.yaml: and 1700 more mistakes")  # 2 x 30 x 30 cables begin at a node
+    assert lines[0].endswith('unknown end "m1-1" (did you mean n1-1?)')
+
+
+def test_a_mistake_that_all_cables_share_is_told_once():
+    text = (SUSPENSIONS / "net-30x30.yaml").read_text(encoding="utf-8").replace("area: 10e-6", "area: 10 kg")
+    assert [line.split(": expected")[0] for line in mistakes_of(text)] == ["s.yaml:7:9: cable.area"]
+
+
+# every place of a file, and a wrong or unlikely value there
+LEAVES = st.sampled_from(
+    [None, 0, -1, 1e300, float("nan"), True, "", "x", "free", "3 m", "a.b", [], {}, [1, 2, 3], [[0]], {"a": 1}, [None]]
+)  # fmt: skip
+
+
+def _paths(value, path=()):
+    yield path
+    for key, inside in value.items() if isinstance(value, dict) else ():
+        yield from _paths(inside, (*path, key))
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_whatever_stands_somewhere_there_is_a_scene_or_a_list_of_mistakes(data):
+    Path("s.yaml").write_text(changed(("cables:", "tensions: {min: 1}\nwinches: {n: {}}\nmodel: {}\ncables:")))
+    document = read_document("s.yaml")
+    value = copy.deepcopy(document.value)
+    for path in data.draw(st.lists(st.sampled_from(sorted(set(_paths(value)) - {()})), min_size=1, max_size=3)):
+        inside = value
+        for key in path[:-1]:
+            inside = inside.get(key, {}) if isinstance(inside, dict) else {}
+        if isinstance(inside, dict):
+            inside[path[-1]] = data.draw(LEAVES)
+    document.value = value
+    mistakes = ["s.yaml:"]
+    try:
+        read_scene(document)
+    except SceneError as error:
+        mistakes = [str(mistake) for mistake in error.mistakes]
+    assert mistakes
+    assert all(mistake.startswith("s.yaml:") and "\n" not in mistake for mistake in mistakes)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.lists(st.floats(0.1, 10), min_size=2, max_size=2),
+    st.lists(st.floats(-3, 3), min_size=3, max_size=3),
+    st.sampled_from([0.5, 0.999, 1.001, 2.0]),
+)
+def test_a_tensor_is_accepted_where_its_principal_moments_obey_the_triangle_inequality(moments, angles, ratio):
+    smallest, middle = sorted(moments)
+    principal = np.diag([smallest, middle, max(middle, ratio * (smallest + middle))])
+    turn = Rotation.from_euler("xyz", angles).as_matrix()
+    tensor = turn @ principal @ turn.T
+    entries = [float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    text = changed(("[4, 4, 6]", str(entries)))
+    if ratio < 1:
+        assert scene_of(text).bodies["gondola"].inertia == pytest.approx(entries)
+    else:
+        assert mistakes_of(text) == [f"s.yaml:10:14: bodies.gondola.inertia: {NO_MASS}"]
+
+
+def test_a_flat_body_has_a_tensor_that_a_mass_has():
+    assert scene_of(changed(("[4, 4, 6]", "[0.1, 0.2, 0.3]"))).bodies["gondola"].inertia == (0.1, 0.2, 0.3)
+
+
+# -------------------------------------------------------------------------------------------------------------- numbers
+
+
+def test_numbers_of_one_scene():
+    text = changed(
+        (
+            "mass: 50",
+            "mass: 50\n    attitude: [0.1, 0.2, 0.3]\n    center_of_mass: [0, 0.1, -0.2]\n    free: [x, z, roll]",
+        ),
+        ("[4, 4, 6]", "[4, 5, 6, 0.1, 0.2, 0.3]\n    force: [1, 2, 3]\n    moment: [4, 5, 6]"),
+    )
+    numbers = numbers_of([scene_of(text)])
+    assert (numbers.shape, numbers.body_names, numbers.junctions) == ((1,), ("gondola", "knot"), 1)
+    one = numbers.take(0)
+    np.testing.assert_array_equal(one.position, [[0, 0, 10], [0, 0, 40]])
+    # intrinsic rotations about z, y, x: R = Rz(yaw) Ry(pitch) Rx(roll)
+    expected = [Rotation.from_euler("ZYX", [0.3, 0.2, 0.1]).as_matrix(), np.eye(3)]
+    np.testing.assert_allclose(one.rotation, expected, atol=1e-15)
+    np.testing.assert_array_equal(one.mass, [50, 2])
+    np.testing.assert_array_equal(one.center, [[0, 0.1, -0.2], [0, 0, 0]])
+    np.testing.assert_array_equal(one.inertia[0], [[4, 0.1, 0.2], [0.1, 5, 0.3], [0.2, 0.3, 6]])
+    np.testing.assert_array_equal(one.inertia[1], np.zeros((3, 3)))
+    np.testing.assert_array_equal(one.force, [[1, 2, 3], [0, 0, 100]])
+    np.testing.assert_array_equal(one.moment, [[4, 5, 6], [0, 0, 0]])
+    np.testing.assert_array_equal(one.free, [[1, 0, 1, 1, 0, 0], [1, 1, 1, 0, 0, 0]])
+    assert one.cable_names == ("n", "s", "v", "w")
+    np.testing.assert_array_equal(one.owner, [[-1, 1], [-1, 1], [1, 0], [-1, 0]])
+    fixed = [[0, 100, 50], [0, -100, 50], [0, 0, 0], [30, 0, 50]]
+    held = [[0, 0, 0], [0, 0, 0], [0.5, 0, 0.3], [-0.5, 0, 0.3]]
+    np.testing.assert_array_equal(one.place, np.stack([fixed, held], axis=1))
+    np.testing.assert_allclose(one.axial_stiffness, [70e9 * math.pi * 0.005**2 / 4] * 4, rtol=1e-15)
+    np.testing.assert_allclose(one.cable_mass, [1440 * math.pi * 0.005**2 / 4] * 4, rtol=1e-15)
+    assert one.given == ("preload", "tension_to", "unstretched_length", "sag")
+    np.testing.assert_array_equal(one.value, [1000, 1000, 29, 0.2])
+    assert one.force_density is None
+    # the attachments where the body stands, by hand: position + R b
+    np.testing.assert_allclose(
+        one.ends(one.position, one.rotation)[3], [[30, 0, 50], [0, 0, 10] + expected[0] @ [-0.5, 0, 0.3]]
+    )
+
+
+def test_numbers_of_scenes_of_different_topology_are_refused():
+    other = changed(("tension_to: 1 kN", "sag: 1"))
+    with pytest.raises(ValueError, match="the scenes differ"):
+        numbers_of([scene_of(GOOD), scene_of(other)])
+
+
+def test_what_is_not_given_is_no_number():
+    text = changed(
+        ("cables:", "solve_for: lengths\ncables:"),
+        *SILENT,
+        ("mass: 50", "mass: 50\n    free: [z]"),
+        ("unstretched_length: 29", "unstretched_length: 29, force_density: 40"),
+    )
+    numbers = numbers_of([scene_of(text)])
+    assert numbers.given == (None, None, "unstretched_length", "sag")
+    np.testing.assert_array_equal(numbers.value, [[np.nan, np.nan, 29, 0.2]])
+    np.testing.assert_array_equal(numbers.force_density, [[np.nan, np.nan, 40, np.nan]])
+
+
+# -------------------------------------------------------------------------------------------------- files and commands
+
+
+@pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
+def test_the_scenes_of_the_project_are_valid(path):
+    scene = load_scene(path, suspensions=True)[1]
+    numbers = numbers_of([scene])
+    assert numbers.cable_names == tuple(scene.cables)
+    assert "ok" in run("validate", path).out
+
+
+def test_the_published_suspensions_are_there():
+    names = {"carlina-net", "carlina-balloon", "fast", "cogiro", "trifilar", "net-2x2", "net-30x30", "mast-guys"}
+    assert names <= {path.stem for path in FILES}
+    fast = numbers_of([load_scene(SUSPENSIONS / "fast.yaml", suspensions=True)[1]]).take(0)
+    towers, attachments = fast.place[:, 0], fast.place[:, 1]
+    np.testing.assert_allclose(np.hypot(*towers.T[:2]), 300, rtol=1e-6)  # a circle of 600 m
+    np.testing.assert_allclose(np.hypot(*attachments.T[:2]), 6.5, rtol=1e-5)
+    np.testing.assert_allclose(np.degrees(np.arctan2(towers[:, 1], towers[:, 0])) % 360, [30, 90, 150, 210, 270, 330])
+    np.testing.assert_allclose(
+        np.degrees(np.arctan2(attachments[:, 1], attachments[:, 0])) % 360, [60, 60, 180, 180, 300, 300], rtol=1e-5
+    )
+
+
+def test_a_net_is_what_its_script_writes_and_loads_in_reasonable_time():
+    for n in (2, 30):
+        written = subprocess.run(
+            [sys.executable, SUSPENSIONS / "net.py", str(n)], capture_output=True, text=True, check=True, timeout=60
+        ).stdout
+        assert written == (SUSPENSIONS / f"net-{n}x{n}.yaml").read_text(encoding="utf-8")
+    start = time.process_time()
+    scene = load_scene(SUSPENSIONS / "net-30x30.yaml", suspensions=True)[1]
+    numbers = numbers_of([scene])
+    assert time.process_time() - start < 5  # 0.6 s on a machine at rest
+    assert (len(scene.cables), numbers.junctions) == (2 * 30 * 31, 900)
+    ends = numbers.ends(numbers.position, numbers.rotation)[0]
+    np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1), 1, rtol=1e-15)
+
+
+@pytest.mark.parametrize("command", ["static", "modes", "windrms", "ssm"])
+def test_commands_for_one_cable_refuse_a_suspension(command):
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    outcome = run(command, "s.yaml", code=2)
+    assert outcome.lines == ["s.yaml:12:1: a suspension: this command takes a scene of one cable"]
+    assert outcome.out == ""
+
+
+def test_sweep_refuses_a_study_of_a_suspension():
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    Path("study.yaml").write_text("base: s.yaml\nvary: [{gravity: [9, 10]}]\ncolumns: [preload]\n", encoding="utf-8")
+    outcome = run("sweep", "study.yaml", code=2)
+    assert outcome.lines == ["study.yaml:1:7: base: a suspension, of which no columns are computed yet"]
+
+
+def test_validate_reports_each_mistake_with_exit_code_2():
+    Path("s.yaml").write_text(changed((END, "to: gondla.a")), encoding="utf-8")
+    outcome = run("validate", "s.yaml", code=2)
+    assert outcome.lines == ['s.yaml:15:23: cables.v.to: unknown end "gondla.a" (did you mean gondola.a?)']
+
+
+def test_the_schema_knows_every_key():
+    schema = suspension_schema()
+    for path, model in SUSPENSION_TABLES.items():
+        mapping = schema["$defs"][model.__name__] if path else schema
+        keys = {field.alias or name for name, field in model.model_fields.items()}
+        assert set(mapping["properties"]) - {"base"} == keys
+        assert mapping["additionalProperties"] is False
+        assert all(value.get("description") for value in mapping["properties"].values())
+    assert schema["else"]["required"] == ["cables"]
+    assert schema["else"]["properties"]["cables"]["additionalProperties"] == {"required": ["from", "to"]}
+    assert {"not": {"required": ["preload", "tension_to"]}} in schema["$defs"]["SuspendedCable"]["allOf"]
+
+
+# keys that vary, each with two values, and whether the cases are one table
+TABLES = {
+    "numbers of all kinds": (
+        "{cable.diameter: [5 mm, 6 mm], points.north.2: [50 m, 60 m], points.knot.at.1: [0, 1],"
+        " cables.n.preload: [1, 2], bodies.gondola.attachments.a.0: [0.5, 0.6], bodies.gondola.inertia.2: [6, 7],"
+        " points.knot.force.2: [1, 2], bodies.gondola.mass: [50, 1 kg], gravity: [9, 10]}",
+        1,
+    ),
+    "a key that all share and one cable has itself": ("{cable.density: [1, 2], cables.n.density: [3, 4]}", 1),
+    "a section in place of the shared one": ("{cables.n.area: [1e-6, 2e-6], cable.diameter: [5 mm, 6 mm]}", 1),
+    "damping": ("{cable.damping.loss_factor: [0.01, 0.02]}", 1),
+    "a preload in place of a length": ("{cables.v.preload: [1, 2]}", 1),
+    "a value out of range": ("{cables.v.preload: [1, -2]}", 1),
+    "a body that no mass can be": ("{bodies.gondola.inertia.0: [4, 40]}", 1),
+    "a cable of no length": ("{points.knot.at: [[0, 0, 40], [0, 100, 50]]}", 1),
+    "a knot moved onto its anchor": ("{points.knot.at.1: [0, 100], points.knot.at.2: [40, 50]}", 1),
+    "an attitude": ("{bodies.gondola.attitude: [[0, 0, 1], [0, 0, 2]]}", 2),
+    "a whole place": ("{points.north: [[0, 100, 50], [0, 100, 60]]}", 2),
+}
+
+
+@pytest.mark.parametrize("what", TABLES)
+def test_cases_read_as_arrays_are_those_read_one_by_one(what):
+    vary, count = TABLES[what]
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    Path("study.yaml").write_text(f"base: s.yaml\nvary: [{vary}]\ncolumns: [preload]\n", encoding="utf-8")
+    study = read_study("study.yaml")
+    tables, refused = tables_of(study, range(study.count))
+    assert len(tables) == count
+    found = {}
+    for table in tables:
+        numbers = numbers_of([table.scene], len(table.cases))
+        found.update((case, numbers.take(place)) for place, case in enumerate(table.cases.tolist()))
+    for case, numbers in found.items():
+        alone = numbers_of([study.case(case)[1]]).take(0)
+        for name in CORES:
+            np.testing.assert_array_equal(getattr(numbers, name), getattr(alone, name), err_msg=name)
+        assert (numbers.given, numbers.cable_names) == (alone.given, alone.cable_names)
+    for case, error in refused.items():
+        with pytest.raises(SceneError, match=re.escape(str(error))):
+            study.case(case)
+    assert len(found) + len(refused) == study.count
