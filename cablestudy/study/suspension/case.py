@@ -5,12 +5,14 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.scene.suspension import Tensions
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.numbers import numbers_of, topology_of
-from cablestudy.system import statics
+from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.descent import REASONS
 from cablestudy.system.suspension import Equilibrium
 
 MOST_MODES = 400  # that are searched for the K-th mode of a body
@@ -182,14 +184,31 @@ def equilibria(scenes):
 
 def _of_group(scenes):
     """`equilibria` of scenes of equal topology."""
-    suspension = numbers_of(scenes)
+    suspension, problems = numbers_of(scenes), [""] * len(scenes)
     try:
-        equilibrium = statics.pose(suspension)
+        if scenes[0].solve_for == "lengths":
+            equilibrium, problems = lengths.solve(suspension, **_distribution(scenes[0], suspension))
+        else:
+            equilibrium = statics.pose(suspension)
     except (NoSolutionError, ConvergenceError) as error:
         if len(scenes) == 1:
             return [error]
         return [one for scene in scenes for one in _of_group([scene])]
-    return [_checked(_taken(equilibrium, case)) for case in range(len(scenes))]
+    return [_checked(_taken(equilibrium, case), problem) for case, problem in enumerate(problems)]
+
+
+def _distribution(scene, suspension):
+    """Arguments of `lengths.solve` that a scene states."""
+    found = suspension.free.copy()
+    for place, body in enumerate(scene.bodies.values()):
+        found[place, :3] = False
+        found[place, 3:] &= body.attitude == "free"
+    tensions = scene.tensions or Tensions()
+    reference = tensions.reference or 0.0
+    if isinstance(reference, dict):
+        reference = np.array([reference.get(name, np.nan) for name in scene.cables])
+    high = np.inf if tensions.max is None else tensions.max
+    return {"method": tensions.method, "low": tensions.min, "high": high, "reference": reference, "found": found}
 
 
 def _taken(equilibrium, case):
@@ -204,10 +223,12 @@ def _taken(equilibrium, case):
     )
 
 
-def _checked(equilibrium):
+def _checked(equilibrium, problem):
     """An equilibrium, or the error that says why it is none or not stable."""
     record = equilibrium.record
+    if problem:
+        return NoSolutionError(str(problem))
     if not record.converged:
-        return ConvergenceError(f"no equilibrium: {statics.REASONS[int(record.reason)]} ({int(record.steps)} steps)")
+        return ConvergenceError(f"no equilibrium: {REASONS[int(record.reason)]} ({int(record.steps)} steps)")
     reason = equilibrium.stability.reason()
     return NoSolutionError(reason) if reason else equilibrium

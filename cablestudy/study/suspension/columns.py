@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, suffix
+from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column
 from cablestudy.system.rigid import to_angles
 from cablestudy.system.suspension import AXES
 
@@ -25,7 +25,7 @@ OF_CABLES = tuple(
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
 MODE = re.compile(r"frequency_([1-9]\d{0,3})(_Hz)?")
-STIFFNESS = re.compile(r"stiffness_(r?[xyz])(r?[xyz])(_N|_N_per_m|_N_per_rad|_Nm_per_rad)?")
+STIFFNESS = re.compile(r"stiffness_(r?[xyz])(r?[xyz])(_\w+)?")
 
 
 def _of_cable(column, name):
@@ -172,7 +172,7 @@ def find(scene, name):
             return _body_frequency(owner, _number(name, match))
         if match := STIFFNESS.fullmatch(quantity):
             column = _stiffness(owner, match[1], match[2])
-            if match[3] in (None, suffix(column.unit)):
+            if name in (column.name, column.header):
                 return column
         return _among(body_columns(owner), name)
     known = [*scene.bodies, *junctions, *scene.cables]
