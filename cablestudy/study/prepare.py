@@ -4,8 +4,8 @@ from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
-from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.columns import STATUS, find, lacks
+from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.columns import STATUS
 from cablestudy.study.table import Field, number, read_csv
 
 NEVER_COMPARED = "solve_time"  # differs from run to run
@@ -42,8 +42,6 @@ def prepare(study):
         Every mistake of the first check that finds one: cases, columns, tolerances, plot, printed values.
     """
     study.check()
-    if isinstance(study.case(0)[1], SuspensionScene):
-        raise SceneError(Mistake(study.where(("base",)), "base", "a suspension, of which no columns are computed yet"))
     columns = columns_of(study)
     tolerances_of(study)
     for name in (study.plot.x, *study.plot.y) if study.plot else ():
@@ -70,8 +68,8 @@ def columns_of(study):
             if any(column.header == other.header for other in columns):
                 raise ValueError(f"{column.name} is listed twice")
             columns.append(column)
-            if lacks(scene, column) and _every_case_lacks(study, column):
-                raise ValueError(f"{column.name} needs the key {lacks(scene, column)}, which the scene does not have")
+            if why_not(scene, column) and _no_case_has(study, column):
+                raise ValueError(why_not(scene, column))
         except ValueError as error:
             by_option = place >= len(study.columns) - len(study.asked)
             key = "" if by_option else f"columns.{place}"
@@ -81,8 +79,8 @@ def columns_of(study):
     return columns
 
 
-def _every_case_lacks(study, column):
-    return all(lacks(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
+def _no_case_has(study, column):
+    return all(why_not(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
 
 
 def _listed(study, name):

@@ -7,8 +7,8 @@ from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import ColumnRequirements, closed_form, evaluate_table, status_of
-from cablestudy.study.columns import ROUNDING, broken, relative, value
+from cablestudy.study.closed_form import ColumnRequirements, closed_form, status_of
+from cablestudy.study.columns import broken, relative, value
 from cablestudy.study.refinement import SETTINGS, Search, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
@@ -128,38 +128,6 @@ def evaluate_cases(scenes, columns, estimate=False):
         for index, row in zip(indices, _rows_alike(chosen, required, exact, cache, estimate), strict=True):
             rows[index] = row
     return rows
-
-
-def evaluate_tables(tables, columns, explain=False):
-    """Compute the columns of many cases of a study: closed forms by arrays, everything else case by case.
-
-    Parameters
-    ----------
-    tables : list of CaseTable
-    columns : sequence of Column
-    explain : bool
-        Whether notes are wanted, and with them the errors of fixed elements.
-
-    Returns
-    -------
-    dict
-        Case -> list of numbers in the order of the columns but `status`, None where one cannot be had; status; dict of
-        header -> estimated relative error where it exceeds ROUNDING or, None, is not known; notes.
-    """
-    headers = [column.header for column in columns if column.name != "status"]
-    found, scenes = {}, {}
-    for table in tables:
-        cases = table.cases.tolist()
-        closed = None if explain or len(cases) == 1 else evaluate_table(table, columns)
-        if closed is None:
-            scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
-        else:
-            found.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
-    for case, row in zip(scenes, evaluate_cases(list(scenes.values()), columns, explain), strict=True):
-        errors = {name: error for name, error in row.errors.items() if error is None or error > ROUNDING}
-        numbers = [row.cells[header] for header in headers]
-        found[case] = numbers, row.cells["status"], errors, row.notes if explain else ()
-    return found
 
 
 def _rows_alike(scenes, required, exact, cache, estimate):

@@ -7,7 +7,7 @@ from decimal import Decimal
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import ALL_COLUMNS
 from cablestudy.scene.units import to_si
-from cablestudy.study.columns import find
+from cablestudy.study.all_columns import find
 from cablestudy.study.prepare import NEVER_COMPARED, compared, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
 from cablestudy.sweep.run import NUMBER

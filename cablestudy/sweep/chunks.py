@@ -12,9 +12,9 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate_tables
+from cablestudy.study.all_columns import find
 from cablestudy.study.scene_values import CaseTable, tables_of
+from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.sweep.fingerprint import versions
 from cablestudy.sweep.record import OK, pack
 

@@ -1,6 +1,6 @@
 """Which rows of an earlier run an edited study can use: more cases, fewer, in another order, other columns."""
 
-from cablestudy.study.columns import find
+from cablestudy.study.all_columns import find
 from cablestudy.study.scene_values import tables_of
 from cablestudy.sweep.chunks import MAX_CASES, keys_of
 from cablestudy.sweep.record import OK, pack, unpack

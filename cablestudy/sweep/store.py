@@ -15,7 +15,7 @@ import sqlite3
 from contextlib import suppress
 
 from cablestudy.errors import SceneError
-from cablestudy.study.columns import find
+from cablestudy.study.all_columns import find
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
 from cablestudy.sweep.record import OK, check_sum, pack, unpack

@@ -7,7 +7,7 @@ from pandas.api.types import is_numeric_dtype
 
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import common_factor
-from cablestudy.study.columns import find
+from cablestudy.study.all_columns import find, why_not
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def variable(name, study, option):
     if name in study.varied:
         quantity = quantity_of(name)
         return Variable(name, quantity and quantity.unit, is_varied=True)
-    if "." in name:
+    if "." in name and not _is_column(name, study):
         near = get_close_matches(name, study.varied, 1)
         listed = f"did you mean {near[0]}?" if near else f"varied: {', '.join(study.varied) or 'nothing'}"
         raise ValueError(f"the study does not vary {name!r} ({listed})")
@@ -69,3 +69,11 @@ def variable(name, study, option):
     if column.name != "status" and not {column.name, column.header}.intersection(study.columns):
         study.ask(column.name, option)
     return Variable(column.header, column.unit, is_text=column.name == "status")
+
+
+def _is_column(name, study):
+    """Whether a name with a dot is a column of the study's suspension."""
+    try:
+        return not why_not(study.case(0)[1], find(name))
+    except ValueError:
+        return False

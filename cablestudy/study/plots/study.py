@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
-from cablestudy.study.columns import find
+from cablestudy.study.all_columns import find
 from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
 from cablestudy.study.prepare import SHOWN_BY, beside
 from cablestudy.study.table import short

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.suspension import Tensions
-from cablestudy.study.columns import ROUNDING
+from cablestudy.study.columns import ROUNDING, stress_of
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.numbers import numbers_of, topology_of
 from cablestudy.system import lengths, statics
@@ -15,6 +15,7 @@ from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.descent import REASONS
 from cablestudy.system.suspension import Equilibrium
 
+STIFFNESS_ROUNDING = 1e-13  # of an entry over the geometric mean of those on the diagonal
 MOST_MODES = 400  # that are searched for the K-th mode of a body
 FIRST = 12  # modes computed at first for all up to a frequency
 MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
@@ -37,6 +38,16 @@ class CableResults:
     def statics(self):
         """`ClosedStatics`, fields of shape (c,)."""
         return ClosedStatics(self.catenary)
+
+    @property
+    def mass(self):
+        """Of each cable, shape (c,). [kg]"""
+        return self.span.mass * self.span.unstretched_length
+
+    @property
+    def utilisation(self):
+        """Largest stress over strength of each cable, shape (c,), not a number without a strength. [-]"""
+        return stress_of(self) / self.given("cable.strength")
 
     def given(self, path):
         """A number that each cable states, shape (c,), not a number where it states none."""
@@ -92,6 +103,37 @@ class SuspensionCase:
         """`CableResults`."""
         return CableResults(self.scene, self.equilibrium.catenary)
 
+    def cable(self, name):
+        """Place of a cable among all."""
+        return self.equilibrium.suspension.cable_names.index(name)
+
+    def body(self, name):
+        """Place of a body or free point among all."""
+        return self.equilibrium.suspension.body_names.index(name)
+
+    @cached_property
+    def size_of_scene(self):
+        """Longest chord. [m]"""
+        return float(self.equilibrium.catenary.span.chord.max())
+
+    def body_stiffness(self, name):
+        """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""
+        matrix = self.equilibrium.body_stiffness[self.body(name)]
+        size = np.sqrt(np.abs(np.diagonal(matrix)))
+        return np.where(np.abs(matrix) > STIFFNESS_ROUNDING * np.outer(size, size), matrix, 0.0)
+
+    def frequency(self, number):
+        """Frequency of a mode by its number (from 1) [Hz], and its estimated relative error.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        modes = self.modes(number)
+        if len(modes) < number:
+            raise NoSolutionError(f"the model has {len(modes)} modes, not {number}")
+        return modes.frequency[number - 1], modes.error[number - 1]
+
     def statics_error(self, column):
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
         return 0.0 if column.needs == "scene" else max(ROUNDING, float(self.equilibrium.record.correction))
@@ -144,7 +186,7 @@ class SuspensionCase:
         NoSolutionError
             There is no such mode among the lowest MOST_MODES.
         """
-        place = self.equilibrium.suspension.body_names.index(body)
+        place = self.body(body)
         count = number + MORE
         while True:
             modes = self.modes(count)

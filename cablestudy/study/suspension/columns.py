@@ -1,7 +1,7 @@
-"""Columns of suspensions: numbers of a body, a point or a cable by its name, and of the whole.
+"""Columns of suspensions: numbers of a body, a free point or a cable by its name, and of the whole.
 
-`gondola.x`, `n1.max_tension`: the name of a body, a free point or a cable, a dot, and a quantity. Functions take a
-`SuspensionCase` and return a number.
+`gondola.x`, `n1.max_tension`: a name, a dot and a quantity. Functions take a `SuspensionCase` and return a number, or a
+number and its estimated relative error.
 """
 
 import re
@@ -18,22 +18,23 @@ from cablestudy.system.suspension import AXES
 OF_CABLES = tuple(
     column
     for column in COLUMNS
-    if column.needs in ("scene", "statics")
-    and column.key in ("", "cable.strength")
-    and column.name not in ("inclination", "rise", "iterations")
+    if column.needs in ("scene", "statics") and column.key in ("", "cable.strength") and column.name != "iterations"
 )
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
-MODE = re.compile(r"frequency_([1-9]\d{0,3})(_Hz)?")
-STIFFNESS = re.compile(r"stiffness_(r?[xyz])(r?[xyz])(_\w+)?")
+MODE = re.compile(r"((?:[^.]+\.)?)frequency_([1-9]\d{0,3})(?:_Hz)?")
+STIFFNESS = re.compile(r"([^.]+)\.stiffness_(r?[xyz])(r?[xyz])(?:_\w+)?")
+ROUNDING = 1e-13  # of a coordinate over the size of the suspension, and of a stiffness: what is less is shown as zero
+
+
+# ------------------------------------------------------------------------------------------------- of one cable
 
 
 def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
-        place = list(case.scene.cables).index(name)
-        return np.broadcast_to(column.compute(case.cables), (len(case.scene.cables),))[place]
+        return np.broadcast_to(column.compute(case.cables), (len(case.scene.cables),))[case.cable(name)]
 
     key = f"cables.{name}.strength" if column.key else ""
     return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
@@ -41,7 +42,7 @@ def _of_cable(column, name):
 
 def _end_tension(name, end, word):
     def compute(case):
-        return np.linalg.norm(case.equilibrium.end_forces[list(case.scene.cables).index(name), end])
+        return np.linalg.norm(case.equilibrium.end_forces[case.cable(name), end])
 
     return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
 
@@ -52,20 +53,21 @@ def cable_columns(name):
     return [*(_of_cable(column, name) for column in OF_CABLES), *ends]
 
 
-def _place(case, name):
-    return case.equilibrium.suspension.body_names.index(name)
+# ----------------------------------------------------------------------------------------- of a body or a free point
 
 
 def _coordinate(name, axis):
     def compute(case):
-        return case.equilibrium.position[_place(case, name), axis]
+        value = case.equilibrium.position[case.body(name), axis]
+        return value if abs(value) > ROUNDING * case.size_of_scene else 0.0
 
     return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
 
 
 def _angle(name, axis):
     def compute(case):
-        return np.degrees(to_angles(case.equilibrium.rotation[_place(case, name)])[axis])
+        value = np.degrees(to_angles(case.equilibrium.rotation[case.body(name)])[axis])
+        return value if abs(value) > 360 * ROUNDING else 0.0
 
     meaning = "of its attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
     return Column(f"{name}.{ANGLES[axis]}", "deg", meaning, "statics", compute)
@@ -73,14 +75,17 @@ def _angle(name, axis):
 
 def _mass(name):
     def compute(case):
-        return case.scene.bodies[name].mass if name in case.scene.bodies else case.scene.points[name].mass
+        scene = case.scene
+        return scene.bodies[name].mass if name in scene.bodies else scene.points[name].mass
 
     return Column(f"{name}.mass", "kg", "mass", "scene", compute)
 
 
 def _stiffness(name, row, column):
+    place = AXES.index(row), AXES.index(column)
+
     def compute(case):
-        return case.equilibrium.body_stiffness[_place(case, name), AXES.index(row), AXES.index(column)]
+        return case.body_stiffness(name)[place]
 
     unit = UNITS[len(row) == 2, len(column) == 2]
     meaning = f"force or moment {row} per movement {column} of its reference point, all loads counted"
@@ -96,14 +101,6 @@ def _body_frequency(name, number):
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
-def _frequency(number):
-    def compute(case):
-        modes = case.modes(number)
-        return modes.frequency[number - 1], modes.error[number - 1]
-
-    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", compute, mode=(number,))
-
-
 def point_columns(name):
     """The columns of a free point: list of Column."""
     return [*(_coordinate(name, axis) for axis in range(3)), _mass(name)]
@@ -114,38 +111,45 @@ def body_columns(name):
     return [*(_coordinate(name, axis) for axis in range(3)), *(_angle(name, axis) for axis in range(3)), _mass(name)]
 
 
+# --------------------------------------------------------------------------------------------------- of the whole
+
+
+def _frequency(number):
+    def compute(case):
+        return case.frequency(number)
+
+    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", compute, mode=(number,))
+
+
 WHOLE = (
     Column("min_tension", "N", "smallest tension in any cable", "statics",
            lambda c: c.cables.statics.min_tension.min()),
     Column("max_tension", "N", "largest tension in any cable", "statics",
            lambda c: c.cables.statics.max_tension.max()),
     Column("max_utilisation", "", "largest stress over strength of any cable", "statics",
-           lambda c: np.nanmax(_utilisation(c)), "cables.*.strength"),
-    Column("cable_mass", "kg", "mass of all cables", "statics",
-           lambda c: (c.cables.span.mass * c.cables.span.unstretched_length).sum()),
+           lambda c: np.max(c.cables.utilisation, initial=-np.inf, where=~np.isnan(c.cables.utilisation)),
+           "cables.*.strength"),
+    Column("cable_mass", "kg", "mass of all cables", "statics", lambda c: c.cables.mass.sum()),
     *(column for column in COLUMNS if column.needs == "run"),
 )  # fmt: skip
 
 
-def _utilisation(case):
-    stress = case.cables.statics.max_tension / case.cables.given("cable.section_area")
-    return stress / case.cables.given("cable.strength")
+# ------------------------------------------------------------------------------------------------------- by name
 
 
 def families():
     """Columns that stand for many, with words in capitals for names and numbers, for lists: list of Column."""
-    columns = [*body_columns("BODY"), *point_columns("POINT")[:3], *cable_columns("CABLE")]
-    numbered = [_body_frequency("BODY", 1), _frequency(1)]
-    columns += [replace(column, name=column.name[:-1] + "K") for column in numbered]
-    return [*columns, *(_stiffness("BODY", axis, axis) for axis in AXES), *WHOLE]
+    numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
+    stiffness = [_stiffness("BODY", axis, axis) for axis in AXES]
+    whole = [column for column in WHOLE if column.needs != "run"]
+    return [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered, *whole]
 
 
-def find(scene, name):
-    """The column of a name in a suspension, with or without its unit.
+def find(name):
+    """The column of a name, with or without its unit, whatever the suspension.
 
     Parameters
     ----------
-    scene : SuspensionScene
     name : str
 
     Returns
@@ -157,39 +161,53 @@ def find(scene, name):
     ValueError
         No such column; the message suggests one.
     """
-    owner, dot, quantity = name.partition(".")
-    if not dot:
-        if match := MODE.fullmatch(name):
-            return _frequency(_number(name, match))
-        return _among(WHOLE, name, "a suspension has columns such as BODY.x, CABLE.max_tension and frequency_1")
-    junctions = [point for point, table in scene.points.items() if table.free]
-    if owner in scene.cables:
-        return _among(cable_columns(owner), name)
-    if owner in junctions:
-        return _among(point_columns(owner), name)
-    if owner in scene.bodies:
-        if match := MODE.fullmatch(quantity):
-            return _body_frequency(owner, _number(name, match))
-        if match := STIFFNESS.fullmatch(quantity):
-            column = _stiffness(owner, match[1], match[2])
-            if name in (column.name, column.header):
-                return column
-        return _among(body_columns(owner), name)
-    known = [*scene.bodies, *junctions, *scene.cables]
-    if owner in scene.points:
-        raise ValueError(f"unknown column {name!r}: {owner} is a fixed point")
-    raise ValueError(f"unknown column {name!r}: no body, free point or cable {owner} ({suggestion(owner, known)})")
-
-
-def _number(name, match):
-    if int(match[1]) > MAX_MODE_NUMBER:
+    if match := MODE.fullmatch(name):
+        owner, number = match[1][:-1], int(match[2])
+        if number <= MAX_MODE_NUMBER:
+            return _body_frequency(owner, number) if owner else _frequency(number)
         raise ValueError(f"unknown column {name!r} (frequency_K: K is a whole number from 1 to {MAX_MODE_NUMBER})")
-    return int(match[1])
-
-
-def _among(columns, name, advice=""):
-    for column in columns:
+    known = WHOLE
+    if "." in name:
+        owner = name.partition(".")[0]
+        match = STIFFNESS.fullmatch(name)
+        stiffness = [_stiffness(owner, match[2], match[3])] if match else []
+        known = [*stiffness, *body_columns(owner), *cable_columns(owner)]
+    for column in known:
         if name in (column.name, column.header):
             return column
-    hint = suggestion(name, [column.name for column in columns])
-    raise ValueError(f"unknown column {name!r} ({hint}{'; ' + advice if advice else ''})")
+    hint = suggestion(name, [column.name for column in known])
+    raise ValueError(f"unknown column of a suspension {name!r} ({hint})")
+
+
+def why_not(scene, column):
+    """Why a suspension cannot have a column, or an empty text.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    column : Column
+    """
+    owner, dot, quantity = column.name.partition(".")
+    if not dot:
+        if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
+            return "max_utilisation needs the strength of a cable, which the scene does not have"
+        known = MODE.fullmatch(column.name) or any(column.name == other.name for other in WHOLE)
+        return (
+            "" if known else f"{column.name} is a column of a single cable: of one of these it is CABLE.{column.name}"
+        )
+    junctions = [name for name, point in scene.points.items() if point.free]
+    if owner in scene.points and owner not in junctions:
+        return f"{owner} is a fixed point, which has no columns"
+    if owner in scene.cables:
+        if column.key and scene.cables[owner].strength is None:
+            return f"{column.name} needs the key {column.key}, which the scene does not have"
+        kinds = cable_columns(owner)
+    elif owner in junctions:
+        kinds = point_columns(owner)
+    elif owner in scene.bodies:
+        kinds = body_columns(owner)
+        kinds += [column] if quantity.startswith(("stiffness_", "frequency_")) else []
+    else:
+        return f"no body, free point or cable {owner} ({suggestion(owner, [*scene.bodies, *junctions, *scene.cables])})"
+    names = [other.name for other in kinds]
+    return "" if column.name in names else f"{owner} has no column {quantity} ({suggestion(column.name, names)})"

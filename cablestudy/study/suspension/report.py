@@ -59,8 +59,8 @@ def _stiffness_table(case):
     fields = [Field(axis, axis) for axis in ("body", "row", *AXES)]
     rows = [
         {"body": name, "row": axis, **dict(zip(AXES, map(float, line), strict=True))}
-        for name, matrix in zip(suspension.body_names, case.equilibrium.body_stiffness, strict=False)
-        for axis, line in zip(AXES, matrix, strict=True)
+        for name in suspension.body_names[: suspension.bodies]
+        for axis, line in zip(AXES, case.body_stiffness(name), strict=True)
     ]
     return Table(tuple(fields), rows)
 

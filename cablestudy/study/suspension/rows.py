@@ -9,8 +9,10 @@ from cablestudy.study.closed_form import status_of
 from cablestudy.study.columns import ROUNDING, not_finite
 from cablestudy.study.row import Row
 from cablestudy.study.suspension.case import SuspensionCase, equilibria
+from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.notes import notes_of
 
+OF_THE_WHOLE = {column.name: column for column in WHOLE}
 AT_ONCE = 200  # cases whose equilibria are solved together: bounds the memory
 
 
@@ -29,6 +31,7 @@ def evaluate_suspensions(scenes, columns, explain=False):
     list of Row
         Where a column cannot be had its cell is empty, and the status says why.
     """
+    columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
     rows, needed = [], any(column.needs in ("statics", "stiffness", "modes") for column in columns)
     for first in range(0, len(scenes), AT_ONCE):
         some = scenes[first : first + AT_ONCE]

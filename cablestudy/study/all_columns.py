@@ -1,0 +1,24 @@
+"""Columns by name, of one cable and of suspensions, and why a scene cannot have one."""
+
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study import columns as of_one_cable
+from cablestudy.study.suspension import columns as of_suspensions
+
+OF_SUSPENSIONS = {c.name for c in of_suspensions.WHOLE} - {c.name for c in of_one_cable.COLUMNS}
+
+
+def find(name):
+    """The column of a name, with or without its unit; ValueError with a suggestion where there is none."""
+    if "." in name or name.startswith("frequency_") or any(name.startswith(known) for known in OF_SUSPENSIONS):
+        return of_suspensions.find(name)
+    return of_one_cable.find(name)
+
+
+def why_not(scene, column):
+    """Why a scene cannot have a column, or an empty text."""
+    if isinstance(scene, SuspensionScene):
+        return of_suspensions.why_not(scene, column)
+    if "." in column.name or column.name in OF_SUSPENSIONS or of_suspensions.MODE.fullmatch(column.name):
+        return f"{column.name} is a column of suspensions"
+    key = of_one_cable.lacks(scene, column)
+    return f"{column.name} needs the key {key}, which the scene does not have" if key else ""

@@ -1,0 +1,46 @@
+"""Rows of the cases of a study, of one cable or of a suspension."""
+
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.closed_form import evaluate_table
+from cablestudy.study.columns import ROUNDING
+from cablestudy.study.row import evaluate_cases
+from cablestudy.study.suspension.rows import evaluate_suspensions
+
+
+def is_suspension(tables):
+    """Whether the cases of some tables are suspensions."""
+    return any(isinstance(table.scene, SuspensionScene) for table in tables)
+
+
+def evaluate_tables(tables, columns, explain=False):
+    """Compute the columns of many cases of a study: closed forms by arrays, everything else case by case.
+
+    Parameters
+    ----------
+    tables : list of CaseTable
+    columns : sequence of Column
+    explain : bool
+        Whether notes are wanted, and with them the errors of fixed elements.
+
+    Returns
+    -------
+    dict
+        Case -> list of numbers in the order of the columns but `status`, None where one cannot be had; status; dict of
+        header -> estimated relative error where it exceeds ROUNDING or, None, is not known; notes.
+    """
+    headers = [column.header for column in columns if column.name != "status"]
+    found, scenes = {}, {}
+    for table in tables:
+        cases = table.cases.tolist()
+        alone = explain or len(cases) == 1 or is_suspension(tables)
+        closed = None if alone else evaluate_table(table, columns)
+        if closed is None:
+            scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
+        else:
+            found.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
+    evaluate = evaluate_suspensions if is_suspension(tables) else evaluate_cases
+    for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain), strict=True):
+        errors = {name: error for name, error in row.errors.items() if error is None or error > ROUNDING}
+        numbers = [row.cells[header] for header in headers]
+        found[case] = numbers, row.cells["status"], errors, row.notes if explain else ()
+    return found
