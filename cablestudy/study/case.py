@@ -248,8 +248,8 @@ class Case:
         return found, errors
 
     def participation(self, modes):
-        """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.driven`. [N/(m sqrt(kg))]"""
-        return modes.driven @ self.frame[:, 0]
+        """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.participation`. [N/(m sqrt(kg))]"""
+        return modes.participation @ self.frame[:, 0]
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.study.refinement import relative
+from cablestudy.study.columns import relative
 
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord

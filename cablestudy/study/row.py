@@ -7,10 +7,9 @@ from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form, evaluate_table, status_of
-from cablestudy.study.column_requirements import ColumnRequirements
-from cablestudy.study.columns import ROUNDING, broken, value
-from cablestudy.study.refinement import SETTINGS, Search, needs_of, reference_scene, refine, relative
+from cablestudy.study.closed_form import ColumnRequirements, closed_form, evaluate_table, status_of
+from cablestudy.study.columns import ROUNDING, broken, relative, value
+from cablestudy.study.refinement import SETTINGS, Search, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 

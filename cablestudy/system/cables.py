@@ -22,7 +22,8 @@ from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import basis, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.superelement import Damping, Ends, Strain, Superelement
+from cablestudy.system.ends import Ends
+from cablestudy.system.superelement import Damping, Strain, Superelement
 
 MAX_MODES = 600  # of one cable
 HIGHEST_ORDER = 44
