@@ -349,6 +349,9 @@ def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
     Record
     """
     cases = len(state.length)
+    if not suspension.free.any():
+        zero = np.zeros(cases)
+        return state, Record(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
     final, count = copied(state), np.zeros(cases, dtype=int)
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     active, part, point = np.arange(cases), suspension, evaluate(suspension, state)

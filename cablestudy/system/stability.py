@@ -24,7 +24,7 @@ class Stability:
     Attributes
     ----------
     least : ndarray, shape (...)
-        Least eigenvalue of the scaled stiffness. [-]
+        Least eigenvalue of the scaled stiffness; infinite where nothing is free. [-]
     verdict : ndarray of int, shape (...)
         STABLE, MECHANISM (a motion that nothing holds) or UNSTABLE (a motion that runs away).
     motion : ndarray, shape (..., b, 6)
@@ -68,6 +68,10 @@ def judge(equilibrium):
     Stability
     """
     suspension, blocks = equilibrium.suspension, equilibrium.blocks
+    if not suspension.free.any():
+        shape = blocks.matrices.shape[:-3]
+        motion = np.zeros((*shape, *suspension.free.shape))
+        return Stability(np.full(shape, np.inf), np.full(shape, STABLE), motion, suspension.body_names)
     sizes = tangent.magnitudes(blocks, suspension)
     scales = np.sqrt(np.where(sizes > 0, sizes, 1.0))
     if scales.shape[-1] <= tangent.DENSE:

@@ -1,0 +1,310 @@
+"""Where bodies and junctions come to rest (`system/statics.py`): closed forms, invariances, bad starts, extremes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from suspensions import body, cable, point, sagging, suspension, trifilar, with_values
+
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.span import Span
+from cablestudy.errors import NoSolutionError
+from cablestudy.system import statics
+from cablestudy.system.rigid import from_angles, to_angles
+from cablestudy.system.stability import MECHANISM, STABLE, UNSTABLE
+
+
+def rest(scene):
+    """Its equilibrium, which is stable and in which the forces balance: summed up here once more."""
+    found = statics.pose(scene)
+    assert found.record.converged.all()
+    assert found.stability.stable.all()
+    return found
+
+
+def net_force(found, body_index):
+    """Sum of the forces of cables, weight and dead force on one body."""
+    own = found.suspension
+    on = own.owner == body_index
+    weight = np.array([0, 0, -own.mass[body_index] * own.gravity])
+    return found.end_forces[on].sum(axis=0) + weight + own.force[body_index]
+
+
+def node(start):
+    """A node between two cables that another program throws away with a force of 1.5e7 N."""
+    lines = [cable((x, 0, 2.0), "node", 1e8, 0.14, value=2.4) for x in (-2.0, 2.0)]
+    return suspension([], lines, [point("node", start, 2.0)])
+
+
+@pytest.mark.parametrize("start", [(0, 0, 1), (0, 0, 2.5), (0.5, 0.3, -3), (-2, 0, 2), (40, -30, 60)])
+def test_a_node_from_bad_starts(start):
+    """Each half of the symmetric form is one cable whose end carries half the node: a scalar equation in the depth."""
+    found = rest(node(start))
+
+    def lift(z):
+        half = solve(Span.between([-2, 0, 2], [0, 0, z], 1e8, 0.14, 9.81, 2.4))
+        return half.end_forces("global")[1, 2] - 9.81
+
+    depth = brentq(lift, 0.6, 0.75, xtol=1e-14)
+    assert depth == pytest.approx(0.6765305, abs=5e-8)
+    np.testing.assert_allclose(found.position[0], [0, 0, depth], atol=1e-9)
+
+
+def test_a_plumb_line():
+    """A weight on one cable: stretched by its own weight and by the load, in closed form."""
+    length, ea, mu, mass = 30.0, 1e4, 0.2, 5.0
+    found = rest(suspension([], [cable((0, 0, 0), "bob", ea, mu, value=length)], [point("bob", (3, 2, -10), mass)]))
+    stretch = (mass * 9.81 + mu * length * 9.81 / 2) * length / ea
+    np.testing.assert_allclose(found.position[0], [0, 0, -length - stretch], atol=1e-9)
+
+
+def test_trifilar_pendulum_at_its_place():
+    """The lengths are those of the closed form: the body stays where it is, each cable with a third of the weight."""
+    found = rest(trifilar())
+    np.testing.assert_allclose(found.position[0], 0, atol=1e-7)
+    np.testing.assert_allclose(to_angles(found.rotation[0]), 0, atol=1e-7)
+    np.testing.assert_allclose(found.catenary.mean_tension, 50 * 9.81 / 3, rtol=1e-7)
+
+
+def test_a_twisted_trifilar_pendulum():
+    """A moment about the vertical: m g r^2 sin(angle)/height of the twisted cables (rigid, Routh)."""
+    radius, height, angle = 0.8, 20.0, 0.7
+    drop = np.sqrt(height**2 - (2 * radius * np.sin(angle / 2)) ** 2)
+    moment = 50 * 9.81 * radius**2 * np.sin(angle) / drop
+    found = rest(trifilar(radius=radius, height=height, stiffness=1e11, line=0.0, moment=(0, 0, moment)))
+    np.testing.assert_allclose(to_angles(found.rotation[0]), [0, 0, angle], atol=1e-7)
+    assert found.position[0, 2] == pytest.approx(height - drop, abs=1e-6)
+
+
+def test_forces_balance():
+    found = rest(sagging())
+    for index in range(4):
+        np.testing.assert_allclose(net_force(found, index), 0, atol=1e-7)
+
+
+def test_turned_and_moved():
+    """The whole scene turned about the vertical and moved: the equilibrium turns and moves with it."""
+    one = sagging()
+    turn, shift = from_angles(np.array([0, 0, 0.9])), np.array([120.0, -40.0, 7.0])
+    fixed = (one.owner == -1)[..., None]
+    place = np.where(fixed, one.place @ turn.T + shift, one.place)
+    junctions = np.arange(4) >= 2
+    rotation = np.where(junctions[:, None, None], one.rotation, turn @ one.rotation)
+    other = replace(
+        one, position=one.position @ turn.T + shift, rotation=rotation, force=one.force @ turn.T, place=place
+    )
+    first, second = rest(one), rest(other)
+    np.testing.assert_allclose(second.position, first.position @ turn.T + shift, atol=1e-8)
+    np.testing.assert_allclose(second.rotation[:2], turn @ first.rotation[:2], atol=1e-8)
+    np.testing.assert_allclose(second.catenary.mean_tension, first.catenary.mean_tension, rtol=1e-8)
+
+
+def test_two_cables_side_by_side_are_one_of_twice_the_area():
+    one = sagging()
+    twice = [*range(10), 4]
+    double = replace(
+        one, owner=one.owner[twice], place=one.place[twice], value=one.value[twice],
+        axial_stiffness=one.axial_stiffness[twice], cable_mass=one.cable_mass[twice],
+        given=one.given + ("unstretched_length",), cable_names=(*one.cable_names, "again"), force_density=None,
+    )  # fmt: skip
+    factor = np.where(np.arange(10) == 4, 2.0, 1.0)
+    thick = replace(one, axial_stiffness=one.axial_stiffness * factor, cable_mass=one.cable_mass * factor)
+    first, second = rest(double), rest(thick)
+    np.testing.assert_allclose(first.position, second.position, atol=1e-9)
+    assert first.catenary.mean_tension[4] == pytest.approx(second.catenary.mean_tension[4] / 2, rel=1e-8)
+
+
+@pytest.mark.parametrize("strain", [2e-3, -0.05])
+def test_a_cable_cut_in_two_at_a_junction(strain):
+    """The junction lies on the catenary of the whole cable, at the same share of its length."""
+    end, share = np.array([30.0, 10.0, 4.0]), 0.3
+    chord = np.linalg.norm(end)
+    length = chord / (1 + strain)
+    lines = [
+        cable((0, 0, 0), "cut", 1e5, 0.5, value=share * length),
+        cable("cut", tuple(end), 1e5, 0.5, value=(1 - share) * length),
+    ]
+    found = rest(suspension([], lines, [point("cut", (10, 0, 5))]))
+    whole = solve(Span.between(np.zeros(3), end, 1e5, 0.5, 9.81, length))
+    displacement, _ = whole.at(np.array([share]))
+    along = (1 + whole.span.chord_strain) * share * np.array([1.0, 0, 0]) + displacement[0]
+    np.testing.assert_allclose(found.position[0], length * along @ whole.span.frame, atol=1e-8)
+    assert found.end_forces[1, 1] == pytest.approx(whole.end_forces("global")[1], rel=1e-8)
+
+
+def test_a_held_body_leaves_each_cable_alone():
+    one = sagging()
+    held = replace(one, free=np.zeros_like(one.free))
+    found = statics.pose(held)
+    ends = one.ends(one.position, one.rotation)
+    for i in range(10):
+        alone = solve(Span.between(*ends[i], one.axial_stiffness[i], one.cable_mass[i], 9.81, one.value[i]))
+        np.testing.assert_allclose(found.end_forces[i], alone.end_forces("global"), rtol=1e-8)
+
+
+def test_held_degrees_of_freedom_stay():
+    one = sagging()
+    free = one.free.copy()
+    free[0, [0, 5]] = False
+    found = rest(replace(one, free=free))
+    assert found.position[0, 0] == one.position[0, 0]
+    assert net_force(found, 0)[1:] == pytest.approx([0, 0], abs=1e-7)
+    assert abs(net_force(found, 0)[0]) > 1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_bad_starts_end_in_the_same_place(seed):
+    """Junctions alone: the energy is convex, and its minimum one and the same from any start."""
+    rng = np.random.default_rng(seed)
+    names = ["p", "q", "r"]
+    anchors = rng.normal(size=(6, 3)) * 20 + [0, 0, 20]
+    pairs = [(tuple(anchors[i]), names[i % 3]) for i in range(6)] + [("p", "q"), ("q", "r")]
+    starts = rng.normal(size=(2, 3, 3)) * [[[3.0]], [[200.0]]]
+    lines = [cable(*pair, 10 ** rng.uniform(3, 9), 0.1, value=rng.uniform(15, 40)) for pair in pairs]
+    places = [rest(suspension([], lines, [point(n, a, 3.0) for n, a in zip(names, s, strict=True)])) for s in starts]
+    np.testing.assert_allclose(places[0].position, places[1].position, atol=1e-7)
+
+
+def test_cases_of_a_batch():
+    """Anchors, masses, lengths and starts that differ: each case as alone."""
+    one, rng = sagging(), np.random.default_rng(5)
+    cases = [
+        replace(one, mass=one.mass * rng.uniform(0.5, 2, 4), value=one.value * rng.uniform(0.99, 1.05, 10),
+                position=one.position + rng.normal(size=(4, 3)))
+        for _ in range(5)
+    ]  # fmt: skip
+    arrays = {name: np.stack([getattr(case, name) for case in cases]) for name in ("mass", "value", "position")}
+    together = statics.pose(replace(one, **arrays))
+    assert together.position.shape == (5, 4, 3)
+    for i, case in enumerate(cases):
+        alone = statics.pose(case)
+        np.testing.assert_array_equal(together.position[i], alone.position)
+        np.testing.assert_array_equal(together.catenary.mean_tension[i], alone.catenary.mean_tension)
+
+
+def test_a_bad_case_does_not_stop_the_others():
+    """No lengths give this preload to a plumb line: the tension of the others is found."""
+    lines = [cable((0, 0, 10), "bob", 1e5, 0.01, given="preload", value=1.0)]
+    one = suspension([], lines, [point("bob", (0, 0, 0), 2.0)])
+    hung = (2 + 0.05) * 9.81
+    found = statics.pose(replace(one, value=np.array([[500.0]]), mass=np.array([[2.0], [2.0]])))
+    assert not found.record.converged.any()
+    pair = suspension(
+        [], [cable((x, 0, 10), "bob", 1e5, 0.01, given="preload", value=1.0) for x in (-4, 4)],
+        [point("bob", (0, 0, 8), 2.0)],
+    )  # fmt: skip
+    found = statics.pose(replace(pair, value=np.array([[40.0, 40.0], [hung / 4, hung / 4]])))
+    assert found.record.converged.tolist() == [True, False]
+    np.testing.assert_allclose(found.catenary.mean_tension[0], 40, rtol=1e-10)
+
+
+@pytest.mark.parametrize("kind", ["preload", "sag", "tension_to"])
+def test_stated_quantities_come_back(kind):
+    """Whatever the cables of an equilibrium have: with all of it stated, the lengths are found again."""
+    first = rest(sagging())
+    stated = {
+        "preload": first.catenary.mean_tension, "sag": first.catenary.sag,
+        "tension_to": np.linalg.norm(first.end_forces[:, 1], axis=-1),
+    }[kind]  # fmt: skip
+    own = first.suspension
+    some = [0, 3, 4, 7]  # six of the ten keep their lengths
+    given = tuple(kind if i in some else "unstretched_length" for i in range(10))
+    second = statics.pose(replace(own, given=given, value=np.where(np.isin(range(10), some), stated, own.value)))
+    assert second.record.converged
+    np.testing.assert_allclose(second.position, first.position, atol=1e-7)
+    np.testing.assert_allclose(second.lengths, first.lengths, rtol=1e-8)
+
+
+def test_three_stated_tensions_at_one_point():
+    """Weightless cables to a free point that pull with 3, 4 and 5 N in a plane: right angle between 3 and 4."""
+    angles = np.deg2rad([20, 110, 250])
+    lines = [
+        cable((50 * np.cos(a), 50 * np.sin(a), 0), "p", 1e5, given="preload", value=t)
+        for a, t in zip(angles, (3.0, 4.0, 5.0), strict=True)
+    ]
+    found = statics.pose(suspension([], lines, [point("p", (1, 2, 0))], gravity=0.0))
+    assert found.record.converged
+    pull = found.end_forces[:, 1]
+    np.testing.assert_allclose(np.linalg.norm(pull, axis=-1), [3, 4, 5], rtol=1e-9)
+    assert pull[0] @ pull[1] == pytest.approx(0, abs=1e-8)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6, 1e10])
+def test_from_rubber_to_steel(ratio):
+    """EA over tension from 1 to 1e10: a statically determinate tripod keeps all digits of its tensions."""
+    anchors = np.array([[5.0, 0, 8], [-3, 4, 8], [-2, -5, 8]])
+    weight = 70 * 9.81
+    lengths = np.linalg.norm(anchors, axis=-1) * 0.95
+    lines = [cable(tuple(a), "p", weight * ratio, value=n) for a, n in zip(anchors, lengths, strict=True)]
+    found = rest(suspension([], lines, [point("p", (0.5, 0.2, -1), 70.0)]))
+    directions = anchors - found.position[0]
+    directions /= np.linalg.norm(directions, axis=-1)[:, None]
+    tension = np.linalg.solve(directions.T, [0, 0, weight])
+    np.testing.assert_allclose(found.catenary.mean_tension, tension, rtol=1e-9)
+
+
+@pytest.mark.parametrize("mass", [1e-3, 1.0, 1e9])
+def test_from_a_gram_to_a_million_tonnes(mass):
+    """A body on six cables of 0.5 kg/m and EA 1e7 N: forces and moments balance."""
+    rng = np.random.default_rng(7)
+    angles = np.pi / 3 * np.arange(6)
+    anchors = np.stack([20 * np.cos(angles), 20 * np.sin(angles), np.full(6, 15.0)], axis=-1)
+    places = anchors[[1, 1, 3, 3, 5, 5]] * [0.05, 0.05, 0]
+    lines = [
+        cable(tuple(a), ("b", tuple(p)), 1e7, 0.5, value=24.0 + rng.uniform(-0.2, 0.2))
+        for a, p in zip(anchors, places, strict=True)
+    ]
+    found = rest(suspension([body("b", (0, 0, 0), mass, center=(0, 0, -0.2))], lines))
+    load = mass * 9.81 + 6 * 0.5 * 24 * 9.81
+    np.testing.assert_allclose(net_force(found, 0), 0, atol=1e-9 * load)
+
+
+def test_gravity_zero():
+    """Cables that are too long for their anchors hold nothing; taut ones hold a junction where forces balance."""
+    lines = [cable((x, 0, 0), "p", 1e5, value=4.9) for x in (-5.0, 5.0)]
+    found = rest(suspension([], lines, [point("p", (1, 0.5, 0.2), 3.0)], gravity=0.0))
+    np.testing.assert_allclose(found.position[0], 0, atol=1e-9)
+    loose = statics.pose(with_values(found.suspension, "unstretched_length", [5.5, 5.5]))
+    assert loose.stability.verdict == MECHANISM
+
+
+def test_mechanisms_name_their_motion():
+    """A body on one cable turns about it; in one plane of weightless cables without load a point leaves the plane."""
+    hung = suspension(
+        [body("bell", (0, 0, -5), 3.0, center=(0, 0, -0.2))],
+        [cable((0, 0, 0), ("bell", (0, 0, 0)), 1e5, 0.1, value=5.0)],
+    )
+    found = statics.pose(hung)
+    assert found.record.converged
+    assert found.stability.verdict == MECHANISM
+    assert found.stability.reason() == "nothing holds bell yaw"
+
+
+def test_an_unstable_equilibrium_is_no_answer():
+    """Weight high above the attachments: the exact upright pose is an equilibrium that runs away."""
+    found = statics.pose(trifilar(below=-30.0, stiffness=1e5))
+    assert found.record.converged
+    assert found.stability.verdict == UNSTABLE
+    assert found.stability.reason().startswith("unstable: disk")
+    assert statics.pose(trifilar(below=0.4, stiffness=1e5)).stability.verdict == STABLE
+
+
+def test_what_nothing_holds_is_refused():
+    lines = [cable((0, 0, 0), "p", 1e5, value=1.0), cable("q", "r", 1e5, value=1.0)]
+    adrift = suspension([], lines, [point(name, (1, 1, 1), 1.0) for name in "pqr"])
+    with pytest.raises(NoSolutionError, match="nothing holds q: no cables lead from it to the ground"):
+        statics.pose(adrift)
+
+
+def test_a_cable_that_states_nothing_is_refused():
+    lines = [cable((0, 0, 0), "p", 1e5, given=None)]
+    with pytest.raises(NoSolutionError, match="c0: states none of unstretched_length, preload, sag, tension_to"):
+        statics.pose(suspension([], lines, [point("p", (1, 1, 1), 1.0)]))
+
+
+def test_ends_in_one_place():
+    """A cable that begins where its point starts: the search leaves that place."""
+    lines = [cable((0, 0, 0), "p", 1e5, 0.1, value=2.0), cable((3, 0, 0), "p", 1e5, 0.1, value=2.0)]
+    found = rest(suspension([], lines, [point("p", (0, 0, 0), 4.0)]))
+    assert found.position[0, 0] == pytest.approx(1.5, abs=1e-9)
