@@ -221,7 +221,8 @@ class Search:
 
     def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping)
+        names = equilibrium.suspension.cable_names
+        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping, names)
 
     def solve(self):
         """`CoupledModes`.
@@ -233,6 +234,8 @@ class Search:
         ConvergenceError
             The accuracy cannot be had.
         """
+        if not self.equilibrium.record.converged:
+            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
         if self._model is not None:
             limits = np.where(self.cables.heavy, np.inf, 0.0)
             models = Models(self.cables, fixed_meshes(self.cables, self._model), fixed=True)
