@@ -424,7 +424,7 @@ def damping_ratios(system, omega, shapes):
     poles, part = poles[above], np.abs(vectors[:modes, above]) ** 2
     mode, pole = _assigned((part / part.sum(axis=0))[:count])
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
-    ratio[mode] = -poles.real[pole] / np.abs(poles[pole])
+    ratio[mode] = np.maximum(-poles.real[pole], 0.0) / np.abs(poles[pole])  # what is below zero is rounding
     return ratio
 
 
