@@ -8,9 +8,10 @@ import scipy.linalg
 from references import bar_suspension, continuous_suspension
 from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
+from suspensions import sagging
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import coupled, linear
+from cablestudy.system import coupled, linear, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -138,6 +139,19 @@ def test_the_stated_error_holds_against_continuous_cables(options, accuracy):
         first, last = next(((a, b) for a, b in found.coincident if a <= mode + 1 <= b), (mode + 1, mode + 1))
         assert reference.below(found.frequency[mode] * (1 - off)) == first - 1
         assert reference.below(found.frequency[mode] * (1 + off)) == last
+
+
+def test_cables_between_bodies_and_junctions():
+    """Two bodies and two junctions, one of them without mass: dense bars, and continuous cables."""
+    state = statics.pose(sagging())
+    found = coupled_modes(state, 40, model=FixedModel(8))
+    assert found.frequency == pytest.approx(bar_suspension.dense(state, 8).modes()[0][:40], rel=1e-9)
+    found = coupled_modes(state, 12)
+    reference = continuous_suspension.Suspension(state, 4)
+    for mode in (0, 3, 7, 11):
+        off = 2 * found.error[mode] + 1e-10
+        assert reference.below(found.frequency[mode] * (1 - off)) == mode
+        assert reference.below(found.frequency[mode] * (1 + off)) == mode + 1
 
 
 def test_the_scene_may_be_turned_and_moved():
