@@ -290,6 +290,15 @@ def test_damping_ratios_are_those_of_the_poles(damping):
     assert np.sort(found.damping_ratio) == pytest.approx(np.sort(expected), rel=1e-3, abs=1e-7)
 
 
+def test_the_error_of_the_damping_ratio_is_stated():
+    state, damping = platform(), Damping("kelvin_voigt", time=1e-3)
+    found, exact = (coupled_modes(state, 12, accuracy, damping) for accuracy in (1e-4, 1e-9))
+    assert found.damping_error.max() < 1e-3
+    difference = np.abs(found.damping_ratio / exact.damping_ratio - 1)
+    assert (difference <= 2 * (found.damping_error + exact.damping_error) + 1e-9).all()
+    assert np.isnan(coupled_modes(state, 12, damping=Damping(ratio=0.01)).damping_error).all()
+
+
 def test_modes_that_damping_couples_share_it():
     """Two equal strings of different damping side by side, joined by a light body: neither keeps its own ratio."""
     anchors = [(0.0, 0.0, 10.0), (1.0, 0.0, 10.0)]
