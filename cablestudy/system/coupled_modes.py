@@ -164,8 +164,8 @@ class CoupledModes:
     def damping_error(self):
         """Estimated relative error of each damping ratio, shape (k,). [-]
 
-        The difference of two levels, the coarser one with fewer modes that damping may couple; not a number without two, and for modal damping, whose effect on a mode that moves
-        the ends of cables grows with the number of their modes.
+        The difference of two levels, the coarser one with fewer modes that damping may couple. Not a number without
+        two, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
         """
         cables = self.solution.models.cables
         modal = any(one.model == "modal" and one.ratio for one in cables.damping)
