@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
+from random_suspensions import wrong_modes
 from references import bar_suspension, continuous_suspension
 from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
@@ -373,3 +374,8 @@ def test_the_nodes_of_a_mode_meet_the_body():
         arm = places[cable, 1] - state.position[0]
         assert moved[-1] == pytest.approx(x[:3] + np.cross(x[3:], arm), abs=1e-12)
         assert moved[0] == pytest.approx(np.zeros(3), abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 10, 20, 24, 34])
+def test_stated_errors_hold_on_random_suspensions(seed):
+    assert wrong_modes(seed) == []
