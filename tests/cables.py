@@ -188,3 +188,19 @@ def full_stiffness(system):
     K = sum(tangent_stiffness(state)).toarray() * state.span.unstretched_length / state.force
     chosen = (3 * np.arange(state.mesh.nodes)[:, None] + np.array(system.axes)).ravel()
     return K[np.ix_(chosen, chosen)]
+
+
+def condensed_stiffness(model, s, c=0.0):
+    """(1 + c) K_E + K_G + s^2 M of all nodes of a `Dynamics`, condensed to both ends; chord axes, (6, 6). [N/m]"""
+    found = np.zeros((6, 6), dtype=complex)
+    for system in model.systems:
+        d, nodes = len(system.axes), system.state.mesh.nodes
+        chosen = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
+        elastic, geometric = (part.toarray()[np.ix_(chosen, chosen)] for part in tangent_stiffness(system.state))
+        inertia = system.full_mass().toarray() * float(model.mass * model.length)
+        whole = (1 + c) * elastic + geometric + s**2 * inertia
+        ends, inner = np.r_[0:d, len(whole) - d : len(whole)], slice(d, -d)
+        outside = np.linalg.solve(whole[inner, inner], whole[inner, ends])
+        places = [*system.axes, *(axis + 3 for axis in system.axes)]
+        found[np.ix_(places, places)] = whole[np.ix_(ends, ends)] - whole[ends, inner] @ outside
+    return found

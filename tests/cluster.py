@@ -10,13 +10,7 @@ from pathlib import Path
 
 
 class Cluster:
-    """A scheduler and its workers, each a process of its own.
-
-    Parameters
-    ----------
-    folder : Path
-        For the scheduler's file and what the workers write.
-    """
+    """A scheduler and its workers, each a process of its own; its file and what workers write are in a folder."""
 
     def __init__(self, folder):
         self._folder, self.file = Path(folder), Path(folder) / "scheduler.json"

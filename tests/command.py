@@ -52,9 +52,10 @@ def process(*arguments, **options):
 
 
 def start(*arguments):
-    """A sweep in a process of its own, left to run."""
+    """A sweep in a process of its own, the first of a group, left to run."""
     command = [sys.executable, "-m", "cablestudy", "sweep", *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+    return subprocess.Popen(command, **streams, text=True, start_new_session=True)
 
 
 def wait_for_rows(sweep, rows, path):

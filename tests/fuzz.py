@@ -20,6 +20,7 @@ import sys
 import tempfile
 import traceback
 from collections import Counter
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,8 +35,6 @@ LONGEST = 1000  # characters of a line on standard error
 SCENE_COMMANDS = (["static"], ["modes"], ["windrms"], ["ssm"])
 STUDY_COMMAND = ["sweep", "--no-write", "--jobs", "1"]
 FORMATS = ("md", "csv", "json", "jsonl")
-
-# ------------------------------------------------------------------------------------------------------ mutations
 
 EXTREME = ["0", "-1", "1", "1e308", "-1e308", "1e-308", "5e-324", "1e160", "1e-160", "1e303", "1e400", "1e30", "1e-30",
            "1e9", "1e-9", ".nan", ".inf", "-.inf", "nan", "inf", "0x10", "1_000", "١", "1e", "--1",
@@ -126,6 +125,11 @@ def pick_value(rng, top):
     return rng.choice(list(slots(top)))
 
 
+def maps(top):
+    """All mappings of a document."""
+    return [top, *(get(*slot) for slot in slots(top) if isinstance(get(*slot), Pairs))]
+
+
 def pick_pair(rng, top):
     return rng.choice([(node, index) for node, index in slots(top) if isinstance(node, Pairs)])
 
@@ -145,10 +149,8 @@ def rename(rng, top):
     key = node[index][0]
     place = rng.randrange(len(key) + 1)
     typo = key[:place] + rng.choice(["x", "_", " ", "é", "\u202e", "."]) + key[place:]
-    new = rng.choice(
-        [typo, key[:place] + key[place + 1 :], key.upper(), rng.choice(list(KNOWN)), Raw("<<"), Raw("? "), ""]
-    )
-    node[index] = [new, node[index][1]]
+    others = [typo, key[:place] + key[place + 1 :], key.upper(), rng.choice(list(KNOWN)), Raw("<<"), Raw("? "), ""]
+    node[index] = [rng.choice(others), node[index][1]]
 
 
 def retype(rng, top):
@@ -161,8 +163,7 @@ def numbers_of(top):
 
 def scale(rng, top):
     """Another number of the same kind."""
-    numbers = numbers_of(top)
-    if numbers:
+    if numbers := numbers_of(top):
         slot = rng.choice(numbers)
         number, unit = NUMBER.match(get(*slot)).groups()
         factor = 10 ** rng.choice([rng.uniform(-0.3, 0.3), rng.uniform(-3, 3), rng.uniform(-15, 15)])
@@ -171,8 +172,7 @@ def scale(rng, top):
 
 def magnify(rng, top):
     """An extreme number."""
-    numbers = numbers_of(top)
-    if numbers:
+    if numbers := numbers_of(top):
         slot = rng.choice(numbers)
         put(*slot, Raw(rng.choice(EXTREME) + NUMBER.match(get(*slot))[2]))
 
@@ -181,16 +181,14 @@ NUMBER = re.compile(r"([-+]?\d+\.?\d*(?:e[-+]?\d+)?)(.*)$")
 
 
 def reunit(rng, top):
-    numbers = numbers_of(top)
-    if numbers:
+    if numbers := numbers_of(top):
         slot = rng.choice(numbers)
         put(*slot, f"{NUMBER.match(get(*slot))[1]} {rng.choice(UNITS)}")
 
 
 def graft_in_place(rng, top):
     """A key of the document gets another of its known values."""
-    there = [(node, index) for node, index in slots(top) if isinstance(node, Pairs) and node[index][0] in KNOWN]
-    if there:
+    if there := [(node, k) for node, k in slots(top) if isinstance(node, Pairs) and node[k][0] in KNOWN]:
         node, index = rng.choice(there)
         node[index][1] = Raw(rng.choice(KNOWN[node[index][0]]))
 
@@ -198,8 +196,7 @@ def graft_in_place(rng, top):
 def graft(rng, top):
     """A known key anywhere."""
     key = rng.choice(list(KNOWN))
-    maps = [top, *(get(*slot) for slot in slots(top) if isinstance(get(*slot), Pairs))]
-    rng.choice(maps).append([key, Raw(rng.choice(KNOWN[key]))])
+    rng.choice(maps(top)).append([key, Raw(rng.choice(KNOWN[key]))])
 
 
 def transplant(rng, top):
@@ -221,11 +218,9 @@ def anchor(rng, top):
         bomb = "[" + ", ".join(f"&b{k} [{', '.join([f'*b{k - 1}'] * 9)}]" for k in range(1, 12)) + "]"
         put(node, index, Raw(bomb.replace("*b0", "1")))
     else:
-        merged = rng.choice(
-            ["3", "*a", "[1, 2]", "{gravity: 1}", "null", "[{a: 1}, {a: 2}]", "text", "{<<: {a: 1}}", text]
-        )
-        maps = [top, *(get(*slot) for slot in slots(top) if isinstance(get(*slot), Pairs))]
-        rng.choice(maps).insert(0, [Raw("<<"), Raw(merged)])
+        merged = ["3", "*a", "[1, 2]", "{gravity: 1}", "null", "[{a: 1}, {a: 2}]", "text", "{<<: {a: 1}}", text]
+        merged = rng.choice(merged)
+        rng.choice(maps(top)).insert(0, [Raw("<<"), Raw(merged)])
 
 
 def nest(rng, top):
@@ -238,9 +233,8 @@ def nest(rng, top):
 def lengthen(rng, top):
     node, index = pick_value(rng, top)
     size = rng.choice([1_000, 100_000])
-    text = rng.choice(
-        ["x" * size, "1" * size, "9.8 " + "m" * size, "[" + "1, " * size + "1]", '"' + "\\t" * size + '"']
-    )
+    texts = ["x" * size, "1" * size, "9.8 " + "m" * size, "[" + "1, " * size + "1]", '"' + "\\t" * size + '"']
+    text = rng.choice(texts)
     if isinstance(node, Pairs) and rng.random() < 0.3:
         node[index] = ["k" * size, node[index][1]]
     else:
@@ -310,24 +304,9 @@ def mutated(number):
     return data if mild or rng.random() < 0.8 else damage(rng, data), name not in scenes
 
 
-# ------------------------------------------------------------------------------------------------------ the runs
-
-
 @dataclass(frozen=True)
 class Run:
-    """How a command ended.
-
-    Attributes
-    ----------
-    arguments : list of str
-    code : int
-        Exit code; negative: the signal that ended it.
-    out, err : str
-    seconds : float
-        Processor time. [s]
-    memory : int
-        [bytes]
-    """
+    """How a command ended: exit code (negative: the signal that ended it), processor time [s], memory [bytes]."""
 
     arguments: list
     code: int
@@ -383,20 +362,18 @@ def faults(done):
     elif done.code not in (0, 2, 3) and not (announced and done.code == -signal.SIGXCPU):
         yield f"exit code {done.code}"
     yield from (f"warning: {line[-200:]}" for line in lines if "Warning: " in line)
-    if done.seconds > SECONDS and not announced:
-        yield f"{done.seconds:.0f} s"
-    if done.memory > BYTES:
-        yield f"{done.memory / BYTES:.1f} GB"
-    if done.code in (2, 3) and not lines:
-        yield f"exit code {done.code} without a message"
-    if max(map(len, lines), default=0) > LONGEST:
-        yield f"a message of {max(map(len, lines))} characters"
-    if re.search(r"[\x00-\x08\x0b-\x1f\x7f]", done.err):
-        yield "a control character in a message"
-    if done.code == 2 and done.out and done.arguments[0] != "validate":
-        yield "a table beside a refusal"
-    if re.search(r"\b(nan|inf|NaN|Infinity)\b", done.out):
-        yield "a number that is not finite"
+    longest = max(map(len, lines), default=0)
+    for wrong, what in (
+        (done.seconds > SECONDS and not announced, f"{done.seconds:.0f} s"),
+        (done.memory > BYTES, f"{done.memory / BYTES:.1f} GB"),
+        (done.code in (2, 3) and not lines, f"exit code {done.code} without a message"),
+        (longest > LONGEST, f"a message of {longest} characters"),
+        (re.search(r"[\x00-\x08\x0b-\x1f\x7f]", done.err), "a control character in a message"),
+        (done.code == 2 and done.out and done.arguments[0] != "validate", "a table beside a refusal"),
+        (re.search(r"\b(nan|inf|NaN|Infinity)\b", done.out), "a number that is not finite"),
+    ):
+        if wrong:
+            yield what
 
 
 def content(folder):
@@ -431,15 +408,10 @@ def examine(number, folder):
 def prepared(folder):
     """Copy configs/ to a folder, and run each command once so that everything is imported."""
     shutil.copytree(CONFIGS, folder, dirs_exist_ok=True)
-    sink, saved = open(os.devnull, "w"), sys.stdout  # noqa: SIM115
-    sys.stdout = sink
-    try:
-        for arguments in (*([*command, f"{folder}/carlina.yaml", "--quiet"] for command in SCENE_COMMANDS),
-                          [*STUDY_COMMAND, f"{folder}/emodulus.yaml", "--quiet"]):  # fmt: skip
-            cablestudy(arguments, standalone_mode=False)
-    finally:
-        sys.stdout = saved
-        sink.close()
+    with open(os.devnull, "w") as sink, redirect_stdout(sink):
+        for command in (*([*command, f"{folder}/carlina.yaml"] for command in SCENE_COMMANDS),
+                        [*STUDY_COMMAND, f"{folder}/emodulus.yaml"]):  # fmt: skip
+            cablestudy([*command, "--quiet"], standalone_mode=False)
 
 
 def main():
@@ -458,12 +430,8 @@ def main():
                 if not found:
                     continue
                 findings += 1
-                line = {
-                    "file": number,
-                    "command": " ".join(done.arguments),
-                    "found": found,
-                    "seconds": round(done.seconds, 1),
-                }
+                line = {"file": number, "command": " ".join(done.arguments), "found": found}
+                line["seconds"] = round(done.seconds, 1)
                 sys.stdout.write(json.dumps(line, ensure_ascii=False) + "\n")
                 sys.stdout.flush()
                 if options.keep:

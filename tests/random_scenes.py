@@ -109,12 +109,7 @@ def truth_of(data, span):
 
 
 def expected(truth, data, name):
-    """(value, error of the reference) of a column.
-
-    Raises
-    ------
-    Unknown
-    """
+    """(value, error of the reference) of a column; raises Unknown."""
     cable = data["cable"]
     if name in STATIC[:7]:
         if name in cable:
@@ -152,7 +147,7 @@ def expected(truth, data, name):
 class Cell:
     """One number of one scene at one accuracy, asked for alone or with the other columns of motion.
 
-    `error` is None where there is no truth, `estimate` None where the program refused; `cpu` is what the row cost [s].
+    `error` is None where there is no truth, `estimate` where the program refused; `cpu` is what the row cost [s].
     """
 
     seed: int
@@ -235,21 +230,10 @@ def rows_for(seed, names, every, drowned=False):
 
 
 def examine(seed, every=False, limit=60):
-    """The cells of one scene.
+    """The cells of one scene; with `every`, of every row at every accuracy.
 
-    Parameters
-    ----------
-    seed : int
-    every : bool
-        Every row at every accuracy.
-    limit : float
-        Longest time. [s of CPU]
-
-    Returns
-    -------
-    list of Cell
-        A warning or an exception that is not the program's own is a cell with the note "crash: ...", and what took too
-        long one with "slow: ...".
+    A warning or an exception that is not the program's own is a cell with the note "crash: ...", and what took more
+    than `limit` seconds of CPU one with "slow: ...".
     """
     data = scene_data(seed)
     cells, names, accuracy, begin = [], ["preload"], 1e-4, time.process_time()

@@ -11,21 +11,8 @@ import numpy as np
 def slack_margin(sizes, nodal_forces, stiffness, end):
     """Least of (gap - length)/length over the bars: negative where that bar can be slack.
 
-    Parameters
-    ----------
-    sizes : ndarray, shape (n,)
-        Unstretched lengths of the bars. [m]
-    nodal_forces : ndarray, shape (n - 1, 3)
-        Forces on the interior nodes. [N]
-    stiffness : float
-        EA. [N]
-    end : ndarray, shape (3,)
-        End 2 from end 1. [m]
-
-    Returns
-    -------
-    float
-        [-]
+    sizes (n,): unstretched lengths [m]; nodal_forces (n - 1, 3): on the interior nodes [N]; stiffness: EA [N]; end:
+    end 2 from end 1 [m].
     """
     n = len(sizes)
     passed = np.vstack([np.zeros(3), np.cumsum(nodal_forces, axis=0)])  # forces on nodes before each bar

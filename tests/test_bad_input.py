@@ -29,12 +29,10 @@ PLACE = re.compile(r"[^:]+:\d+:\d+: ")
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test: a scene, a study upon it, its printed values."""
-    monkeypatch.chdir(tmp_path)
+def files(folder):
+    """In the working directory: a scene, a study upon it, its printed values."""
     for name, text in (("scene.yaml", SCENE), ("study.yaml", STUDY), ("printed.csv", PRINTED)):
         Path(name).write_text(text, encoding="utf-8")
-    return tmp_path
 
 
 def refused(folder, *arguments, stdin=None):
@@ -56,12 +54,9 @@ def changed(old, new, text=SCENE):
 # what is wrong, in the file, and the line that says so; tests/test_scene.py and test_document.py have every message
 SCENES = {
     "misspelt key": (("gravity", "gravty"), "1:1: gravty: unknown key (did you mean gravity?)"),
-    "two keys of a group": (("  area:", "  diameter: 2 mm\n  area:"), "6:3: cable.diameter: given together with area"),
-    "wrong dimension": (("mm^2", "mm"), "6:9: cable.area: expected an area in m^2"),
     "zero with a unit": (("2.69 mm^2", "0 mm^2"), "6:9: cable.area: must be positive"),
     "true for a number": (("9.81", "true"), "1:10: gravity: expected an acceleration"),
     "nothing for a number": (("area: 2.69 mm^2", "area:"), "3:3: cable: missing key: one of area, diameter"),
-    "length in mm": (("184.4883 m", "184.4883 mm"), "7:23: cable.unstretched_length: 0.1844883 m is "),
     "tabs": (("  density", "\tdensity"), "5:1: a tab: YAML indents with spaces"),
     "base files in a circle": (("gravity: 9.81", "base: bad.yaml"), "1:7: base: base files in a circle"),
 }
@@ -72,28 +67,23 @@ SCENES = {
 def test_a_bad_scene_is_refused_in_one_line_at_its_place(folder, what, command):
     change, line = SCENES[what]
     Path("bad.yaml").write_text(changed(*change), encoding="utf-8")
-    found = refused(folder, command, "bad.yaml")
-    assert len(found) == 1
-    assert found[0].startswith(f"bad.yaml:{line}")
+    (found,) = refused(folder, command, "bad.yaml")
+    assert found.startswith(f"bad.yaml:{line}")
 
 
 def test_a_bad_scene_is_refused_by_sweep_and_validate_too(folder):
     Path("scene.yaml").write_text(changed("2.69 mm^2", "0"), encoding="utf-8")
     line = "scene.yaml:6:9: cable.area: must be positive, got 0"
     assert refused(folder, "sweep", "study.yaml") == [line]
-    outcome = run("validate", "scene.yaml", "study.yaml", code=2)
-    assert outcome.lines == [line, line]
+    assert run("validate", "scene.yaml", "study.yaml", code=2).lines == [line, line]
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
         (b"", "bad.yaml: empty file"),
-        (b"# nothing\n", "bad.yaml: empty file"),
-        (b"- 1\n", "bad.yaml:1:1: expected a mapping (key: value), got a list"),
         (b"hello\n", "bad.yaml:1:1: expected a mapping (key: value), got 'hello'"),
         (b"\xff\xfe\x00", "bad.yaml:1:1: byte 0xff is not UTF-8 text (is this a YAML file?)"),
-        (b"a: 1\n---\nb: 2\n", "bad.yaml:2:1: a second document ('---'): one file holds one document"),
     ],
 )
 @pytest.mark.parametrize("command", ["static", "sweep"])
@@ -109,30 +99,20 @@ def test_missing_files_are_refused(folder, command):
     assert refused(folder, command, ".") == [".: a directory, not a file"]
 
 
-def test_an_alias_bomb_is_refused_quickly(folder):
-    lines = ["a: &a [x,x,x,x,x,x,x,x,x,x]"]
-    lines += [f"{k}: &{k} [{','.join(['*' + j] * 10)}]" for j, k in zip("abcdefgh", "bcdefghi", strict=True)]
-    Path("bad.yaml").write_text("\n".join(lines), encoding="utf-8")
-    found = refused(folder, "static", "bad.yaml")
-    assert len(found) == 1
-    assert "aliases repeat more than" in found[0]
-
-
 def test_scenes_and_studies_given_to_the_wrong_command_are_refused(folder):
-    assert refused(folder, "static", "study.yaml") == [
-        "study.yaml:2:1: this is a study (it has the key vary): use 'cablestudy sweep'"
-    ]
-    assert refused(folder, "modes", "study.yaml")[0].endswith("use 'cablestudy sweep'")
-    assert refused(folder, "sweep", "scene.yaml") == [
-        "scene.yaml:1:1: this is a scene (it has the key gravity): use 'cablestudy static'"
-    ] or refused(folder, "sweep", "scene.yaml")[0].endswith("use 'cablestudy static'")
+    for command, file, kind, instead in (
+        ("static", "study", "study (it has the key vary)", "sweep"),
+        ("modes", "study", "study (it has the key vary)", "sweep"),
+        ("sweep", "scene", "scene (it has the key cable)", "static"),
+    ):
+        (line,) = refused(folder, command, f"{file}.yaml")
+        assert re.fullmatch(rf"{file}.yaml:2:1: this is a {re.escape(kind)}: use 'cablestudy {instead}'", line)
 
 
 def test_several_mistakes_are_reported_at_once_in_the_order_of_the_file(folder):
-    text = changed("gravity", "gravty")
-    text = changed("70.3 GPa", "70.3 GN", text)
-    text = changed("2.69 mm^2", "-1", text)
-    text = changed("50 kg", "0", text)
+    text = SCENE
+    for change in (("gravity", "gravty"), ("70.3 GPa", "70.3 GN"), ("2.69 mm^2", "-1"), ("50 kg", "0")):
+        text = changed(*change, text)
     Path("bad.yaml").write_text(text, encoding="utf-8")
     found = refused(folder, "static", "bad.yaml", "--set", "model.elements=0")
     assert found[0].startswith("--set model.elements: expected a whole number")
@@ -142,38 +122,30 @@ def test_several_mistakes_are_reported_at_once_in_the_order_of_the_file(folder):
 
 # what is wrong in the study, the study, and the line that says so
 STUDIES = {
-    "unknown column": (("preload]", "prelod]"), ["study.yaml:4:16: columns.1: unknown column 'prelod' (did you"]),
-    "no mode 0": (
-        ("preload]", "axial_frequency_0]"),
-        ["study.yaml:4:16: columns.1: unknown column 'axial_frequency_0' "],
-    ),
-    "a column twice": (("preload]", "sag_m]"), ["study.yaml:4:16: columns.1: sag is listed twice"]),
-    "no strength": (
-        ("preload]", "utilisation]"),
-        ["study.yaml:4:16: columns.1: utilisation needs the key cable.strength"],
-    ),
-    "no loads": (("preload]", "deflection]"), ["study.yaml:4:16: columns.1: deflection needs the key cable.loads"]),
-    "unknown key": (("vary:", "very:"), ["study.yaml:2:1: very: unknown key (did you mean vary?)"]),
-    "a bad value": (("7800 kg/m^3", "7800 kg"), ["study.yaml:3:35: cable.density: expected a density"]),
-    "an unknown varied key": (
-        ("cable.density", "cable.densty"),
-        ["study.yaml:3:21: cable.densty: unknown key", "study.yaml:3:34"],
-    ),
-    "no base": (("base: scene.yaml\n", ""), ["study.yaml:1:1: missing key: base"]),
-    "missing base": (("scene.yaml", "absent.yaml"), ["study.yaml:1:7: base: absent.yaml: no such file"]),
-    "its own base": (("scene.yaml", "study.yaml"), ["study.yaml:1:7: base: base files in a circle"]),
-    "missing reference": (("printed.csv", "absent.csv"), ["study.yaml:5:12: reference: absent.csv: no such file"]),
-    "a directory as reference": (("printed.csv", "."), ["study.yaml:5:12: reference: .: no such file"]),
+    "unknown column": (("preload]", "prelod]"), ["4:16: columns.1: unknown column 'prelod' (did you"]),
+    "no mode 0": (("preload]", "axial_frequency_0]"), ["4:16: columns.1: unknown column 'axial_frequency_0' "]),
+    "a column twice": (("preload]", "sag_m]"), ["4:16: columns.1: sag is listed twice"]),
+    "no strength": (("preload]", "utilisation]"), ["4:16: columns.1: utilisation needs the key cable.strength"]),
+    "no loads": (("preload]", "deflection]"), ["4:16: columns.1: deflection needs the key cable.loads"]),
+    "no wind": (("preload]", "gondola_rms]"), ["4:16: columns.1: gondola_rms needs the key gondola.area"]),
+    "unknown key": (("vary:", "very:"), ["2:1: very: unknown key (did you mean vary?)"]),
+    "a bad value": (("7800 kg/m^3", "7800 kg"), ["3:35: cable.density: expected a density"]),
+    "an unknown varied key": (("cable.density", "cable.densty"), ["3:21: cable.densty: unknown key", "3:34"]),
+    "no base": (("base: scene.yaml\n", ""), ["1:1: missing key: base"]),
+    "missing base": (("scene.yaml", "absent.yaml"), ["1:7: base: absent.yaml: no such file"]),
+    "its own base": (("scene.yaml", "study.yaml"), ["1:7: base: base files in a circle"]),
+    "missing reference": (("printed.csv", "absent.csv"), ["5:12: reference: absent.csv: no such file"]),
+    "a directory as reference": (("printed.csv", "."), ["5:12: reference: .: no such file"]),
     "tolerances of what is not there": (
         ("reference: printed.csv", "check: {rtol: 1e-9, sagg: 1e-3, mass: 0, sag: 0, sag_m: 1, status: 1}"),
         [
-            "study.yaml:5:21: check.sagg: unknown column 'sagg' (did you mean sag?)",
-            "study.yaml:5:33: check.mass: mass is not among the study's columns",
-            "study.yaml:5:50: check.sag_m: given twice",
-            "study.yaml:5:60: check.status: status is not among the study's columns",
+            "5:21: check.sagg: unknown column 'sagg' (did you mean sag?)",
+            "5:33: check.mass: mass is not among the study's columns",
+            "5:50: check.sag_m: given twice",
+            "5:60: check.status: status is not among the study's columns",
         ],
     ),
-    "a bad plot": (("reference: printed.csv", "plot: {x: sag, y: mass}"), ["study.yaml:5:7: plot: mass is not among"]),
+    "a bad plot": (("reference: printed.csv", "plot: {x: sag, y: mass}"), ["5:7: plot: mass is not among"]),
 }
 
 
@@ -184,7 +156,7 @@ def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkey
     Path("study.yaml").write_text(changed(*change, STUDY), encoding="utf-8")
     found = refused(folder, "sweep", "study.yaml")
     assert len(found) == len(lines)
-    assert all(one.startswith(line) for one, line in zip(found, lines, strict=True))
+    assert all(one.startswith(f"study.yaml:{line}") for one, line in zip(found, lines, strict=True))
 
 
 def test_a_column_of_the_gondola_needs_a_gondola(folder):
@@ -200,18 +172,14 @@ def test_a_column_of_the_gondola_needs_a_gondola(folder):
         ("sag_m,preload_N\n0.12,1345\n", ["1 rows, and the study has 2 cases"]),
         ("sag_m,preload_N\n1,2\n3,4\n5,6\n", ["3 rows, and the study has 2 cases"]),
         ("sag_m,mass_kg\n1,2\n3,4\n", ["column 'mass_kg' is not among the study's columns"]),
-        (
-            "sag_m,preload_N\n1,much\n,nan\n",
-            ["row 1, preload_N: not a number: 'much'", "row 2, preload_N: not a number: 'nan'"],
-        ),
-        (
-            "sag_m,preload_N\n1,2,3\n4\n",
-            ["row 1 has 3 cells, and the table 2 columns", "row 2 has 1 cells, and the table 2 columns"],
-        ),
+        ("sag_m,preload_N\n1,much\n,nan\n", [f"row {n}, preload_N: not a number: '{cell}'"
+                                             for n, cell in ((1, "much"), (2, "nan"))]),
+        ("sag_m,preload_N\n1,2,3\n4\n", [f"row {n} has {cells} cells, and the table 2 columns"
+                                         for n, cells in ((1, 3), (2, 1))]),
         ("sag_m,sag_m\n1,2\n3,4\n", ["column 'sag_m' is there twice"]),
         ("", ["not a table of comma-separated values (it is empty)"]),
     ],
-)
+)  # fmt: skip
 def test_a_reference_table_that_does_not_fit(folder, table, messages):
     Path("printed.csv").write_text(table, encoding="utf-8")
     found = refused(folder, "sweep", "study.yaml")
@@ -226,12 +194,11 @@ def test_outputs_that_cannot_be_written_are_refused(folder):
     assert refused(folder, "sweep", "study.yaml", "--check") == [
         "results/study.csv: no such file to compare with (run the sweep without --check first)"
     ]
-    for picture, reason in (
-        ("x.txt", "unknown kind of picture (allowed: .png, .svg, .pdf)"),
-        ("no/x.png", "cannot be written"),
-    ):
-        for command in ("static", "modes"):
-            assert refused(folder, command, "scene.yaml", "--plot", picture) == [f"--plot {picture}: {reason}"]
+    for command, file in (("static", "scene.yaml"), ("modes", "scene.yaml"), ("sweep", "study.yaml")):
+        assert refused(folder, command, file, "--plot", "x.gif") == [
+            "--plot x.gif: unknown kind of picture (allowed: .png, .svg, .pdf)"
+        ]
+    assert refused(folder, "static", "scene.yaml", "--plot", "no/x.png") == ["--plot no/x.png: cannot be written"]
 
 
 @pytest.mark.parametrize(
@@ -239,23 +206,16 @@ def test_outputs_that_cannot_be_written_are_refused(folder):
     [
         ("gravty=1", "--set gravty: unknown key (did you mean gravity?)"),
         ("gravity", "--set gravity: expected key=value, for example cable.area=3 mm^2"),
-        ("gravity=", "--set gravity: no value: expected key=value"),
-        ("=1", "--set : a key is written as names joined by dots, for example cable.area"),
         ("gravity.x=1", "--set gravity.x: gravity is 9.81, which has no key x"),
         ("cable=5", "--set cable: expected a mapping with the keys ends, "),
         ("cable.ends.7=1", "--set cable.ends.7: cable.ends has 2 item(s)"),
-        ("cable.area=[1", "--set cable.area: list: expected ',' or ']'"),
         ("model.order=65", "--set model.order: expected a whole number from 1 to 64, got 65"),
-        (
-            "cable.loads=[{at: 185 m, force: [0, 0, 1]}]",
-            "--set cable.loads: cable.loads.0.at: 185 m is not on the cable",
-        ),
+        ("cable.loads=[{at: 185 m, force: [0, 0, 1]}]", "--set cable.loads: cable.loads.0.at: 185 m is not on the"),
     ],
 )
 def test_a_bad_set_option(folder, option, message):
-    found = refused(folder, "static", "scene.yaml", "--set", option)
-    assert len(found) == 1
-    assert found[0].startswith(message)
+    (found,) = refused(folder, "static", "scene.yaml", "--set", option)
+    assert found.startswith(message)
 
 
 # what made the program stop with a traceback, or numpy warn
@@ -286,31 +246,20 @@ def test_values_out_of_range_are_refused_by_every_command(folder, option, messag
         assert message in found
 
 
-WINDY = """\
-base: scene.yaml
-gondola: {mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}
-winch: {controller: {gain: 0.325}}
-wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
-"""
-
-
 @pytest.mark.parametrize(
-    ("text", "key"),
+    ("gondola", "key"),
     [
-        (changed("gondola: {mass: 50 kg}\n", ""), "gondola"),
-        (SCENE, "gondola.area"),
-        (changed("50 kg", "50 kg, drag_coefficient: 1"), "gondola.area"),
-        (changed("50 kg", "50 kg, area: 1 m^2"), "gondola.drag_coefficient"),
-        (changed("50 kg", "50 kg, area: 1 m^2, drag_coefficient: 1"), "wind"),
+        ("", "gondola"),
+        ("gondola: {mass: 50 kg}", "gondola.area"),
+        ("gondola: {mass: 50 kg, drag_coefficient: 1}", "gondola.area"),
+        ("gondola: {mass: 50 kg, area: 1 m^2}", "gondola.drag_coefficient"),
+        ("gondola: {mass: 50 kg, area: 1 m^2, drag_coefficient: 1}", "wind"),
     ],
 )
-def test_windrms_names_the_key_that_it_needs(folder, text, key):
-    Path("scene.yaml").write_text(text, encoding="utf-8")
-    found = refused(folder, "windrms", "scene.yaml")
-    assert len(found) == 1
-    assert "scene.yaml" in found[0]
-    assert key in found[0]
-    assert "windrms" in found[0]
+def test_windrms_names_the_key_that_it_needs(folder, gondola, key):
+    Path("scene.yaml").write_text(changed("gondola: {mass: 50 kg}", gondola), encoding="utf-8")
+    (found,) = refused(folder, "windrms", "scene.yaml")
+    assert all(part in found for part in ("scene.yaml", key, "windrms"))
 
 
 @pytest.mark.parametrize(
@@ -330,17 +279,8 @@ def test_windrms_names_the_key_that_it_needs(folder, text, key):
     ],
 )
 def test_windrms_refuses_wrong_values_of_loop_and_wind(folder, option, message):
-    Path("windy.yaml").write_text(WINDY, encoding="utf-8")
-    found = refused(folder, "windrms", "windy.yaml", "--set", option)
-    assert len(found) == 1
-    assert found[0].startswith(message)
-
-
-def test_a_column_of_the_wind_needs_wind(folder):
-    Path("study.yaml").write_text(changed("preload]", "gondola_rms]", STUDY), encoding="utf-8")
-    found = refused(folder, "sweep", "study.yaml")
-    assert len(found) == 1
-    assert found[0].startswith("study.yaml:4:16: columns.1: gondola_rms needs the key gondola.area")
+    (found,) = refused(folder, "windrms", CARLINA, "--set", option)
+    assert found.startswith(message)
 
 
 def test_a_fixed_value_that_the_study_varies_is_refused(folder):

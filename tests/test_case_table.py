@@ -7,7 +7,7 @@ import pytest
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study.case_table import tables_of
+from cablestudy.study.scene_values import tables_of
 
 SCENE = """\
 cable:
@@ -27,10 +27,8 @@ GRID = (
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test, with a scene in it."""
-    monkeypatch.chdir(tmp_path)
-    Path("scene.yaml").write_text(SCENE, encoding="utf-8")
+def scene_file(folder):
+    (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
 
 
 def study_of(more):
@@ -99,15 +97,10 @@ def test_properties_of_a_scene_of_arrays_are_those_of_each_case():
     (table,), _ = tables_of(study, range(3, 17))
     assert table.cases.tolist() == list(range(3, 17))
     assert list(table.values) == ["cable.diameter", "wind.speed"]
-    names = {
-        "cable": ("section_area", "section_diameter", "axial_stiffness", "mass_per_length"),
-        "wind": ("turbulence",),
-    }
-    for part, properties in names.items():
-        for name in properties:
-            array = getattr(getattr(table.scene, part), name)
-            each = [getattr(getattr(study.case(case)[1], part), name) for case in table.cases.tolist()]
-            assert array.tolist() == each, name
+    for name in ("section_area", "section_diameter", "axial_stiffness", "mass_per_length"):
+        each = [getattr(study.case(case)[1].cable, name) for case in table.cases.tolist()]
+        assert getattr(table.scene.cable, name).tolist() == each, name
+    assert table.scene.wind.turbulence.tolist() == [study.case(k)[1].wind.turbulence for k in table.cases.tolist()]
     assert table.scene.cable.density == 1440.0
 
 

@@ -23,7 +23,7 @@ ROW = {
     "phase_margin_deg": 60.0,
     "gain_margin_dB": None,
     "status": "ok",
-    "cable.preload": "1.5 kN",
+    "cable.preload": 1500.0,  # varied quantities are in SI
     "cable.material": "stainless-steel",
     "gondola.mass": 50,
     "winch.controller.notch.frequency": "coupled",
@@ -85,90 +85,58 @@ def test_an_empty_cell_decides_nothing(text, empty):
 
 @pytest.mark.parametrize("sign", ["<", "<=", ">", ">=", "==", "!="])
 def test_a_comparison_with_an_empty_cell_is_never_true(sign):
-    for text in (
-        f"gain_margin {sign} 5",
-        f"5 {sign} gain_margin",
-        f"not gain_margin {sign} 5",
-        f"1 < 2 {sign} gain_margin",
-    ):
-        assert holds(text) is None
+    for text in ("gain_margin {} 5", "5 {} gain_margin", "not gain_margin {} 5", "1 < 2 {} gain_margin"):
+        assert holds(text.format(sign)) is None
     assert holds(f"gain_margin {sign} 5 or sag < 1") is True
     assert holds(f"gain_margin {sign} 5 and sag > 1") is False
 
 
-@pytest.mark.parametrize(
-    ("text", "truth"),
-    [
-        ("sag < 0.5", True),
-        ("sag_m < 0.5", True),
-        ("sag < 300 mm", False),
-        ("sag <= 300mm", True),
-        ("sag == 300 mm", True),
-        ("sag < 1 ft", True),  # 0.3048 m
-        ("gondola_rms == 0.0005 m", True),
-        ("gondola_rms < sag", True),  # 0.5 mm, 300 mm
-        ("sag > gondola_rms", True),
-        ("sag < gondola_rms", False),
-        ("stress >= 0.3 GPa", True),
-        ("stress > 300 N/mm^2", False),
-        ("sag_ratio < 5 %", True),
-        ("sag_ratio < 3%", False),
-        ("phase_margin > 1 rad", True),  # 57.3 deg
-        ("phase_margin > 1.1 rad", False),
-        ("0.1 < sag <= 0.3 < 1", True),
-        ("0.1 < sag < 0.3", False),
-        ("-1<sag", True),
-        ("+.25e0 < sag", True),
-        ("status == ok", True),
-        ("status != ok", False),
-        ("status == 'ok'", True),
-        ('status != "broken cable: stress"', True),
-        ("ok == status", True),
-        ("cable.preload < 2000", True),
-        ("cable.preload == 1500", True),
-        ("cable.preload > 1.4 kN", True),
-        ("1 kN < cable.preload < 2 kN", True),
-        ("cable.material == stainless-steel", True),
-        ("cable.material == steel", False),
-        ("cable.material != 'steel'", True),
-        ("gondola.mass == 50 kg", True),
-        ("gondola.mass < 40", False),
-        ("gondola.mass > mass", True),
-        ("winch.controller.notch.frequency == 'coupled'", True),
-        ("winch.controller.notch.frequency < 5 Hz", None),
-        ("winch.controller.notch.frequency != 5 Hz", True),
-        ("not sag < 0.5 or mass == 2", True),
-        ("not (sag < 0.5 or mass == 2)", False),
-        ("sag > 1 and mass == 1 or mass == 2", True),
-        ("sag > 1 and (mass == 1 or mass == 2)", False),
-        ("((sag)) < (0.5)", True),
-        ("(" * 60 + "sag < 1" + ")" * 60, True),
-        ("0.1<sag<5and not(mass>5)", True),
-    ],
-)
+TRUE = [
+    "sag < 0.5", "sag_m < 0.5", "-1<sag", "+.25e0 < sag", "0.1 < sag <= 0.3 < 1", "((sag)) < (0.5)",
+    # units: 1 ft is 0.3048 m, 60 deg 1.047 rad
+    "sag <= 300mm", "sag == 300 mm", "sag < 1 ft", "stress >= 0.3 GPa", "sag_ratio < 5 %", "phase_margin > 1 rad",
+    "gondola_rms == 0.0005 m", "gondola_rms < sag", "sag > gondola_rms",
+    # texts
+    "status == ok", "status == 'ok'", "ok == status", 'status != "broken cable: stress"',
+    # varied keys: numbers, numbers with a unit, texts, and both
+    "cable.preload < 2000", "cable.preload == 1500", "cable.preload > 1.4 kN", "1 kN < cable.preload < 2 kN",
+    "gondola.mass == 50 kg", "gondola.mass > mass", "cable.material == stainless-steel", "cable.material != 'steel'",
+    "winch.controller.notch.frequency == 'coupled'", "winch.controller.notch.frequency != 5 Hz",
+    # not before and, and before or
+    "not sag < 0.5 or mass == 2", "sag > 1 and mass == 1 or mass == 2", "0.1<sag<5and not(mass>5)",
+    "(" * 60 + "sag < 1" + ")" * 60,
+]  # fmt: skip
+FALSE = [
+    "sag < 300 mm", "0.1 < sag < 0.3", "sag < gondola_rms", "stress > 300 N/mm^2", "sag_ratio < 3%",
+    "phase_margin > 1.1 rad", "status != ok", "cable.material == steel", "gondola.mass < 40",
+    "not (sag < 0.5 or mass == 2)", "sag > 1 and (mass == 1 or mass == 2)",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "truth"), [*((text, True) for text in TRUE), *((text, False) for text in FALSE)])
 def test_units_texts_and_varied_keys(text, truth):
     assert holds(text) is truth
+
+
+def test_a_text_is_not_compared_with_a_number():
+    assert holds("winch.controller.notch.frequency < 5 Hz") is None
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "1: expected a column, a number or a text, got nothing"),
-        ("   ", "1: expected a column, a number or a text, got nothing"),
         ("sag", "4: expected < <= > >= == or != after 'sag'"),
-        ("sag <", "6: expected a column, a number or a text, got nothing"),
         ("sag < and", "7: expected a column, a number or a text, got 'and'"),
         ("sag = 5", "5: unexpected '=' (use ==)"),
         ("sag <> 5", "5: unexpected '<>' (use !=)"),
         ("sag < 5 && mass > 1", "9: unexpected '&&' (use and)"),
-        ("sag < 5 | mass > 1", "9: unexpected '|' (use or)"),
         ("! sag < 5", "1: unexpected '!' (use not)"),
         ("(sag < 5", "1: '(' is never closed"),
         ("sag < 5)", "8: expected and, or, or the end, got ')'"),
         ("sag < 5 'mm' < 1", "9: expected and, or, or the end, got \"'mm'\""),
         ("sagg < 5", "1: unknown column 'sagg' (did you mean sag?)"),
         ("sag < masss", "7: unknown column 'masss' (did you mean mass?)"),
-        ("mass < 1 and statuss == ok", "14: unknown column 'statuss' (did you mean status?)"),
         ("status < ok", "10: unknown column 'ok'"),
         ("status < 'ok'", "8: texts compare by == and != only"),
         ("status == 5", "11: 5 is a number, and status is text"),
@@ -186,21 +154,15 @@ def test_units_texts_and_varied_keys(text, truth):
         ("'a' == 'a'", "1: compares no column"),
         ("sag < 1e999", '7: not a number: "1e999"'),
         ("sag < 1; import os", "8: unexpected ';'"),
-        ("sag ** 2 < 5", "5: unexpected '*'"),
         ("sag\u0000 < 5", "4: unexpected '\\x00'"),
         ("sag.__class__ == 5", "1: the study does not vary 'sag.__class__'"),
         ("__import__('os') == 5", "11: expected < <= > >= == or != after '__import__'"),
         ("sag < 'open", '7: unexpected "\'"'),
-        ("sag < 5'mm'", "8: expected and, or, or the end, got \"'mm'\""),
         ("sag < 5 and or mass < 1", "13: expected a column, a number or a text, got 'or'"),
-        ("()", "1: expected a column, a number or a text, got empty brackets"),
         ("sag < ()", "7: expected a column, a number or a text, got empty brackets"),
         ("(sag < 1) == ok", "2: expected a column, a number or a text, got a condition"),
         ("sag < mass is True", "12: expected and, or, or the end, got 'is'"),
         ("sag if sag < 1 else mass", "5: expected"),
-        ("lambda: sag", "7: unexpected ':'"),
-        ("[sag < 1]", "1: unexpected '['"),
-        ("sag < 1, mass < 1", "8: unexpected ','"),
         ("sag + 1 < 2", "5: unexpected '+'"),
         ("sag < 1 and (" * 60 + "sag < 1" + ")" * 60, "638: nested more than 50 deep"),
         ("(sag < 1) (mass < 1)", "9: expected and, or, or the end after '1'"),

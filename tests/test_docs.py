@@ -6,8 +6,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from command import CONFIGS, ROOT, run
 
-ROOT = Path(__file__).resolve().parent.parent
 spec = importlib.util.spec_from_file_location("refresh", ROOT / "docs" / "refresh.py")
 refresh = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(refresh)
@@ -31,7 +31,7 @@ def test_examples_print_what_the_page_shows(page, folder):
 
 def test_the_pages_have_examples():
     commands = [line for page in refresh.PAGES for line in page.read_text().splitlines() if line.startswith("$ cable")]
-    assert len(commands) >= 15
+    assert (len(commands) >= 15, len(TOUR)) == (True, 10)
     used = " ".join(commands)
     for command in ("static", "modes", "sweep", "trade", "validate", "schema", "columns"):
         assert f"cablestudy {command}" in used
@@ -43,17 +43,13 @@ def test_links_within_the_project_lead_somewhere(page):
         assert (page.parent / target).exists(), target
 
 
-def test_yaml_examples_of_the_file_reference_are_valid(folder, tmp_path):
+def test_yaml_examples_of_the_file_reference_are_valid(folder):
     blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / "files.md").read_text(), re.DOTALL)
     assert blocks
     for number, block in enumerate(blocks):
         file = Path(folder) / "configs" / f"example-{number}.yaml"
         file.write_text(block)
-        done = subprocess.run(
-            [Path(refresh.sys.executable).parent / "cablestudy", "validate", file], capture_output=True, text=True,
-            check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr
+        run("validate", file)
 
 
 TOUR = [
@@ -69,24 +65,13 @@ TOUR = [
 def test_commands_of_the_tour_do_their_work(command, folder):
     breaks = "material" in command  # polypropylene at the paper's preload, as its table says
     environment = {**refresh.os.environ, "PATH": f"{Path(refresh.sys.executable).parent}:{refresh.os.environ['PATH']}"}
-    done = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", command], cwd=folder, env=environment, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
+    shell = ["bash", "-o", "pipefail", "-c", command]
+    done = subprocess.run(shell, cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == (3 if breaks else 0), done.stderr
     assert bool(done.stdout) == ("--check" not in command and "--out" not in command)
 
 
-def test_the_tour_has_ten_commands():
-    assert len(TOUR) == 10
-
-
 @pytest.mark.parametrize("scene", ["carlina", "carlina-inclined", "slack", "point-load"])
 @pytest.mark.parametrize("command", ["static", "modes"])
-def test_every_scene_of_configs_has_an_answer(command, scene, folder):
-    program = Path(refresh.sys.executable).parent / "cablestudy"
-    done = subprocess.run(
-        [program, command, f"configs/{scene}.yaml"], cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
+def test_every_scene_of_configs_has_an_answer(command, scene):
+    assert run(command, CONFIGS / f"{scene}.yaml").err == ""

@@ -16,13 +16,6 @@ from cablestudy.scene.document import apply_sets, parse_set, read_document, read
 from cablestudy.scene.strict_yaml import MAX_DEPTH, compose, resolve
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test, so that names in messages are short."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def write(name, content):
     Path(name).write_bytes(content if isinstance(content, bytes) else content.encode())
     return name
@@ -41,28 +34,14 @@ def message_of(call, *arguments):
 
 
 # The value of each scalar is that of the YAML 1.2.2 specification, section 10.3.2 (core schema).
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1e8", 1e8),
-        ("210e9", 210e9),
-        ("1.5e-3", 0.0015),
-        (".5", 0.5),
-        ("5.", 5.0),
-        ("-0.0", -0.0),
-        ("+12", 12),
-        ("0777", 777),
-        ("0o17", 15),
-        ("0x1F", 31),
-        (".inf", math.inf),
-        ("-.INF", -math.inf),
-        ("true", True),
-        ("False", False),
-        ("null", None),
-        ("~", None),
-        ("", None),
-    ],
-)
+SCALARS = [
+    ("1e8", 1e8), ("210e9", 210e9), ("1.5e-3", 0.0015), (".5", 0.5), ("5.", 5.0), ("-0.0", -0.0),
+    ("+12", 12), ("0777", 777), ("0o17", 15), ("0x1F", 31), (".inf", math.inf), ("-.INF", -math.inf),
+    ("true", True), ("False", False), ("null", None), ("~", None), ("", None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "value"), SCALARS)
 def test_plain_scalars_follow_yaml_1_2(text, value):
     result = resolve(text)
     assert (result, type(result)) == (value, type(value))
@@ -85,12 +64,8 @@ def test_quoted_and_block_scalars_are_text():
 
 
 def test_core_tags_convert_and_others_are_refused():
-    assert value_of("a: !!str 5\nb: !!float 5\nc: !!map {d: !!seq [1]}\ne: ! 5") == {
-        "a": "5",
-        "b": 5.0,
-        "c": {"d": [1]},
-        "e": "5",
-    }
+    read = value_of("a: !!str 5\nb: !!float 5\nc: !!map {d: !!seq [1]}\ne: ! 5")
+    assert read == {"a": "5", "b": 5.0, "c": {"d": [1]}, "e": "5"}
     assert message_of(compose, "a: !!python/name:os.system x", "f").endswith("!!python/name:os.system is not allowed")
     assert message_of(compose, "a: !mine [1]", "f") == "f:1:4: tag !mine is not allowed"
     assert message_of(compose, "a: !!int x", "f") == "f:1:4: 'x' is not of the type !!int"
@@ -162,20 +137,13 @@ def test_a_place_is_that_of_the_nearest_known_ancestor(folder):
     assert document.where(()) == document.where(("absent",)) == "f.yaml:1:1"
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("absent.yaml", "absent.yaml: no such file"),
-        (".", ".: a directory, not a file"),
-        ("a\0b", "a\0b: cannot be read (embedded null byte)"),
-    ],
-)
-def test_what_cannot_be_opened_is_refused(folder, name, message):
-    assert message_of(read_document, name) == message
-
-
-def test_a_huge_file_is_refused(folder):
+def test_what_cannot_be_opened_is_refused(folder, monkeypatch):
+    assert message_of(read_document, "absent.yaml") == "absent.yaml: no such file"
+    assert message_of(read_document, ".") == ".: a directory, not a file"
+    assert message_of(read_document, "a\0b") == "a\0b: cannot be read (embedded null byte)"
     assert message_of(read_document, write("f.yaml", b"a: " + b"x" * 10_000_000)) == "f.yaml: larger than 10 MB"
+    monkeypatch.setattr(sys, "stdin", None)
+    assert message_of(read_document, "-") == "<stdin>: cannot be read (closed)"
 
 
 def test_dash_is_standard_input_with_bases_beside_the_working_directory(folder, monkeypatch):
@@ -185,11 +153,6 @@ def test_dash_is_standard_input_with_bases_beside_the_working_directory(folder, 
     assert (document.name, document.value) == ("<stdin>", {"a": 1, "b": 3})
     assert document.where(("b",)) == "<stdin>:2:4"
     assert document.where(("a",)) == "base.yaml:1:4"
-
-
-def test_a_closed_standard_input_is_refused(monkeypatch):
-    monkeypatch.setattr(sys, "stdin", None)
-    assert message_of(read_document, "-") == "<stdin>: cannot be read (closed)"
 
 
 def test_base_files_merge_deeply_in_a_chain_relative_to_each_file(folder):
@@ -270,9 +233,8 @@ def test_set_replaces_alternatives_and_makes_mappings(folder, lower, key, result
 
 def test_places_after_a_set(folder):
     document = read_document(write("f.yaml", "a: {b: 1, c: 2}\n")).with_sets([("d.e", {"f": 1}, lambda: "late")])
-    assert (
-        document.where(("d", "e", "f")) == document.where(("d",)) == document.where(("d", "e"), of_key=True) == "late"
-    )
+    assert document.where(("d", "e", "f")) == document.where(("d",)) == "late"
+    assert document.where(("d", "e"), of_key=True) == "late"
     assert document.where(("a", "c")) == "f.yaml:1:14"
 
 
@@ -328,28 +290,6 @@ def test_set_options_are_one_layer_and_wrong_ones_are_reported_together(folder):
     assert apply_sets(document, ()).value == document.value
 
 
-def _read_text(folder, content):
-    path = folder / "any.yaml"
-    path.write_bytes(content)
-    read_or_refuse(read_file, path)
-
-
-def read_or_refuse(read, argument):
-    """Any exception but a SceneError of one-line mistakes fails the test."""
-    mistakes = [None]
-    try:
-        read(argument)
-    except SceneError as error:
-        mistakes = error.mistakes
-    assert mistakes
-    assert all("\n" not in str(mistake) for mistake in mistakes)
-
-
-@given(content=st.binary(max_size=200))
-def test_any_bytes_give_a_document_or_a_scene_error(tmp_path_factory, content):
-    _read_text(tmp_path_factory.getbasetemp(), content)
-
-
 _YAML_LIKE = st.lists(
     st.sampled_from(["a", "b", ": ", ":\n", "\n", "  ", "- ", "[", "]", "{", "}", ", ", "&x ", "*x", "'", '"', "!!int"])
     | st.sampled_from(["\t", "#", "|", ">", "---", "...", "%", "? ", "<<", "\\", "\r\n", "é", "~", "!", "@", "\u2028"])
@@ -358,9 +298,22 @@ _YAML_LIKE = st.lists(
 ).map("".join)
 
 
-@given(text=_YAML_LIKE)
-def test_any_text_like_yaml_gives_a_document_or_a_scene_error(tmp_path_factory, text):
-    _read_text(tmp_path_factory.getbasetemp(), text.encode("utf-8", "surrogatepass"))
+@pytest.mark.parametrize(
+    "contents", [st.binary(max_size=200), _YAML_LIKE.map(lambda text: text.encode("utf-8", "surrogatepass"))]
+)
+def test_any_file_gives_a_document_or_a_scene_error(tmp_path, contents):
+    @given(content=contents)
+    def read(content):
+        (tmp_path / "any.yaml").write_bytes(content)
+        mistakes = [None]
+        try:
+            read_file(tmp_path / "any.yaml")
+        except SceneError as error:  # any other exception fails the test
+            mistakes = error.mistakes
+        assert mistakes
+        assert all("\n" not in str(mistake) for mistake in mistakes)
+
+    read()
 
 
 @given(text=st.text(max_size=40) | _YAML_LIKE)

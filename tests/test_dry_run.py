@@ -3,6 +3,7 @@
 import itertools
 import subprocess
 import sys
+import tracemalloc
 
 import pytest
 from command import CONFIGS, rows_of, run, study_file
@@ -63,8 +64,6 @@ MILLION = "vary: [{gravity: {from: 1, to: 9, count: 1000}}, {cable.area: {from: 
 
 
 def test_a_million_cases_take_no_memory():
-    import tracemalloc
-
     study = read_study(study_file(".", f"{MILLION}columns: [mass]\n"))
     assert study.count == 1_000_000
     for style in ("md", "csv", "json", "jsonl"):
@@ -79,24 +78,21 @@ def test_a_million_cases_take_no_memory():
 def test_markdown_shows_both_ends_of_a_million_cases():
     study = read_study(study_file(".", f"{MILLION}columns: [mass]\n"))
     lines = cases_table(study).render("md").splitlines()
-    assert [line.split("|")[1].strip() for line in (lines[2], lines[501], lines[502], lines[503], lines[1002])] == [
-        "1", "500", "…", "999501", "1000000"
-    ]  # fmt: skip
-    assert (
-        lines[-1] == "999000 of 1000000 rows are left out here, from 501 to 999500; csv, json and jsonl have them all."
-    )
+    first = [lines[row].split("|")[1].strip() for row in (2, 501, 502, 503, 1002)]
+    assert first == ["1", "500", "…", "999501", "1000000"]
+    left_out = "999000 of 1000000 rows are left out here, from 501 to 999500; csv, json and jsonl have them all."
+    assert lines[-1] == left_out
 
 
 @pytest.mark.parametrize("style", ["md", "jsonl"])
 def test_a_reader_that_has_had_enough_ends_it_quietly(style):
     study_file(".", f"{MILLION}columns: [mass]\n")
     command = [sys.executable, "-m", "cablestudy", "sweep", "study.yaml", "--dry-run", "--format", style]
-    done = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert done.stdout.readline()
-    done.stdout.close()
-    assert done.wait(timeout=60) == 0
-    assert done.stderr.read() == ""
-    done.stderr.close()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as done:
+        assert done.stdout.readline()
+        done.stdout.close()
+        assert done.wait(timeout=60) == 0
+        assert done.stderr.read() == ""
 
 
 def varied(*vary, text="columns: [mass, sag]\n", sets=()):
@@ -105,20 +101,26 @@ def varied(*vary, text="columns: [mass, sag]\n", sets=()):
     return [study.overrides(i) for i in range(study.count)]
 
 
-def test_dimensions_from_the_command_line():
-    assert varied("gravity=1:3:3") == [{"gravity": 1}, {"gravity": 2}, {"gravity": 3}]
-    assert varied("gravity=1:3:3linear") == varied("gravity=1:3:3") == varied("gravity = 1 : 3 : 3 linear")
-    assert varied("cable.preload=100N:10kN:3log") == [
-        {"cable.preload": text} for text in ("100 N", "1000 N", "10000 N")
-    ]
-    assert varied("cable.area=3 mm^2,4mm^2") == [{"cable.area": "3 mm^2"}, {"cable.area": "4mm^2"}]
-    assert varied("cable.material=steel") == [{"cable.material": "steel"}]
-    assert varied("cable.ends=[[0,0,0],[9,0,0]],[[0,0,0],[8,0,1]]", sets=["cable.unstretched_length=9"]) == [
-        {"cable.ends": [[0, 0, 0], [9, 0, 0]]}, {"cable.ends": [[0, 0, 0], [8, 0, 1]]},
-    ]  # fmt: skip
-    assert varied("winch.controller.notch=none,{frequency: 1 Hz}") == [
-        {"winch.controller.notch": "none"}, {"winch.controller.notch": {"frequency": "1 Hz"}},
-    ]  # fmt: skip
+LEVEL, STEEP = [[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [8, 0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("option", "values"),
+    [
+        ("gravity=1:3:3", [1, 2, 3]),
+        ("gravity=1:3:3linear", [1, 2, 3]),
+        ("gravity = 1 : 3 : 3 linear", [1, 2, 3]),
+        ("cable.preload=100N:10kN:3log", ["100 N", "1000 N", "10000 N"]),
+        ("cable.area=3 mm^2,4mm^2", ["3 mm^2", "4mm^2"]),
+        ("cable.material=steel", ["steel"]),
+        ("cable.ends=[[0,0,0],[9,0,0]],[[0,0,0],[8,0,1]]", [LEVEL, STEEP]),
+        ("winch.controller.notch=none,{frequency: 1 Hz}", ["none", {"frequency": "1 Hz"}]),
+    ],
+)
+def test_dimensions_from_the_command_line(option, values):
+    sets = ["cable.unstretched_length=9"] if "ends" in option else []
+    key = option.partition("=")[0].strip()
+    assert varied(option, sets=sets) == [{key: value} for value in values]
 
 
 def test_they_multiply_and_run_fastest_in_their_order():
@@ -138,8 +140,8 @@ def test_they_replace_what_the_study_fixes_and_what_excludes_them():
 
 
 def test_printed_values_are_left_out_beside_other_cases():
-    outcome = run("sweep", CONFIGS / "preload.yaml", "--vary", "cable.area=24 mm^2,20 mm^2", "--no-write",
-                  "--format", "json")  # fmt: skip
+    options = ("--vary", "cable.area=24 mm^2,20 mm^2", "--no-write", "--format", "json")
+    outcome = run("sweep", CONFIGS / "preload.yaml", *options)
     rows = rows_of(outcome.out, "json")
     assert len(rows) == 12
     assert not [name for name in rows[0] if "printed" in name]
@@ -154,16 +156,11 @@ AREA = "vary: [{cable.area: [1 mm^2]}]\n"
 @pytest.mark.parametrize(
     ("text", "options", "messages"),
     [
-        ("", ["gravity"], [f"--vary gravity: {HOW}"]),
+        *(("", [option], [f"--vary gravity: {HOW}"]) for option in ("gravity", "gravity=1:2", "gravity=1:2:3:4")),
         ("", ["gravity="], [f"--vary gravity=: {HOW}"]),
-        ("", ["=1,2"], [f"--vary =1,2: {HOW}"]),
-        ("", ["gravity=1:2"], [f"--vary gravity: {HOW}"]),
-        ("", ["gravity=1:2:3:4"], [f"--vary gravity: {HOW}"]),
         ("", ["a..b=1"], ["--vary a..b: a key is written as names joined by dots, for example cable.area"]),
         ("", ["gravity=1:2:x"],
          ['--vary gravity: count: expected a whole number, with log behind it for equal ratios, got "x"']),
-        ("", ["gravity=1:2:2.5"],
-         ['--vary gravity: count: expected a whole number, with log behind it for equal ratios, got "2.5"']),
         ("", ["gravity=1:2:0"], ["--vary gravity: count: expected a whole number from 1 to 10000000, got 0"]),
         ("", ["gravity=1:2:1"], ["--vary gravity: count: a range of one value needs equal ends"]),
         ("", ["gravity=0:2:3log"], ["--vary gravity: spacing: log needs ends of one sign, not zero, got 0 and 2"]),
@@ -172,7 +169,6 @@ AREA = "vary: [{cable.area: [1 mm^2]}]\n"
          ['--vary cable.preload: from and to: give both with a unit or both without, got "1N" and 2']),
         ("", ["cable.preload=1N:2mm:3"], ['--vary cable.preload: "mm" (length) and "N" (force) do not fit each other']),
         ("", ["gravity=[1"], ["--vary gravity: "]),
-        ("", ["gravity=1]"], ["--vary gravity: "]),
         ("", ["gravity=1,,2"], ["--vary gravity: "]),
         ("", ["gravity=1,-2,x"],
          ["--vary gravity: must not be negative, got -2", "--vary gravity: expected an acceleration"]),

@@ -77,9 +77,8 @@ def test_mesh(order):
 
 
 def test_elements_are_shared_by_length():
-    assert np.allclose(mesh_segments([1.0], 4).edges, [0, 0.25, 0.5, 0.75, 1])
-    assert np.allclose(mesh_segments([0.5, 0.5], 4).edges, [0, 0.25, 0.5, 0.75, 1])
-    assert np.allclose(mesh_segments([0.25, 0.75], 4).edges, [0, 0.25, 0.5, 0.75, 1])
+    for fractions in ([1.0], [0.5, 0.5], [0.25, 0.75]):
+        assert np.allclose(mesh_segments(fractions, 4).edges, [0, 0.25, 0.5, 0.75, 1])
     assert np.allclose(mesh_segments([1e-6, 1 - 1e-6], 2).edges, [0, 1e-6, 1])
 
 

@@ -41,15 +41,12 @@ def test_between_ends_is_the_state_space(model, force, displacement):
 
 @pytest.mark.parametrize("place", ["ground", "gondola"])
 def test_winch_to_gondola_is_the_state_space(model, place):
-    expected = statespace.coupled(model, 50.0, place).response(S)[:, 0, 0]
-    np.testing.assert_allclose(response.winch_to_gondola(model, 50.0, place, FREQUENCY), expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize("place", ["ground", "gondola"])
-def test_closed_loop_is_the_state_space(model, place):
     loop = Loop(model, 50.0, place, 0.1)
-    expected = statespace.closed(loop).response(S)[:, 0, 0]
-    np.testing.assert_allclose(response.position(loop, model, FREQUENCY), expected, rtol=1e-9)
+    for system, found in (
+        (statespace.coupled(model, 50.0, place), response.winch_to_gondola(model, 50.0, place, FREQUENCY)),
+        (statespace.closed(loop), response.position(loop, model, FREQUENCY)),
+    ):
+        np.testing.assert_allclose(found, system.response(S)[:, 0, 0], rtol=1e-9)
 
 
 def test_the_phase_goes_on_from_block_to_block():
@@ -92,9 +89,6 @@ def test_pole_of_an_undamped_mode_is_not_a_number():
     frequency = case.end_model.omega[[1]] / (2 * np.pi)
     value = response.between_ends(case.end_model, 3, 3, frequency)
     assert not np.isfinite(value[0]) or abs(value[0]) > 1e6
-    phase = response.Phase()(np.array([1.0, complex(np.nan, np.nan), -1.0]))
-    assert np.isnan(phase[1])
-    assert abs(phase[2]) == 180
 
 
 def test_phase_has_no_jumps(model):

@@ -19,14 +19,9 @@ def oscillator(frequency, centre, damping):
 
 def white(centre, damping, low, high):
     """The integral of `oscillator` from low to high: pi f0/(4 zeta) less the two series beyond."""
-    below = sum(
-        coefficient * (low / centre) ** (2 * k + 1) / (2 * k + 1)
-        for k, coefficient in enumerate(_series(2 - 4 * damping**2))
-    )
-    above = sum(
-        coefficient * (centre / high) ** (2 * k + 3) / (2 * k + 3)
-        for k, coefficient in enumerate(_series(2 - 4 * damping**2))
-    )
+    series = list(enumerate(_series(2 - 4 * damping**2)))
+    below = sum(factor * (low / centre) ** (2 * k + 1) / (2 * k + 1) for k, factor in series)
+    above = sum(factor * (centre / high) ** (2 * k + 3) / (2 * k + 3) for k, factor in series)
     return centre * (np.pi / (4 * damping) - below - above)
 
 
@@ -63,7 +58,7 @@ def check(found, exact, tolerance):
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
-@pytest.mark.parametrize("damping", [1e-6, 1e-4, 1e-2, 0.1, 0.5])
+@pytest.mark.parametrize("damping", [1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5])
 @pytest.mark.parametrize("centre", [0.01, 0.7188, 60.0])
 def test_oscillator_under_white_noise(centre, damping, tolerance):
     tolerance = max(tolerance, 2e-14 / damping)  # frequencies are rounded: see below
@@ -100,8 +95,7 @@ def test_several_resonances_and_a_power_law(tolerance):
         edges,
         tolerance,
     )
-    exact = sum(lorentz_integral(c, g, low, high) for c, g in zip(centres, widths, strict=True))
-    check(found, exact + power_tail(low, high, 5 / 3), tolerance)
+    check(found, lorentz_integral(centres, widths, low, high).sum() + power_tail(low, high, 5 / 3), tolerance)
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -139,14 +133,6 @@ def test_the_estimate_is_cautious_but_not_without_bound():
             found = integrate(lambda f, z=damping: oscillator(f, 1.0, z), edges, tolerance)
             error = abs(found.value[0] - white(1.0, damping, 1e-3, 1e3))
             assert error <= found.error[0] <= bound * max(error, 2e-16 * found.value[0])
-
-
-@pytest.mark.parametrize("damping", [1e-8, 1e-7, 1e-6, 1e-5, 1e-3])
-def test_the_flanks_of_a_narrow_resonance_are_seen_at_once(damping):
-    """From 200 half-widths on there are 3e-3 of the variance, all within the first hundredth of a panel."""
-    edges = breakpoints(1e-3, 1e3, [0.7188], [0.7188 * damping])
-    found = integrate(lambda f: oscillator(f, 0.7188, damping), edges, 1e-3)
-    check(found, white(0.7188, damping, 1e-3, 1e3), 1e-3)
 
 
 # ---- resonances that are not announced ------------------------------------------------------------------------------
@@ -190,12 +176,9 @@ def test_a_value_that_is_not_finite(bad):
         integrate(lambda f: np.where(f > 100, bad, 1.0), breakpoints(1e-3, 1e3))
 
 
-def test_an_infinite_integral_is_refused():
+def test_an_infinite_integral_and_too_many_panels(monkeypatch):
     with pytest.raises(ConvergenceError, match="response spectrum"):
         integrate(lambda f: 1 / (f - 0.7188123) ** 2, breakpoints(1e-3, 1e3))
-
-
-def test_too_many_panels(monkeypatch):
     monkeypatch.setattr(rms, "MAX_PANELS", 50)
     with pytest.raises(ConvergenceError, match="more than 50 panels"):
         integrate(lambda f: 1 + np.sin(1000 * f), breakpoints(1, 1e3), 1e-6)
@@ -238,11 +221,6 @@ def test_panels_are_in_order_and_sum_to_the_value():
     assert np.abs(found.edges[:, None] / edges - 1).min(axis=0).max() < 1e-13
 
 
-def test_one_spectrum_needs_no_first_axis():
-    found = integrate(lambda f: 1 / f, breakpoints(1, 10))
-    assert found.value == pytest.approx([np.log(10)], rel=1e-14)
-
-
 def test_breakpoints():
     points = breakpoints(1e-3, 1e3, [0.5, 7.0, 1e5], [1e-4, 3.0, 1.0], marks=[0.1, 1e-9, 1e9])
     assert (np.diff(points) > 0).all()
@@ -259,8 +237,8 @@ def test_panels_at_one_pole_serve_those_that_are_nearly_the_same():
     """Half a half-width beside it, and as much narrower or wider."""
     edges = breakpoints(1e-3, 1e3, [0.7], [1e-3])
     centres, widths = np.array([0.7, 0.70035, 0.69975, 0.7]), np.array([1e-3, 0.7e-3, 1.4e-3, 0.67e-3])
-    found = integrate(lambda f: np.stack([lorentz(f, c, g) for c, g in zip(centres, widths, strict=True)]), edges, 1e-6)
-    check(found, [lorentz_integral(c, g, 1e-3, 1e3) for c, g in zip(centres, widths, strict=True)], 1e-6)
+    found = integrate(lambda f: lorentz(f, centres[:, None], widths[:, None]), edges, 1e-6)
+    check(found, lorentz_integral(centres, widths, 1e-3, 1e3), 1e-6)
     alone = integrate(lambda f: lorentz(f, 0.7, 1e-3), edges, 1e-6)
     assert found.evaluations < 1.5 * alone.evaluations
 

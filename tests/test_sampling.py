@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import CARLINA, process, run, study_file
+from command import CARLINA, run, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.sampling import Sample
@@ -17,11 +17,10 @@ OVER = "{cable.preload: {from: 100 N, to: 2 kN, spacing: log}, gondola.mass: {fr
 COLUMNS = "columns: [mass, sag]\n"
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
+
+
+METHODS = ["sobol", "latin_hypercube", "saltelli"]
 
 
 def sample(method, count, seed=0, keys=3):
@@ -40,7 +39,7 @@ def number(text):
     return float(text.split()[0])
 
 
-@pytest.mark.parametrize("method", ["sobol", "latin_hypercube", "saltelli"])
+@pytest.mark.parametrize("method", METHODS)
 def test_every_stratum_of_every_coordinate_has_one_point(method):
     points = sample(method, 64).points()
     assert points.shape == (64, 6 if method == "saltelli" else 3)
@@ -55,17 +54,18 @@ def test_sobol_points_fill_the_plane_evenly():
         assert len({tuple(box) for box in boxes}) == 64
 
 
-@pytest.mark.parametrize("method", ["sobol", "latin_hypercube", "saltelli"])
-def test_a_seed_tells_the_points(method):
-    first = sample(method, 32, seed=3).points().copy()
+def test_a_seed_tells_the_points():
+    """Also in another process."""
     script = f"""
 from cablestudy.scene.sampling import Sample
-points = Sample(method={method!r}, count=32, seed=3, over=dict.fromkeys("abc", {{}})).points()
-print(*map(repr, points.ravel().tolist()))
+for method in {METHODS}:
+    print(*Sample(method=method, count=32, seed=3, over=dict.fromkeys("abc", {{}})).points().ravel().tolist())
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert [float(text) for text in done.stdout.split()] == first.ravel().tolist()
-    assert not np.array_equal(sample(method, 32, seed=4).points(), first)
+    for method, line in zip(METHODS, done.stdout.splitlines(), strict=True):
+        first = sample(method, 32, seed=3).points().copy()
+        assert [float(text) for text in line.split()] == first.ravel().tolist()
+        assert not np.array_equal(sample(method, 32, seed=4).points(), first)
 
 
 @pytest.mark.parametrize("method", ["sobol", "saltelli"])
@@ -75,9 +75,12 @@ def test_a_larger_count_keeps_the_cases_there_are(method):
 
 
 def test_a_case_does_not_depend_on_the_order_in_which_it_is_asked_for():
-    study = sampled("latin_hypercube", 20)
+    study = sampled("latin_hypercube", 20, ", seed: 3")
     backwards = [study.overrides(i) for i in reversed(range(20))]
     assert backwards[::-1] == [overrides for overrides, _ in study.cases()]
+    written = study.entries[0].columns[0][1].written  # what the values follow from
+    assert json.loads(json.dumps(written)) == written
+    assert (written["sample"]["method"], written["sample"]["seed"]) == ("latin_hypercube", 3)
 
 
 def test_values_lie_in_their_interval_as_it_is_spaced():
@@ -104,12 +107,6 @@ def test_the_design_of_saltelli_exchanges_one_key_at_a_time():
         assert a[1] != b[1]
 
 
-def test_what_the_values_follow_from_is_plain():
-    for values in (column[1] for column in sampled("sobol", 8, ", seed: 3").entries[0].columns):
-        assert json.loads(json.dumps(values.written)) == values.written
-        assert (values.written["sample"]["method"], values.written["sample"]["seed"]) == ("sobol", 3)
-
-
 def test_a_sample_multiplies_with_vary_and_with_options():
     text = f"{COLUMNS}vary: [{{cable.area: [1 mm^2, 2 mm^2]}}]\nsample: {{method: sobol, count: 4, over: {OVER}}}\n"
     study = study_of(text, vary=["gravity=1,2,3"])
@@ -129,13 +126,6 @@ def test_the_check_of_a_large_sample_looks_at_its_ends():
     sampled("saltelli", 1024).check()
 
 
-def test_several_processes_give_the_same_bytes():
-    sampled("sobol", 16)
-    for jobs in ("1", "2"):
-        assert process("sweep", "study.yaml", "--jobs", jobs, "--out", jobs).code == 0
-    assert Path("1/study.csv").read_bytes() == Path("2/study.csv").read_bytes()
-
-
 def test_reading_a_study_imports_no_numpy():
     # without units, since pint itself imports numpy
     study_of(COLUMNS + "sample: {method: sobol, count: 2048, over: {gondola.mass: {from: 1, to: 2}}}\n")
@@ -151,8 +141,7 @@ assert not {"numpy", "scipy"} & set(sys.modules)
 
 def test_a_note_where_sobol_points_are_out_of_balance():
     note = "sample: 1000 points; Sobol points are balanced for powers of two (512 or 1024)"
-    assert sampled("sobol", 1000).notes == (note,)
-    assert sampled("saltelli", 1000).notes == (note,)
+    assert sampled("sobol", 1000).notes == sampled("saltelli", 1000).notes == (note,)
     assert sampled("sobol", 1024).notes == sampled("latin_hypercube", 1000).notes == sampled("sobol", 1).notes == ()
     sampled("sobol", 3)
     assert run("sweep", "study.yaml", "--dry-run").lines[0].startswith("sample: 3 points")
@@ -160,21 +149,28 @@ def test_a_note_where_sobol_points_are_out_of_balance():
 
 
 def test_validate_says_what_a_sweep_will_say_of_a_sample():
-    sampled("sobol", 3)
     sobol = "sample: 3 points; Sobol points are balanced for powers of two (2 or 4)"
-    (line,) = run("validate", "study.yaml").lines
-    place, note = line.split(": ", 1)
-    assert note == sobol
-    assert Path("study.yaml").read_text().splitlines()[int(place.split(":")[1]) - 1].count("count: 3") == 1
-    assert run("validate", "study.yaml", "--quiet").err == ""
-    sampled("saltelli", 3)
-    lines = run("validate", "study.yaml").lines
-    assert [line.split(": ", 1)[1] for line in lines] == [sobol, "sample: 3 points; --sensitivity needs at least 8"]
-    sampled("saltelli", 8)
-    assert run("validate", "study.yaml").err == ""
+    for method, count, notes in (
+        ("sobol", 3, [sobol]),
+        ("saltelli", 3, [sobol, "sample: 3 points; --sensitivity needs at least 8"]),
+        ("saltelli", 8, []),
+    ):
+        sampled(method, count)
+        lines = run("validate", "study.yaml").lines
+        assert [line.split(": ", 1)[1] for line in lines] == notes
+        for line in lines:
+            assert Path("study.yaml").read_text().splitlines()[int(line.split(":")[1]) - 1].count("count: 3") == 1
+        assert run("validate", "study.yaml", "--quiet").err == ""
 
 
 GOOD = "over: {gravity: {from: 1, to: 2}}"
+
+
+def over(keys, count=4):
+    return f"sample: {{method: sobol, count: {count}, over: {keys}}}"
+
+
+WHOLE = "sample.{}: expected a whole number from {}, got "
 
 
 @pytest.mark.parametrize(
@@ -184,58 +180,41 @@ GOOD = "over: {gravity: {from: 1, to: 2}}"
         (f"sample: {{count: 4, {GOOD}}}", "3:9: sample: missing key: method"),
         (f"sample: {{method: sobol, {GOOD}}}", "3:9: sample: missing key: count"),
         ("sample: {method: sobol, count: 4}", "3:9: sample: missing key: over"),
-        (f"sample: {{method: sobl, count: 4, {GOOD}}}",
-         '3:18: sample.method: got "sobl" (did you mean sobol?)'),
-        (f"sample: {{method: sobol, count: 0, {GOOD}}}",
-         "3:32: sample.count: expected a whole number from 1 to 10000000, got 0"),
+        (f"sample: {{method: sobl, count: 4, {GOOD}}}", '3:18: sample.method: got "sobl" (did you mean sobol?)'),
+        (f"sample: {{method: sobol, count: 0, {GOOD}}}", "3:32: " + WHOLE.format("count", "1 to 10000000") + "0"),
         (f"sample: {{method: sobol, count: 20000000, {GOOD}}}",
-         "3:32: sample.count: expected a whole number from 1 to 10000000, got 20000000"),
+         "3:32: " + WHOLE.format("count", "1 to 10000000") + "20000000"),
         (f"sample: {{method: sobol, count: 4, seed: 1.5, {GOOD}}}",
-         "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got 1.5"),
+         "3:41: " + WHOLE.format("seed", "0 to 9223372036854775807") + "1.5"),
         (f"sample: {{method: sobol, count: 4, seed: -1, {GOOD}}}",
-         "3:41: sample.seed: expected a whole number from 0 to 9223372036854775807, got -1"),
-        (f"sample: {{method: sobol, count: 4, sed: 1, {GOOD}}}",
-         "3:35: sample.sed: unknown key (did you mean seed?)"),
-        ("sample: {method: sobol, count: 4, over: {}}",
-         "3:41: sample.over: expected at least 1 item, got 0"),
-        ("sample: {method: sobol, count: 4, over: {gravity: [1, 2]}}",
-         "3:51: sample.over.gravity: expected {from, to, spacing}, got a list"),
-        ("sample: {method: sobol, count: 4, over: {gravity: {from: 1}}}",
-         "3:51: sample.over.gravity: a sampled key needs the key to (from, to, spacing)"),
-        ("sample: {method: sobol, count: 4, over: {gravity: {from: 1, to: 2, count: 3}}}",
+         "3:41: " + WHOLE.format("seed", "0 to 9223372036854775807") + "-1"),
+        (f"sample: {{method: sobol, count: 4, sed: 1, {GOOD}}}", "3:35: sample.sed: unknown key (did you mean seed?)"),
+        (over("{}"), "3:41: sample.over: expected at least 1 item, got 0"),
+        (over("{gravity: [1, 2]}"), "3:51: sample.over.gravity: expected {from, to, spacing}, got a list"),
+        (over("{gravity: {from: 1}}"), "3:51: sample.over.gravity: a sampled key needs the key to (from, to, spacing)"),
+        (over("{gravity: {from: 1, to: 2, count: 3}}"),
          "3:42: sample.over.gravity: unknown key count of a sampled key (from, to, spacing)"),
-        ("sample: {method: sobol, count: 4, over: {gravity: {from: 2, to: 2}}}",
-         "3:51: sample.over.gravity: from and to are equal: nothing to sample"),
-        ("sample: {method: sobol, count: 4, over: {gravity: {from: 0, to: 2, spacing: log}}}",
+        (over("{gravity: {from: 2, to: 2}}"), "3:51: sample.over.gravity: from and to are equal: nothing to sample"),
+        (over("{gravity: {from: 0, to: 2, spacing: log}}"),
          "3:51: sample.over.gravity: spacing: log needs ends of one sign, not zero, got 0 and 2"),
-        ("sample: {method: sobol, count: 4, over: {cable.sag: {from: 1 m, to: 2 N}}}",
+        (over("{cable.sag: {from: 1 m, to: 2 N}}"),
          '3:53: sample.over.cable.sag: "N" (force) and "m" (length) do not fit each other'),
-        ("sample: {method: sobol, count: 4, over: {cable..sag: {from: 1 m, to: 2 m}}}",
+        (over("{cable..sag: {from: 1 m, to: 2 m}}"),
          "3:54: sample.over.cable..sag: a key is written as names joined by dots, for example cable.area"),
+        (over("{model.elements: {from: 1, to: 20}}"),
+         "3:58: model.elements: expected a whole number from 1 to 1000000, got "),
         (f"vary: [{{gravity: [1, 2]}}]\nsample: {{method: sobol, count: 4, {GOOD}}}",
          "4:51: sample.over.gravity: varies in an entry above already"),
         (f"set: {{gravity: 3}}\nsample: {{method: sobol, count: 4, {GOOD}}}",
          "3:16: gravity: has no effect: the study varies this key, or one that replaces it"),
-        (
-            "vary: [{cable.area: [1 mm^2]}]\n"
-            "sample: {method: sobol, count: 1, over: {cable.diameter: {from: 1 mm, to: 2 mm}}}",
-            "4:58: cable.diameter: given together with area: give exactly one of area, diameter",
-        ),
+        ("vary: [{cable.area: [1 mm^2]}]\n" + over("{cable.diameter: {from: 1 mm, to: 2 mm}}"),
+         "4:58: cable.diameter: given together with area: give exactly one of area, diameter"),
         ("sample: {method: saltelli, count: 9000000, over: {gravity: {from: 1, to: 2}, a.a: {from: 1, to: 2}}}",
          "3:9: sample: 36000000 cases (at most 10000000)"),
-        (
-            "sample: {method: sobol, count: 9000000, over: {"
-            + ", ".join(f"{key}: {{from: 1, to: 2}}" for key in ("gravity", "a.a", "a.b", "a.c", "a.d", "a.e"))
-            + "}}",
-            "3:32: sample.count: 9000000 points of 6 numbers (at most 50000000 numbers)",
-        ),
-        (
-            "vary: [{cable.area: {from: 1, to: 2, count: 10000}}]\n"
-            "sample: {method: sobol, count: 10000, over: {gravity: {from: 1, to: 2}}}",
-            "3:7: vary: 100000000 cases (at most 10000000)",
-        ),
-        ("sample: {method: sobol, count: 4, over: {model.elements: {from: 1, to: 20}}}",
-         "3:58: model.elements: expected a whole number from 1 to 1000000, got "),
+        (over("{" + ", ".join(f"{key}: {{from: 1, to: 2}}" for key in ("gravity", *"abcde")) + "}", 9000000),
+         "3:32: sample.count: 9000000 points of 6 numbers (at most 50000000 numbers)"),
+        ("vary: [{cable.area: {from: 1, to: 2, count: 10000}}]\n" + over("{gravity: {from: 1, to: 2}}", 10000),
+         "3:7: vary: 100000000 cases (at most 10000000)"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_reported_at_its_place(text, message):

@@ -16,7 +16,6 @@ from cablestudy.scene.cable_table import Cable, materials
 from cablestudy.scene.document import read_document
 from cablestudy.scene.scene import TABLES, Model, Scene, load_scene, missing, quantity_of, read_scene
 from cablestudy.scene.schema import scene_schema, study_schema
-from cablestudy.scene.study import read_study
 
 GOOD = """\
 gravity: 9.81
@@ -36,11 +35,7 @@ model: {elements: 40}
 """
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test, so that names in messages are short."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def scene_of(text, *sets):
@@ -87,21 +82,6 @@ def test_gain_and_notch_have_several_forms():
 
 
 @pytest.mark.parametrize(
-    ("written", "model", "ratio", "loss_factor", "time"),
-    [
-        ("{}", "modal", 0.01, None, None),
-        ("{model: modal}", "modal", 0.01, None, None),
-        ("{ratio: 0}", "modal", 0, None, None),
-        ("{loss_factor: 0.02}", "hysteretic", None, 0.02, None),
-        ("{model: kelvin_voigt, time: 5 ms}", "kelvin_voigt", None, None, 0.005),
-    ],
-)
-def test_damping(written, model, ratio, loss_factor, time):
-    damping = scene_of(GOOD, f"cable.damping={written}").cable.damping
-    assert (damping.model, damping.ratio, damping.loss_factor, damping.time) == (model, ratio, loss_factor, time)
-
-
-@pytest.mark.parametrize(
     ("inclination", "span", "rise"),
     [
         ("0 deg", 100, 0),
@@ -128,20 +108,23 @@ def test_diameter_and_area_describe_the_same_section():
     assert scene_of(GOOD, f"cable.area={math.pi * 1e-6!r}").cable.section_diameter == pytest.approx(0.002, rel=1e-15)
 
 
-# model, ratio, loss_factor, time and viscous of the scene that is read
 @pytest.mark.parametrize(
     ("written", "read"),
     [
         ("{}", ("modal", 0.01, None, None, 0.0)),
+        ("{model: modal}", ("modal", 0.01, None, None, 0.0)),
+        ("{ratio: 0}", ("modal", 0.0, None, None, 0.0)),
         ("{viscous: 0.02 N s/m^2}", ("modal", 0.0, None, None, 0.02)),
         ("{viscous: 0.02}", ("modal", 0.0, None, None, 0.02)),
         ("{model: modal, viscous: 20 mN s/m^2}", ("modal", 0.01, None, None, 0.02)),
         ("{ratio: 1 %, viscous: 0.02 Pa*s}", ("modal", 0.01, None, None, 0.02)),  # N s/m^2 is Pa s
         ("{loss_factor: 0.1, viscous: 0}", ("hysteretic", None, 0.1, None, 0.0)),
+        ("{model: kelvin_voigt, time: 5 ms}", ("kelvin_voigt", None, None, 0.005, 0.0)),
         ("{model: kelvin_voigt, time: 1 ms, viscous: 1e6}", ("kelvin_voigt", None, None, 0.001, 1e6)),
     ],
 )
-def test_viscous_damping_is_added_to_any_model_or_stands_alone(written, read):
+def test_damping(written, read):
+    """Model, ratio, loss factor, time and viscous damping, which is added to any model or stands alone."""
     damping = scene_of(GOOD, f"cable.damping={written}").cable.damping
     assert (damping.model, damping.ratio, damping.loss_factor, damping.time, damping.viscous) == read
 
@@ -175,144 +158,79 @@ def test_the_table_of_materials_is_table_9():
 BAD = [
     ("gravity:", "gravty:", "1:1: gravty: unknown key (did you mean gravity?)"),
     ("density:", "densty:", "6:3: cable.densty: unknown key (did you mean density?)"),
-    (
-        "gondola: {mass:",
-        "gondola: {qqq: 1, mass:",
-        "11:11: gondola.qqq: unknown key (allowed: mass, area, drag_coefficient)",
-    ),
+    ("gondola: {mass:", "gondola: {qqq: 1, mass:",
+     "11:11: gondola.qqq: unknown key (allowed: mass, area, drag_coefficient)"),
     ("{mass: 50 kg, ", "{", "11:10: gondola: missing key: mass"),
     ("  area: 2.69 mm^2\n", "", "3:3: cable: missing key: one of area, diameter"),
-    (
-        "  area: 2.69 mm^2\n",
-        "  area: 2.69 mm^2\n  diameter: 2 mm\n",
-        "8:3: cable.diameter: given together with area: give exactly one of area, diameter",
-    ),
-    (
-        "  material: aramid\n",
-        "  inclination: 3 deg\n",
-        "4:3: cable.inclination: given together with ends: give exactly one of ends, chord",
-    ),
+    ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  diameter: 2 mm\n",
+     "8:3: cable.diameter: given together with area: give exactly one of area, diameter"),
+    ("  material: aramid\n", "  inclination: 3 deg\n",
+     "4:3: cable.inclination: given together with ends: give exactly one of ends, chord"),
     ("ends: [[0, 0, 0], [185.8, 0, 0]]", "inclination: 1", "3:3: cable: missing key: chord (inclination goes with it)"),
-    (
-        "length_scale",
-        "turbulence_rms: 1, length_scale",
-        "13:50: wind.turbulence_rms: given together with turbulence_intensity: "
-        "give exactly one of turbulence_intensity, turbulence_rms",
-    ),
-    (
-        "{elements: 40}",
-        "{elements: 40, accuracy: 1e-3}",
-        "14:9: model.elements: given together with accuracy: give exactly one of accuracy, elements",
-    ),
+    ("length_scale", "turbulence_rms: 1, length_scale",
+     "13:50: wind.turbulence_rms: given together with turbulence_intensity: "
+     "give exactly one of turbulence_intensity, turbulence_rms"),
+    ("{elements: 40}", "{elements: 40, accuracy: 1e-3}",
+     "14:9: model.elements: given together with accuracy: give exactly one of accuracy, elements"),
     ("{elements: 40}", "{order: 4}", "14:8: model: missing key: elements (order goes with it)"),
-    (
-        "{elements: 40}",
-        "{elements: 4, order: 4, mass: blended}",
-        "14:38: model.mass: blended needs order 1, and the order is 4 (use lumped or consistent)",
-    ),
+    ("{elements: 40}", "{elements: 4, order: 4, mass: blended}",
+     "14:38: model.mass: blended needs order 1, and the order is 4 (use lumped or consistent)"),
     ("{elements: 40}", "{elements: 4.5}", "14:19: model.elements: expected a whole number from 1 to 1000000, got 4.5"),
     ("{elements: 40}", "{accuracy: 0.5}", "14:19: model.accuracy: must be from 1e-20 to 0.1, got 0.5"),
-    (
-        "2.69 mm^2",
-        "2.69 mm",
-        '7:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2"), got "2.69 mm" (length)',
-    ),
-    (
-        "70.3 GPa",
-        "70.3 Gpa",
-        '5:20: cable.elastic_modulus: expected a stress in Pa (a number, or text such as "70.3 GPa"), '
-        'got "70.3 Gpa" (unknown unit "Gpa"; did you mean GPa?)',
-    ),
-    (
-        "1440 kg/m^3",
-        "heavy",
-        '6:12: cable.density: expected a density in kg/m^3 (a number, or text such as "1440 kg/m^3"), got "heavy"',
-    ),
+    ("2.69 mm^2", "2.69 mm",
+     '7:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2"), got "2.69 mm" (length)'),
+    ("70.3 GPa", "70.3 Gpa",
+     '5:20: cable.elastic_modulus: expected a stress in Pa (a number, or text such as "70.3 GPa"), '
+     'got "70.3 Gpa" (unknown unit "Gpa"; did you mean GPa?)'),
+    ("1440 kg/m^3", "heavy",
+     '6:12: cable.density: expected a density in kg/m^3 (a number, or text such as "1440 kg/m^3"), got "heavy"'),
     ("184.4883 m", "-184.4883 m", '8:23: cable.unstretched_length: must be positive, got "-184.4883 m"'),
     ("2.69 mm^2", "0", "7:9: cable.area: must be positive, got 0"),
-    (
-        "2.69 mm^2",
-        ".nan",
-        '7:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2"), '
-        "got nan, which is not finite",
-    ),
-    (
-        "6 m/s",
-        ".inf",
-        '13:15: wind.speed: expected a speed in m/s (a number, or text such as "6 m/s"), got inf, which is not finite',
-    ),
-    (
-        "gravity: 9.81",
-        "gravity: no",
-        '1:10: gravity: expected an acceleration in m/s^2 (a number, or text such as "9.81 m/s^2"), got "no"',
-    ),
+    ("2.69 mm^2", ".nan", '7:9: cable.area: expected an area in m^2 (a number, or text such as "2.69 mm^2"), '
+     "got nan, which is not finite"),
+    ("6 m/s", ".inf",
+     '13:15: wind.speed: expected a speed in m/s (a number, or text such as "6 m/s"), got inf, which is not finite'),
+    ("gravity: 9.81", "gravity: no",
+     '1:10: gravity: expected an acceleration in m/s^2 (a number, or text such as "9.81 m/s^2"), got "no"'),
     ("gravity: 9.81", "gravity: -1", "1:10: gravity: must not be negative, got -1"),
     ("[185.8, 0, 0]", "[0, 0, 0]", "3:9: cable.ends: the two ends coincide"),
     ("[185.8, 0, 0]", "[185.8, 0]", "3:21: cable.ends.1: expected 3 components, got 2"),
     ("[185.8, 0, 0]", "[185.8, 0, 0, 0]", "3:21: cable.ends.1: expected at most 3 items, got 4"),
     (", [185.8, 0, 0]", "", "3:9: cable.ends: expected 2 points, got 1"),
     ("[[0, 0, 0], [185.8, 0, 0]]", "5", "3:9: cable.ends: expected a list, got 5"),
-    (
-        "184.4883 m",
-        "184.4883 mm",
-        "8:23: cable.unstretched_length: 0.1844883 m is 0.000993 times the distance of the ends, 185.8 m "
-        "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)",
-    ),
-    (
-        "184.4883 m",
-        "184.4883 km",
-        "8:23: cable.unstretched_length: 184488.3 m is 993 times the distance of the ends, 185.8 m "
-        "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)",
-    ),
+    ("184.4883 m", "184.4883 mm",
+     "8:23: cable.unstretched_length: 0.1844883 m is 0.000993 times the distance of the ends, 185.8 m "
+     "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)"),
+    ("184.4883 m", "184.4883 km",
+     "8:23: cable.unstretched_length: 184488.3 m is 993 times the distance of the ends, 185.8 m "
+     "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)"),
     ("139.35 m", "190 m", "10:16: cable.loads.0.at: 190 m is not on the cable, which is 184.4883 m long"),
     ("{at: 139.35 m, ", "{", "10:11: cable.loads.0: missing key: at"),
     ("[{at: 139.35 m, force: [0 N, 0 N, -1 N]}]", "{at: 1}", "10:10: cable.loads: expected a list, got a mapping"),
-    (
-        "{mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}",
-        "[50 kg]",
-        "11:10: gondola: expected a mapping with the keys mass, area, drag_coefficient, got a list",
-    ),
-    (
-        "50 kg",
-        "{a: 1}",
-        '11:17: gondola.mass: expected a mass in kg (a number, or text such as "50 kg"), got a mapping',
-    ),
+    ("{mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}", "[50 kg]",
+     "11:10: gondola: expected a mapping with the keys mass, area, drag_coefficient, got a list"),
+    ("50 kg", "{a: 1}",
+     '11:17: gondola.mass: expected a mass in kg (a number, or text such as "50 kg"), got a mapping'),
     ("50 kg", "0", "11:17: gondola.mass: must be positive, got 0"),
     ("aramid", "arammid", '4:13: cable.material: unknown material "arammid" (did you mean aramid?)'),
     ("location: ground", "location: sky", '12:19: winch.location: got "sky" (allowed: ground, gondola)'),
     ("model: modal", "model: modl", '9:20: cable.damping.model: got "modl" (did you mean modal?)'),
     ("ratio: 0.01", "ratio: -1", "9:34: cable.damping.ratio: must not be negative, got -1"),
     ("ratio: 0.01", "viscous: -1", "9:36: cable.damping.viscous: must not be negative, got -1"),
-    (
-        "ratio: 0.01",
-        "viscous: 1 N/m",
-        "9:36: cable.damping.viscous: expected a viscous damping per length in N s/m^2 "
-        '(a number, or text such as "0.02 N s/m^2"), got "1 N/m" (stiffness)',
-    ),
-    (
-        "model: modal",
-        "model: hysteretic",
-        "9:39: cable.damping.ratio: belongs to the model modal; the model is hysteretic, with loss_factor",
-    ),
-    (
-        "model: modal, ratio: 0.01",
-        "model: hysteretic",
-        "9:12: cable.damping: missing key: loss_factor (the model is hysteretic)",
-    ),
-    (
-        "gain: 0.325",
-        "gain: {auto: {gain_margin: 6 m}}",
-        "12:67: winch.controller.gain.auto.gain_margin: expected a level in dB "
-        '(a number, or text such as "6 dB"), got "6 m"',
-    ),
-    (
-        "frequency: coupled",
-        "frequency: copled",
-        "12:72: winch.controller.notch.frequency: expected one of coupled, static, or a frequency in Hz "
-        '(a number, or text such as "10 Hz"), got "copled"',
-    ),
+    ("ratio: 0.01", "viscous: 1 N/m", "9:36: cable.damping.viscous: expected a viscous damping per length in N s/m^2 "
+     '(a number, or text such as "0.02 N s/m^2"), got "1 N/m" (stiffness)'),
+    ("model: modal", "model: hysteretic",
+     "9:39: cable.damping.ratio: belongs to the model modal; the model is hysteretic, with loss_factor"),
+    ("model: modal, ratio: 0.01", "model: hysteretic",
+     "9:12: cable.damping: missing key: loss_factor (the model is hysteretic)"),
+    ("gain: 0.325", "gain: {auto: {gain_margin: 6 m}}",
+     "12:67: winch.controller.gain.auto.gain_margin: expected a level in dB "
+     '(a number, or text such as "6 dB"), got "6 m"'),
+    ("frequency: coupled", "frequency: copled",
+     "12:72: winch.controller.notch.frequency: expected one of coupled, static, or a frequency in Hz "
+     '(a number, or text such as "10 Hz"), got "copled"'),
     ("gravity: 9.81", "columns: [sag]", "1:1: this is a study (it has the key columns): use 'cablestudy sweep'"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("old", "new", "message"), BAD)
@@ -328,13 +246,6 @@ def test_a_value_of_a_missing_material_is_asked_for():
     assert len(mistakes_of(text)) == 1
 
 
-def test_inclination_beyond_vertical_is_refused_and_a_bare_number_is_radian():
-    expected = "--set cable.inclination: must be from -90 deg to 90 deg (a bare number is rad), got "
-    for written in ("90.001 deg", "19"):
-        found = mistakes_of(GOOD, "cable.chord=185.8", f"cable.inclination={written}")
-        assert found == [expected + (f'"{written}"' if "deg" in written else written)]
-
-
 def test_all_mistakes_are_reported_at_once_in_the_order_of_the_file():
     text = GOOD.replace("gravity", "gravty").replace("2.69 mm^2", "2 kg\n  diameter: 1 mm").replace("50 kg", "0")
     assert [line.split(":")[1] for line in mistakes_of(text)] == ["1", "7", "8", "12"]
@@ -345,24 +256,29 @@ def test_a_wrong_base_value_is_reported_in_the_base_file():
     assert mistakes_of("base: base.yaml\ngravity: 1\n") == ["base.yaml:7:9: cable.area: must be positive, got 0"]
 
 
-def test_two_set_options_of_one_group_are_a_mistake():
-    assert mistakes_of(GOOD, "cable.area=1", "cable.diameter=2")[0].startswith(
-        "--set cable.diameter: given together with area"
-    )
+STEEP = "--set cable.inclination: must be from -90 deg to 90 deg (a bare number is rad), got "
+APART = "the two ends are {} m apart: out of range (1e-09 to 1e+09 m)"
 
 
-def test_products_of_keys_that_no_cable_has_are_refused():
-    found = mistakes_of(GOOD, "cable.area=1e9", "cable.elastic_modulus=1e30", "cable.density=1e15")
-    product = "times the area of the cross-section is"
-    assert found == [
-        f"--set cable.density: {product} 1e+24 kg/m: out of range (1e-18 to 1e+12 kg/m)",
-        f"--set cable.elastic_modulus: {product} 1e+39 N: out of range (1e-12 to 1e+24 N)",
-    ]
-    apart = "the two ends are {} m apart: out of range (1e-09 to 1e+09 m)"
-    assert mistakes_of(GOOD, "cable.ends=[[-1e9, 0, 0], [1e9, 0, 0]]")[0].endswith(apart.format("2e+09"))
-    assert mistakes_of(GOOD, "cable.ends=[[0, 0, 0], [1e-10, 0, 0]]")[0].endswith(apart.format("1e-10"))
-    found = mistakes_of(GOOD, "cable.preload=1e20", "cable.loads=null")[0]
-    assert "1e+20 N is 5.29e+14 times the elastic modulus times the area: out of range (1e-18 to 10 times)" in found
+@pytest.mark.parametrize(
+    ("sets", "messages"),
+    [
+        (["cable.area=1", "cable.diameter=2"], ["--set cable.diameter: given together with area"]),
+        (["cable.chord=185.8", "cable.inclination=90.001 deg"], [STEEP + '"90.001 deg"']),
+        (["cable.chord=185.8", "cable.inclination=19"], [STEEP + "19"]),
+        (["cable.area=1e9", "cable.elastic_modulus=1e30", "cable.density=1e15"],
+         ["--set cable.density: times the area of the cross-section is 1e+24 kg/m: out of range (1e-18 to 1e+12 kg/m)",
+          "--set cable.elastic_modulus: times the area of the cross-section is 1e+39 N: out of range "
+          "(1e-12 to 1e+24 N)"]),
+        (["cable.ends=[[-1e9, 0, 0], [1e9, 0, 0]]"], [APART.format("2e+09")]),
+        (["cable.ends=[[0, 0, 0], [1e-10, 0, 0]]"], [APART.format("1e-10")]),
+        (["cable.preload=1e20", "cable.loads=null"],
+         ["1e+20 N is 5.29e+14 times the elastic modulus times the area: out of range (1e-18 to 10 times)"]),
+    ],
+)  # fmt: skip
+def test_values_that_do_not_go_together_are_refused(sets, messages):
+    for line, message in zip(mistakes_of(GOOD, *sets), messages, strict=True):
+        assert message in line
 
 
 KEYS = [".".join((*path, name)).replace("*", "0") for path, model in TABLES.items() for name in model.model_fields]
@@ -392,40 +308,25 @@ def test_a_quantity_beyond_its_range_is_refused_in_one_line(key):
         assert re.fullmatch(rf"--set {key}: (.*: )?(must (be|not be) .*|expected .* which is not finite)", found)
 
 
-def test_varied_values_beyond_a_range_are_refused():
-    Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    vary = "vary: [{gondola.mass: {from: 1 kg, to: 1e20 kg, count: 3, spacing: log}}]\n"
-    sample = "sample: {method: sobol, count: 2048, over: {gondola.mass: {from: 1 kg, to: 1e20 kg}}}\n"
-    for entry in (vary, sample):
-        Path("study.yaml").write_text("base: s.yaml\ncolumns: [sag]\n" + entry, encoding="utf-8")
-        with pytest.raises(SceneError, match=r"gondola\.mass: must be from 1e-09 to 1e\+15 kg, got"):
-            read_study("study.yaml").check()
+ANCHORED = GOOD.replace("gondola: {", "gondola: &a {").replace("wind: {", "wind: {<<: *a, ")
 
 
 @pytest.mark.parametrize(
-    ("option", "message"),
+    ("text", "sets", "message"),
     [
-        ("<<=1", "--set <<: unknown key (allowed: gravity, cable, gondola, winch, wind, model)"),
-        ("<a=1", "--set <a: unknown key (allowed: gravity, cable, gondola, winch, wind, model)"),
-        ("cable.<<={a: 1}", "--set cable.<<: unknown key (allowed: ends, chord, inclination, "),
-        ("winch.controller.gain.<number>=1", "--set winch.controller.gain.<number>: winch.controller.gain is 0.325, "),
-        (
-            "winch.controller.gain={<mapping>: 1}",
-            "--set winch.controller.gain: missing key: auto",
-        ),
+        (GOOD, ["<<=1"], "--set <<: unknown key (allowed: gravity, cable, gondola, winch, wind, model)"),
+        (GOOD, ["<a=1"], "--set <a: unknown key (allowed: gravity, cable, gondola, winch, wind, model)"),
+        (GOOD, ["cable.<<={a: 1}"], "--set cable.<<: unknown key (allowed: ends, chord, inclination, "),
+        (GOOD, ["winch.controller.gain.<number>=1"],
+         "--set winch.controller.gain.<number>: winch.controller.gain is 0.325, "),
+        (GOOD, ["winch.controller.gain={<mapping>: 1}"], "--set winch.controller.gain: missing key: auto"),
+        (GOOD + "<<: 3\n", [], "s.yaml:15:1: <<: unknown key (allowed: gravity, "),
+        (ANCHORED, [], "s.yaml:13:8: wind.<<: unknown key (allowed: speed, "),
+        (GOOD.replace("  area: ", "  <x: 1\n  area: "), [], "s.yaml:7:3: cable.<x: unknown key ("),
     ],
-)
-def test_a_merge_key_is_an_unknown_key(option, message):
-    assert mistakes_of(GOOD, option)[0].startswith(message)
-
-
-def test_merge_keys_in_a_file_are_unknown_keys():
-    assert mistakes_of(GOOD + "<<: 3\n")[0].startswith("s.yaml:15:1: <<: unknown key (allowed: gravity, ")
-    text = GOOD.replace("gondola: {", "gondola: &a {").replace("wind: {", "wind: {<<: *a, ")
-    assert mistakes_of(text)[0].startswith("s.yaml:13:8: wind.<<: unknown key (allowed: speed, ")
-    assert mistakes_of(GOOD.replace("  area: ", "  <x: 1\n  area: "))[0].startswith(
-        "s.yaml:7:3: cable.<x: unknown key ("
-    )
+)  # fmt: skip
+def test_a_merge_key_is_an_unknown_key(text, sets, message):
+    assert mistakes_of(text, *sets)[0].startswith(message)
 
 
 LONG = "x" * 100_000
@@ -434,23 +335,17 @@ LONG = "x" * 100_000
 @pytest.mark.parametrize(
     ("text", "sets"),
     [
-        (GOOD.replace("2.69 mm^2", LONG), ()),
-        (GOOD.replace("2.69 mm^2", f"1 {LONG}"), ()),
-        (GOOD.replace("area", LONG[:1000]), ()),
-        (GOOD.replace("aramid", LONG), ()),
-        (GOOD.replace("location: ground", f"location: {LONG}"), ()),
-        (GOOD.replace("gravity: 9.81", f"base: {LONG}"), ()),
-        (GOOD.replace("gravity: 9.81", f"gravity: *{LONG}"), ()),
-        (GOOD.replace("gravity: 9.81", f"gravity: !{LONG} 1"), ()),
-        (GOOD.replace("gravity: 9.81", f"'{LONG}\\n': 1"), ()),
+        *((GOOD.replace(old, new), ()) for old, new in [
+            ("2.69 mm^2", LONG), ("2.69 mm^2", f"1 {LONG}"), ("area", LONG[:1000]), ("aramid", LONG),
+            ("location: ground", f"location: {LONG}"), ("gravity: 9.81", f"base: {LONG}"),
+            ("gravity: 9.81", f"gravity: *{LONG}"), ("gravity: 9.81", f"gravity: !{LONG} 1"),
+            ("gravity: 9.81", f"'{LONG}\\n': 1"),
+        ]),
         (GOOD + f"{LONG[:1000]}: 1\n{LONG[:1000]}: 1\n", ()),
         (LONG, ()),
-        (GOOD, (LONG,)),
-        (GOOD, (f"{LONG}=1",)),
-        (GOOD, (f"gravity.{LONG}=1",)),
-        (GOOD, (f"gravity={LONG}",)),
+        *((GOOD, (option,)) for option in (LONG, f"{LONG}=1", f"gravity.{LONG}=1", f"gravity={LONG}")),
     ],
-)
+)  # fmt: skip
 def test_long_values_are_cut_in_messages(text, sets):
     assert all(len(line) < 1000 for line in mistakes_of(text, *sets))
 
@@ -474,16 +369,14 @@ def test_a_thousand_cases_cost_less_than_a_second():
     # A guard against accidental slowness, far above what it takes.
     Path("s.yaml").write_text(GOOD, encoding="utf-8")
     document = read_document("s.yaml")
-    start = time.perf_counter()
+    start = time.process_time()
     for case in range(1000):
         read_scene(document.with_sets([("cable.area", f"{case + 1} mm^2", "x"), ("gondola.mass", case + 1, "y")]))
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
 
 
 _SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
-_SCALARS |= st.sampled_from(
-    ["1 m", "2 mm^2", "3 kg", "none", "modal", "aramid", "0 deg", "coupled", 1e308, 1e-308, 10**400]
-)
+_SCALARS |= st.sampled_from(["1 m", "2 mm^2", "3 kg", "none", "modal", "aramid", "0 deg", "coupled", 1e308, 10**400])
 _KEYS = sorted({key for model in TABLES.values() for key in model.model_fields} | {"x", "vary"})
 _TREES = st.recursive(
     _SCALARS,
@@ -509,7 +402,6 @@ def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(tmp_path_factory, k
 
 
 def _objects(node):
-    """Every JSON Schema of a mapping inside of a schema."""
     if isinstance(node, dict):
         if "properties" in node and node.get("type") == "object":
             yield node

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ from cablestudy.study.columns import find
 from cablestudy.study.loops import _waves
 from cablestudy.study.row import evaluate
 
+HYSTERETIC = "cable.damping={loss_factor: 0.02}"
 SHORT = {  # a cable of one metre whose 19th mode the gain drives
     "cable": {"chord": 1.009, "inclination": 0.392, "elastic_modulus": 2.36e9, "density": 825, "area": 1.54e-6,
               "unstretched_length": 1.009, "damping": {"time": 3.81e-4}},
@@ -72,15 +72,10 @@ def dense_growth(case, gain, order):
     return (poles.real / np.abs(poles)).max(initial=-1.0)
 
 
-@cache
-def plant_of(seed):
-    case = Case(random_scene(seed)).refined(1, 16)
-    return case, case.plant
-
-
 @pytest.mark.parametrize("seed", [1, 2, 3, 6, 9, 11, 13, 14])
 def test_no_loop_is_called_stable_that_dense_matrices_on_two_meshes_call_unstable(seed):
-    case, plant = plant_of(seed)
+    case = Case(random_scene(seed)).refined(1, 16)
+    plant = case.plant
     try:
         plant.check_damped()
         limit = plant.largest_gain
@@ -131,9 +126,9 @@ def test_with_viscous_damping_the_limit_is_that_of_dense_matrices(viscous):
 
 def test_the_largest_gain_has_the_error_that_it_states():
     columns = [find("largest_gain"), find("error_estimate")]
-    exact = evaluate(short(1.0, 1e-8, viscous=2e-6), columns).cells["largest_gain_rad_per_s"]
+    exact = evaluate(short(1.0, 1e-8, viscous=2e-5), columns).cells["largest_gain_rad_per_s"]
     for accuracy in (1e-3, 1e-5, 1e-7):
-        cells = evaluate(short(1.0, accuracy, viscous=2e-6), columns).cells
+        cells = evaluate(short(1.0, accuracy, viscous=2e-5), columns).cells
         assert cells["status"] == "ok"
         assert cells["error_estimate"] <= accuracy
         assert cells["largest_gain_rad_per_s"] == pytest.approx(exact, rel=3 * accuracy)
@@ -163,22 +158,22 @@ def test_the_bound_on_what_can_be_driven_holds_for_every_mode_above_it():
 
 
 def test_too_many_modes_are_refused_with_their_number():
-    slack = scene("cable.damping={loss_factor: 0.02}", "model.accuracy=1e-3", "gondola.mass=0.05 kg",
-                  "winch.controller.gain=3", "cable.unstretched_length=186 m")  # fmt: skip
+    slack = scene(HYSTERETIC, "model.accuracy=1e-3", "gondola.mass=0.05 kg", "winch.controller.gain=3",
+                  "cable.unstretched_length=186 m")  # fmt: skip
     with pytest.raises(NoSolutionError, match=r"could drive about \d+ modes of the cable.*cable\.damping\.viscous"):
         Loop.of(Case(slack).refined(1, 30).plant, 3.0).check_stable()
 
 
 def test_a_damped_gondola_on_an_undamped_cable_is_not_called_undamped():
-    case = Case(scene("cable.damping={loss_factor: 0.02}"))
-    assert -case.loop.gondola_pole.real > UNDAMPED * abs(case.loop.gondola_pole)
-    case.loop.at_rest.check_stable()
-    replace(case.loop, gain=0.1).check_stable()
+    loop = Case(scene(HYSTERETIC)).loop
+    assert -loop.gondola_pole.real > UNDAMPED * abs(loop.gondola_pole)
+    loop.at_rest.check_stable()
+    replace(loop, gain=0.1).check_stable()
 
 
 def test_the_largest_gain_followed_from_another_level_is_that_of_a_search():
     accuracy = 1e-4
-    scene = short(1.0, accuracy, viscous=2e-6)
+    scene = short(1.0, accuracy, viscous=2e-5)
     case = Case(scene)
     coarse = case.refined(1, 12).plant
     assert coarse.largest_gain

@@ -13,6 +13,7 @@ from cablestudy.cable.element import basis
 from cablestudy.cable.stiffness import internal_forces, state_at, tangent_stiffness
 
 each_cable = pytest.mark.parametrize("span", CABLES.values(), ids=CABLES)
+STEP = 1e-30j
 each_order = pytest.mark.parametrize("order", [1, 2, 3, 8])
 
 
@@ -42,14 +43,12 @@ def test_forces_are_the_gradient_of_the_energy_at_any_place_of_the_nodes(span, o
     mesh = state.mesh
     rng = np.random.default_rng(order)
     places = positions_of(state) + 0.05 / mesh.elements / order * span.chord * rng.normal(size=(mesh.nodes, 3))
-    found, step = internal_forces(state_at(span, mesh, places)), 1e-30
-    for node in range(mesh.nodes):
-        for axis in range(3):
-            moved = places.astype(complex)
-            moved[node, axis] += 1j * step
-            assert found[node, axis] == pytest.approx(
-                energy(span, mesh, moved).imag / step, abs=1e-12 * abs(found).max()
-            )
+    found, expected = internal_forces(state_at(span, mesh, places)), np.empty_like(places)
+    for place in np.ndindex(places.shape):
+        moved = places.astype(complex)
+        moved[place] += STEP
+        expected[place] = energy(span, mesh, moved).imag / abs(STEP)
+    assert found == pytest.approx(expected, abs=1e-12 * abs(found).max())
 
 
 @each_cable
@@ -62,11 +61,10 @@ def test_the_tangent_is_the_derivative_of_the_forces(span, order, displaced):
     if displaced:
         places = places + 1e-2 / order * span.chord * np.random.default_rng(1).normal(size=places.shape)
     K = sum(tangent_stiffness(state_at(span, state.mesh, places) if displaced else state)).toarray()
-    step = 1e-30
-    for column in range(K.shape[1]):
+    for column, place in enumerate(np.ndindex(places.shape)):
         moved = places.astype(complex)
-        moved[column // 3, column % 3] += 1j * step
-        derivative = internal_forces(state_at(span, state.mesh, moved)).imag.ravel() / step
+        moved[place] += STEP
+        derivative = internal_forces(state_at(span, state.mesh, moved)).imag.ravel() / abs(STEP)
         assert np.abs(derivative - K[:, column]).max() < 1e-8 * np.abs(K[:, column]).max()
 
 
@@ -139,24 +137,16 @@ def test_bars_are_the_papers_bars(span, elements):
     state = state_of(span, elements)
     places, lengths = positions_of(state), state.mesh.sizes * span.unstretched_length
     expected = np.zeros((2, 3 * state.mesh.nodes, 3 * state.mesh.nodes))
-    for i, unstretched in enumerate(lengths):
-        bar = places[i + 1] - places[i]
+    for i, (unstretched, bar) in enumerate(zip(lengths, np.diff(places, axis=0), strict=True)):
         length = np.linalg.norm(bar)
-        n = bar / length
+        axis = np.outer(bar, bar) / length**2
         force = state.tension[i, 0] * state.force
         assert force == pytest.approx(span.axial_stiffness * (length / unstretched - 1), rel=1e-8)
-        block = slice(3 * i, 3 * i + 6)
-        pattern = np.array([[1, -1], [-1, 1]])
-        expected[0][block, block] += np.kron(pattern, np.outer(n, n) * span.axial_stiffness / unstretched)
-        expected[1][block, block] += np.kron(pattern, (np.eye(3) - np.outer(n, n)) * force / length)
+        block, pattern = slice(3 * i, 3 * i + 6), [[1, -1], [-1, 1]]
+        expected[0][block, block] += np.kron(pattern, axis * span.axial_stiffness / unstretched)
+        expected[1][block, block] += np.kron(pattern, (np.eye(3) - axis) * force / length)
     for part, textbook in zip(tangent_stiffness(state), expected, strict=True):
         assert np.abs(part.toarray() - textbook).max() < 1e-11 * np.abs(textbook).max()
-
-
-def test_a_large_cable_stays_sparse():
-    state = state_of(paper_span(186.0), 2000)
-    elastic, geometric = tangent_stiffness(state, "global")
-    assert elastic.nnz + geometric.nnz < 2 * 9 * 3 * state.mesh.nodes
 
 
 def test_the_example_of_the_documentation():

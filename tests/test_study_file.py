@@ -1,6 +1,6 @@
 """Study files: grid and zip, what each case is, and every mistake at its place."""
 
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 
 import pytest
@@ -53,22 +53,12 @@ def test_a_study_without_anything_varied_is_one_case():
 
 def test_entries_multiply_with_the_last_one_fastest():
     cases = overrides_of("  - {cable.area: [1 mm^2, 2 mm^2]}\n  - {gondola.mass: [10, 20, 30]}\n")
-    assert [tuple(case.values()) for case in cases] == [
-        ("1 mm^2", 10),
-        ("1 mm^2", 20),
-        ("1 mm^2", 30),
-        ("2 mm^2", 10),
-        ("2 mm^2", 20),
-        ("2 mm^2", 30),
-    ]
+    assert [tuple(case.values()) for case in cases] == list(product(["1 mm^2", "2 mm^2"], [10, 20, 30]))
 
 
 def test_keys_of_one_entry_go_together():
     cases = overrides_of("  - {cable.area: [1 mm^2, 2 mm^2], gondola.mass: {from: 1 kg, to: 2 kg, count: 2}}\n")
-    assert cases == [
-        {"cable.area": "1 mm^2", "gondola.mass": "1 kg"},
-        {"cable.area": "2 mm^2", "gondola.mass": "2 kg"},
-    ]
+    assert cases == [{"cable.area": "1 mm^2", "gondola.mass": "1 kg"}, {"cable.area": "2 mm^2", "gondola.mass": "2 kg"}]
 
 
 def test_values_may_be_mappings_and_null_removes():
@@ -117,88 +107,58 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
 
 
 @pytest.mark.parametrize(
-    ("text", "messages"),
+    ("text", "message"),
     [
-        (SCENE, ["1:1: this is a scene (it has the key cable): use 'cablestudy static'"]),
-        ("columns: [sag]\n", ["1:1: missing key: base"]),
-        ("base: scene.yaml\n", ["1:1: missing key: columns"]),
-        (HEAD + "colums: 1\n", ["3:1: colums: unknown key (did you mean columns?)"]),
-        ("base: scene.yaml\ncolumns: []\n", ["2:10: columns: expected at least 1 item, got 0"]),
-        ("base: scene.yaml\ncolumns: sag\n", ['2:10: columns: expected a list, got "sag"']),
-        ("base: scene.yaml\ncolumns: [sag, 5, a, sag]\n", ["2:16: columns.1: expected text, got 5"]),
-        ("base: scene.yaml\ncolumns: [sag, a, sag]\n", ["2:19: columns.2: sag is given twice"]),
-        ("base: absent.yaml\ncolumns: [sag]\n", ["1:7: base: absent.yaml: no such file"]),
-        (HEAD + "reference: absent.csv\n", ["3:12: reference: absent.csv: no such file"]),
-        (HEAD + "plot: {x: sag}\n", ["3:7: plot: missing key: y"]),
-        (HEAD + "plot: {x: sag, y: sag, logx: 1}\n", ["3:30: plot.logx: expected true or false, got 1"]),
-        (HEAD + "check: 1e-6\n", ["3:8: check: expected a mapping, got 1e-06"]),
-        (
-            HEAD + "check: {rtol: -1, sag: 1 m}\n",
-            [
-                "3:15: check.rtol: must not be negative, got -1",
-                '3:24: check.sag: expected a pure number (a number, or text such as "5 %"), got "1 m" (length)',
-            ],
-        ),
-        (HEAD + "set: [1]\n", ["3:6: set: expected a mapping, got a list"]),
-        (HEAD + "vary: {a: [1]}\n", ["3:7: vary: expected a list, got a mapping"]),
-        (HEAD + "vary: [{}]\n", ["3:8: vary.0: an entry without a key"]),
-        (
-            HEAD + "vary: [{gravity: 5}]\n",
-            ["3:18: vary.0.gravity: expected a list of values, or a range {from, to, count}, got 5"],
-        ),
-        (HEAD + "vary: [{gravity: []}]\n", ["3:18: vary.0.gravity: expected at least one value"]),
-        (
-            HEAD + "vary: [{gravity: {from: 1, to: 2}}]\n",
-            ["3:18: vary.0.gravity: a range needs the key count (from, to, count, spacing)"],
-        ),
-        (
-            HEAD + "vary: [{gravity: [1, 2], gondola.mass: [1, 2, 3]}]\n",
-            [
-                "3:8: vary.0: keys of one entry go together and need equally many values: gravity 2, gondola.mass 3",
-            ],
-        ),
-        (
-            HEAD + "vary: [{gravity: [1]}, {gravity: [2]}]\n",
-            ["3:34: vary.1.gravity: varies in an entry above already"],
-        ),
-        (
-            HEAD + "vary: [{gravity: {from: 1, to: 2, count: 10000}}, {cable.sag: {from: 1, to: 2, count: 10000}}]\n",
-            ["3:7: vary: 100000000 cases (at most 10000000)"],
-        ),
-        (
-            HEAD + "vary: [{gravity: [1, -1, x]}]\n",
-            [
-                "3:22: gravity: must not be negative, got -1",
-                f'3:26: gravity: {ACCELERATION}, got "x"',
-            ],
-        ),
-        (HEAD + "vary: [{cable.densty: [1]}]\n", ["3:24: cable.densty: unknown key (did you mean density?)"]),
-        (HEAD + "vary: [{gravity.x: [1]}]\n", [f"3:21: gravity: {ACCELERATION}, got a mapping"]),
-        (HEAD + "set: {cable.densty: 1}\n", ["3:21: cable.densty: unknown key (did you mean density?)"]),
-        (
-            HEAD + "set: {cable.material.x: 1}\n",
-            ["3:25: cable.material.x: cable.material is 'aramid', which has no key x"],
-        ),
-        (
-            HEAD + "set: {gravity: 1}\nvary: [{gravity: [2]}]\n",
-            ["3:16: gravity: has no effect: the study varies this key, or one that replaces it"],
-        ),
-        (
-            HEAD + "vary: [{cable.area: [1 mm^2]}, {cable.diameter: [1 mm]}]\n",
-            ["3:50: cable.diameter: given together with area: give exactly one of area, diameter"],
-        ),
+        (SCENE, "1:1: this is a scene (it has the key cable): use 'cablestudy static'"),
+        ("columns: [sag]", "1:1: missing key: base"),
+        ("base: scene.yaml", "1:1: missing key: columns"),
+        ("base: scene.yaml\ncolumns: []", "2:10: columns: expected at least 1 item, got 0"),
+        ("base: scene.yaml\ncolumns: sag", '2:10: columns: expected a list, got "sag"'),
+        ("base: scene.yaml\ncolumns: [sag, 5, a, sag]", "2:16: columns.1: expected text, got 5"),
+        ("base: scene.yaml\ncolumns: [sag, a, sag]", "2:19: columns.2: sag is given twice"),
+        ("base: absent.yaml\ncolumns: [sag]", "1:7: base: absent.yaml: no such file"),
+        (HEAD + "colums: 1", "3:1: colums: unknown key (did you mean columns?)"),
+        (HEAD + "reference: absent.csv", "3:12: reference: absent.csv: no such file"),
+        (HEAD + "plot: {x: sag}", "3:7: plot: missing key: y"),
+        (HEAD + "plot: {x: sag, y: sag, logx: 1}", "3:30: plot.logx: expected true or false, got 1"),
+        (HEAD + "check: 1e-6", "3:8: check: expected a mapping, got 1e-06"),
+        (HEAD + "check: {rtol: -1}", "3:15: check.rtol: must not be negative, got -1"),
+        (HEAD + "check: {sag: 1 m}",
+         '3:14: check.sag: expected a pure number (a number, or text such as "5 %"), got "1 m" (length)'),
+        (HEAD + "set: [1]", "3:6: set: expected a mapping, got a list"),
+        (HEAD + "set: {cable.densty: 1}", "3:21: cable.densty: unknown key (did you mean density?)"),
+        (HEAD + "set: {cable.material.x: 1}", "3:25: cable.material.x: cable.material is 'aramid', which has no key x"),
+        (HEAD + "set: {gravity: 1}\nvary: [{gravity: [2]}]",
+         "3:16: gravity: has no effect: the study varies this key, or one that replaces it"),
+        (HEAD + "vary: {a: [1]}", "3:7: vary: expected a list, got a mapping"),
+        (HEAD + "vary: [{}]", "3:8: vary.0: an entry without a key"),
+        (HEAD + "vary: [{gravity: 5}]",
+         "3:18: vary.0.gravity: expected a list of values, or a range {from, to, count}, got 5"),
+        (HEAD + "vary: [{gravity: []}]", "3:18: vary.0.gravity: expected at least one value"),
+        (HEAD + "vary: [{gravity: {from: 1, to: 2}}]",
+         "3:18: vary.0.gravity: a range needs the key count (from, to, count, spacing)"),
+        (HEAD + "vary: [{gravity: [1, 2], gondola.mass: [1, 2, 3]}]",
+         "3:8: vary.0: keys of one entry go together and need equally many values: gravity 2, gondola.mass 3"),
+        (HEAD + "vary: [{gravity: [1]}, {gravity: [2]}]", "3:34: vary.1.gravity: varies in an entry above already"),
+        (HEAD + "vary: [{gravity: {from: 1, to: 2, count: 10000}}, {cable.sag: {from: 1, to: 2, count: 10000}}]",
+         "3:7: vary: 100000000 cases (at most 10000000)"),
+        (HEAD + "vary: [{gravity: [1, -1, x]}]",
+         f'3:22: gravity: must not be negative, got -1\nstudy.yaml:3:26: gravity: {ACCELERATION}, got "x"'),
+        (HEAD + "vary: [{cable.densty: [1]}]", "3:24: cable.densty: unknown key (did you mean density?)"),
+        (HEAD + "vary: [{gravity.x: [1]}]", f"3:21: gravity: {ACCELERATION}, got a mapping"),
+        (HEAD + "vary: [{cable.area: [1 mm^2]}, {cable.diameter: [1 mm]}]",
+         "3:50: cable.diameter: given together with area: give exactly one of area, diameter"),
     ],
-)
-def test_a_mistake_is_reported_at_its_place(text, messages):
-    assert mistakes_of(text) == [f"study.yaml:{message}" for message in messages]
+)  # fmt: skip
+def test_a_mistake_is_reported_at_its_place(text, message):
+    assert "\n".join(mistakes_of(text + "\n")) == f"study.yaml:{message}"
 
 
 def test_a_set_option_that_the_study_varies_is_refused():
     text = HEAD + "vary: [{cable.area: [1 mm^2]}]\n"
-    expected = "--set {0}: has no effect: the study varies this key, or one that replaces it"
     assert mistakes_of(text, "cable.area=2 mm^2", "cable.diameter=1 mm") == [
-        expected.format("cable.area"),
-        expected.format("cable.diameter"),
+        f"--set {key}: has no effect: the study varies this key, or one that replaces it"
+        for key in ("cable.area", "cable.diameter")
     ]
 
 

@@ -1,4 +1,4 @@
-"""`cable/parts.py`: the halves that a level cable's motion falls into, against the whole."""
+"""`cable/symmetry.py`: the symmetric and antisymmetric modes of a level cable, against the whole solved at once."""
 
 from dataclasses import replace
 
@@ -27,10 +27,6 @@ def state_of(span, elements, order, mass="lumped", closed=False):
     return equilibrium.from_catenary(start, mesh) if closed else equilibrium.solve(start, mesh)[0]
 
 
-def dynamics(span, state, axes):
-    return Dynamics(state, (axes,))
-
-
 def mirror_image(shapes, axes):
     """Shapes of the inner nodes, shape (nodes, d, k), in a mirror at right angles to the chord."""
     return shapes[::-1] * np.where(np.array(axes) == 0, -1, 1)[:, None]
@@ -44,7 +40,7 @@ def test_halves_have_the_modes_of_the_whole(span, elements, order, axes, mass):
     """Frequencies and symmetry against a dense solution with K in displacements, all nodes at once."""
     state = state_of(span, elements, order, mass, closed=elements < 40)  # few bars do not hang as deep
     assert state.mirror_symmetric
-    model = dynamics(span, state, axes)
+    model = Dynamics(state, (axes,))
     found, d, nodes = model.lowest(model.dof), len(axes), state.mesh.nodes - 2
     assert len(found) == nodes * d
     assert found.complete
@@ -58,13 +54,12 @@ def test_halves_have_the_modes_of_the_whole(span, elements, order, axes, mass):
     alone = ~(near[1:] | near[:-1])
     assert alone.mean() >= 0.5  # both sides of a deep cable swing nearly by themselves: pairs
     assert np.abs(even[alone]) == pytest.approx(1, abs=1e-6)
-    for k in np.flatnonzero(alone):
-        along = -1 if found.kind[k] == "axial" else 1
-        assert found.symmetry[k] == ("symmetric" if even[k] * along > 0 else "antisymmetric"), k
+    # the sign of a shape's image, where a symmetric axial mode is odd
+    names = zip(found.symmetry, found.kind, strict=True)
+    sign = np.array([1 if (word == "symmetric") != (kind == "axial") else -1 for word, kind in names])
+    assert (np.sign(even[alone]) == sign[alone]).all()
     # every shape is its own image, or the opposite, to rounding; and all are orthonormal
     shapes = found.shapes[1:-1][:, axes] * np.sqrt(span.mass * span.unstretched_length)
-    names = found.symmetry, found.kind
-    sign = [1 if (word == "symmetric") != (kind == "axial") else -1 for word, kind in zip(*names, strict=True)]
     assert mirror_image(shapes, axes) == pytest.approx(sign * shapes, abs=1e-12 * np.abs(shapes).max())
     flat = shapes.reshape(nodes * d, -1)
     assert flat.T @ M @ flat == pytest.approx(np.eye(nodes * d), abs=1e-9)
@@ -81,9 +76,9 @@ def test_a_straight_chain_of_bars_keeps_its_digits(elements, ratio):
     wave = np.sin(np.arange(1, elements) * np.pi / (2 * elements)) / np.pi
     across = wave * np.sqrt(1e6 / ratio / (bar * (1 + 1 / ratio)) / (span.mass * bar))
     along = wave * np.sqrt(1e6 / bar / (span.mass * bar))
-    out = dynamics(span, state, OUT_OF_PLANE).lowest(1000)
+    out = Dynamics(state, (OUT_OF_PLANE,)).lowest(1000)
     assert out.frequency == pytest.approx(across, rel=1e-12)
-    inside = dynamics(span, state, IN_PLANE).lowest(1000)
+    inside = Dynamics(state, (IN_PLANE,)).lowest(1000)
     expected = np.sort(np.concatenate([across, along]))
     # modes come from the compliance: the highest lose the digits of (omega_max/omega_1)^2
     wrong = np.abs(inside.frequency / expected - 1)
@@ -94,49 +89,43 @@ def test_a_straight_chain_of_bars_keeps_its_digits(elements, ratio):
         assert found == [("symmetric", "antisymmetric")[k % 2] for k in range(elements - 1)], kind
 
 
-@pytest.mark.parametrize(
-    "span",
-    [
-        chord_span(100, 0, 1e-10, 1e6, 1e-6),
-        chord_span(100, 0, -1e-6, 1e14),
-        chord_span(100, 0, -0.3, 1e14),
-        chord_span(100, 0, 1e-4, 1e6, 1e-12),
-        chord_span(100, 0, -1e-12, 1e3, 1e-9),
-        chord_span(1, 0, -0.97, 1e8),
-    ],
-    ids=["hardly strained", "stiff and flat", "stiff and slack", "almost weightless", "almost no tension", "deep"],
-)
+EXTREMES = {
+    "hardly strained": chord_span(100, 0, 1e-10, 1e6, 1e-6),
+    "stiff and flat": chord_span(100, 0, -1e-6, 1e14),
+    "stiff and slack": chord_span(100, 0, -0.3, 1e14),
+    "almost weightless": chord_span(100, 0, 1e-4, 1e6, 1e-12),
+    "almost no tension": chord_span(100, 0, -1e-12, 1e3, 1e-9),
+    "deep": chord_span(1, 0, -0.97, 1e8),
+}
+
+
+@pytest.mark.parametrize("span", EXTREMES.values(), ids=EXTREMES)
 @pytest.mark.parametrize(("elements", "order", "closed"), [(40, 1, False), (5, 4, False), (1, 17, True), (4, 12, True)])
 def test_halves_lose_nothing_at_the_ends_of_the_range(span, elements, order, closed):
     """Against the same cable, solved as if it were not its own mirror image."""
     state = state_of(span, elements, order, closed=closed)
     assert state.mirror_symmetric
     for axes in PLANAR:
-        halves, whole = (
-            dynamics(span, one, axes).lowest(12) for one in (state, replace(state, mirror_symmetric=False))
-        )
+        halves, whole = (Dynamics(one, (axes,)).lowest(12) for one in (state, replace(state, mirror_symmetric=False)))
         assert halves.frequency == pytest.approx(whole.frequency, rel=1e-10)
-        assert np.abs(halves.participation) == pytest.approx(
-            np.abs(whole.participation), rel=1e-6, abs=1e-9 * np.abs(whole.participation).max()
-        )
+        forces = np.abs(whole.participation)
+        assert np.abs(halves.participation) == pytest.approx(forces, rel=1e-6, abs=1e-9 * forces.max())
         assert (halves.kind, halves.symmetry) == (whole.kind, whole.symmetry)
 
 
 def test_which_cables_are_their_own_mirror_image():
-    mesh, uneven = mesh_segments(np.ones(1), 4, 3), Mesh(np.array([0, 0.3, 1.0]), 3)
+    even, uneven = mesh_segments(np.ones(1), 4, 3), Mesh(np.array([0, 0.3, 1.0]), 3)
     level, inclined = chord_span(100, 0, -0.1, 1e5), chord_span(100, 1e-6, -0.1, 1e5)
-
-    def mirror_symmetric(span, mesh=mesh):
-        return equilibrium.from_catenary(catenary.solve(span), mesh).mirror_symmetric
-
-    assert mirror_symmetric(level)
-    assert not mirror_symmetric(inclined)
-    assert not mirror_symmetric(level, uneven)
-    assert not mirror_symmetric(
-        chord_span(100, 0, -0.1, 1e5, loads=[(0.5, (0, 0, -10))]), mesh_segments([0.5, 0.5], 4, 3)
-    )
-    assert mirror_symmetric(chord_span(100, 30, 0.01, 1e5, gravity=0.0))
-    # many are where each of them is
-    assert mirror_symmetric(batch([level, level]))
-    assert not mirror_symmetric(batch([level, inclined]))
+    loaded = chord_span(100, 0, -0.1, 1e5, loads=[(0.5, (0, 0, -10))])
+    for span, mesh, expected in (
+        (level, even, True),
+        (inclined, even, False),
+        (level, uneven, False),
+        (loaded, mesh_segments([0.5, 0.5], 4, 3), False),
+        (chord_span(100, 30, 0.01, 1e5, gravity=0.0), even, True),
+        # many are where each of them is
+        (batch([level, level]), even, True),
+        (batch([level, inclined]), even, False),
+    ):
+        assert equilibrium.from_catenary(catenary.solve(span), mesh).mirror_symmetric == expected
     assert batch([level, inclined]).mirror_symmetric.tolist() == [True, False]

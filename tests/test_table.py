@@ -5,7 +5,7 @@ import io
 import json
 import math
 import os
-from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from hypothesis import given
@@ -59,20 +59,9 @@ def test_markdown_keeps_its_columns_whatever_is_in_the_cells():
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [
-        (None, ""),
-        (0.0, "0"),
-        (1344.7541, "1345"),
-        (24193.1, "24190"),
-        (12345678.9, "12350000"),
-        (1.25e12, "1.25e+12"),
-        (0.00012345, "0.0001234"),
-        (1e-7, "1e-07"),
-        (-0.5, "-0.5"),
-        (40, "40"),
-        ("ok", "ok"),
-    ],
-)
+    [(None, ""), (0.0, "0"), (1344.7541, "1345"), (24193.1, "24190"), (12345678.9, "12350000"), (1.25e12, "1.25e+12"),
+     (0.00012345, "0.0001234"), (1e-7, "1e-07"), (-0.5, "-0.5"), (40, "40"), ("ok", "ok")],
+)  # fmt: skip
 def test_four_digits_for_people(value, text):
     assert short(value) == text
 
@@ -87,15 +76,11 @@ def test_a_difference_has_its_sign(value, text):
 def test_a_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "a.csv"
     write_whole(str(path), "old\n")
-    monkeypatch.setattr(os, "replace", _fail)
+    monkeypatch.setattr(os, "replace", Mock(side_effect=OSError(28, "No space left on device")))
     with pytest.raises(SceneError, match="cannot be written"):
         write_whole(str(path), "new, but longer\n")
     assert path.read_text(encoding="utf-8") == "old\n"
     assert [child.name for child in tmp_path.iterdir()] == ["a.csv"]
-
-
-def _fail(*_):
-    raise OSError(28, "No space left on device")
 
 
 def test_a_file_can_be_read_by_others(tmp_path):
@@ -122,6 +107,7 @@ def test_a_stored_table_is_read_back(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        (None, "cannot be read"),
         (b"", "it is empty"),
         (b"# only\n", "it is empty"),
         (b"a,b\n1\n", "row 1 has 1 cells, and the table 2 columns"),
@@ -132,16 +118,12 @@ def test_a_stored_table_is_read_back(tmp_path):
     ],
 )
 def test_what_is_not_a_table_is_refused(tmp_path, text, message):
-    (tmp_path / "a.csv").write_bytes(text)
+    if text is not None:
+        (tmp_path / "a.csv").write_bytes(text)
     with pytest.raises(SceneError) as caught:
         read_csv(str(tmp_path / "a.csv"))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_missing_table_is_refused():
-    with pytest.raises(SceneError, match="cannot be read"):
-        read_csv("absent.csv")
 
 
 @pytest.mark.parametrize(("text", "value"), [("1e3", 1000.0), ("", None), ("ok", None), ("-0.5", -0.5)])
@@ -150,8 +132,8 @@ def test_numbers_in_cells(text, value):
 
 
 def differences(tmp_path, stored, rtol=1e-6):
-    path = Path(tmp_path) / "stored.csv"
-    path.write_text(stored, encoding="utf-8")
+    path = tmp_path / "stored.csv"
+    path.write_text(stored.replace(" ", "\n") + "\n", encoding="utf-8")
     rows = [{"sag_m": 1.0, "status": "ok"}, {"sag_m": None, "status": "broken"}]
     return [str(found) for found in compare(Table(FIELDS[1:], rows), str(path), Tolerance(rtol))]
 
@@ -159,33 +141,28 @@ def differences(tmp_path, stored, rtol=1e-6):
 @pytest.mark.parametrize(
     ("stored", "found"),
     [
-        ("sag_m,status\n1.0,ok\n,broken\n", []),
-        ("sag_m,status\n1.0000001,ok\n,broken\n", []),
-        ("sag_m,status\n1.25,ok\n,broken\n", ["row 1, sag_m: stored 1.25, computed 1.0, ratio 0.8"]),
-        ("sag_m,status\n0,ok\n,broken\n", ["row 1, sag_m: stored 0, computed 1.0"]),
-        ("sag_m,status\nnan,ok\n,broken\n", ["row 1, sag_m: stored nan, computed 1.0, ratio nan"]),
-        (
-            "sag_m,status\n,ok\n2,broken\n",
-            ["row 1, sag_m: stored empty, computed 1.0", "row 2, sag_m: stored 2, computed empty"],
-        ),
-        ("sag_m,status\n1.0,fine\n,broken\n", ["row 1, status: stored fine, computed ok"]),
-        ("sag_m,status\n1.0,ok\n", ["1 rows stored, 2 computed"]),
-        (
-            "status,mass_kg\nok,1\nbroken,1\n",
-            ["column mass_kg: stored, not computed", "column sag_m: computed, not stored"],
-        ),
-        ("status,sag_m\nok,1.0\nbroken,\n", []),  # the order of columns is no difference
+        ("sag_m,status 1.0,ok ,broken", []),
+        ("sag_m,status 1.0000001,ok ,broken", []),
+        ("sag_m,status 1.25,ok ,broken", ["row 1, sag_m: stored 1.25, computed 1.0, ratio 0.8"]),
+        ("sag_m,status 0,ok ,broken", ["row 1, sag_m: stored 0, computed 1.0"]),
+        ("sag_m,status nan,ok ,broken", ["row 1, sag_m: stored nan, computed 1.0, ratio nan"]),
+        ("sag_m,status ,ok 2,broken",
+         ["row 1, sag_m: stored empty, computed 1.0", "row 2, sag_m: stored 2, computed empty"]),
+        ("sag_m,status 1.0,fine ,broken", ["row 1, status: stored fine, computed ok"]),
+        ("sag_m,status 1.0,ok", ["1 rows stored, 2 computed"]),
+        ("status,mass_kg ok,1 broken,1",
+         ["column mass_kg: stored, not computed", "column sag_m: computed, not stored"]),
+        ("status,sag_m ok,1.0 broken,", []),  # the order of columns is no difference
     ],
-)
+)  # fmt: skip
 def test_differences_from_a_stored_table(tmp_path, stored, found):
     assert differences(tmp_path, stored) == found
 
 
 def test_the_tolerance_is_relative_to_the_larger(tmp_path):
-    stored = "sag_m,status\n1.1,ok\n,broken\n"
-    assert differences(tmp_path, stored, 0.1) == []
-    assert len(differences(tmp_path, stored, 0.09)) == 1
-    assert differences(tmp_path, "sag_m,status\n1.0,ok\n,broken\n", 0.0) == []
+    assert differences(tmp_path, "sag_m,status 1.1,ok ,broken", 0.1) == []
+    assert len(differences(tmp_path, "sag_m,status 1.1,ok ,broken", 0.09)) == 1
+    assert differences(tmp_path, "sag_m,status 1.0,ok ,broken", 0.0) == []
 
 
 def test_the_time_that_a_row_took_is_not_compared(tmp_path):
@@ -196,9 +173,9 @@ def test_the_time_that_a_row_took_is_not_compared(tmp_path):
 
 @pytest.mark.parametrize("rows", [[], [{"a": 1.5, "b": "x"}], [{"a": 1.5, "b": "x\ny"}, {"a": None}]], ids=len)
 def test_pieces_are_what_the_standard_library_writes_at_once(rows):
-    table = Table((Field("a", "a", "m"), Field("b", "b")), iter(rows))
+    fields = (Field("a", "a", "m"), Field("b", "b"))
     plain = [{"a": row["a"], "b": row.get("b")} for row in rows]
     expected = json.dumps({"columns": {"a": "m", "b": ""}, "rows": plain}, ensure_ascii=False, indent=1) + "\n"
-    assert "".join(table.pieces("json")) == expected
-    lines = "".join(Table(table.fields, iter(rows)).pieces("jsonl"))
+    assert "".join(Table(fields, iter(rows)).pieces("json")) == expected
+    lines = "".join(Table(fields, iter(rows)).pieces("jsonl"))
     assert lines == "".join(json.dumps(row, ensure_ascii=False) + "\n" for row in plain)

@@ -47,19 +47,15 @@ def test_the_dynamic_stiffness_of_the_ends_is_that_of_dense_bars(law):
 
 
 def test_every_mode_of_the_bare_cable_decays_alike():
-    model = Case(scene(damped("ratio: 0.0"))).end_model
-    assert model.poles.real == pytest.approx(np.full(len(model.poles), -RATE / 2), rel=1e-9)
-    assert -model.poles.real[0] / np.abs(model.poles[0]) == pytest.approx(
-        0.2, abs=0.02
-    )  # the first mode: docs/physics.md
+    poles = Case(scene(damped("ratio: 0.0"))).end_model.poles
+    assert poles.real == pytest.approx(np.full(len(poles), -RATE / 2), rel=1e-9)
+    assert -poles.real[0] / np.abs(poles[0]) == pytest.approx(0.2, abs=0.02)  # the first mode: docs/physics.md
 
 
 def test_viscous_damping_alone_has_no_modal_ratio_and_goes_with_accuracy():
-    wanted = ("gondola_damping_ratio", "gondola_rms", "largest_gain", "error_estimate")
-    fine, finer = (
-        cells(scene("cable.damping={viscous: 0.016 N s/m^2}", f"model.accuracy={a}"), *wanted) for a in (1e-3, 1e-6)
-    )
-    for name in wanted[:3]:
+    names, alone = ("gondola_damping_ratio", "gondola_rms", "largest_gain"), "cable.damping={viscous: 0.016 N s/m^2}"
+    fine, finer = (cells(scene(alone, f"model.accuracy={a}"), *names, "error_estimate") for a in (1e-3, 1e-6))
+    for name in names:
         assert fine[name] == pytest.approx(finer[name], rel=1e-3)
     assert finer["error_estimate"] < 1e-6
 

@@ -41,14 +41,7 @@ def element_force_transfer(order):
 def static_force_transfer(mesh, forces):
     """S f: minus the tension vectors at the Gauss points under forces on the inner nodes, end 1 free.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    forces : ndarray, shape (..., nodes - 2, r)
-
-    Returns
-    -------
-    ndarray, shape (..., n q, r)
+    Forces have the shape (..., nodes - 2, r), the result (..., n q, r).
     """
     n, p, shape = mesh.elements, mesh.order, forces.shape
     padded = np.zeros((*shape[:-2], n * p, shape[-1]))
@@ -70,14 +63,7 @@ def static_force_transfer_of_axes(mesh, axes, forces):
 def transposed_force_transfer(mesh, weighted):
     """S^T w e: displacement of end 2 minus those of the inner nodes, for gradients e times weights w.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    weighted : ndarray, shape (..., n q, r)
-
-    Returns
-    -------
-    ndarray, shape (..., nodes - 2, r)
+    Weighted gradients have the shape (..., n q, r), the result (..., nodes - 2, r).
     """
     n, p, shape = mesh.elements, mesh.order, weighted.shape
     parts = weighted.reshape(*shape[:-2], n, p, shape[-1])
@@ -90,22 +76,11 @@ def transposed_force_transfer(mesh, weighted):
 
 
 def local_compliance(t, along, across):
-    """along t t^T + across (I - t t^T) for unit vectors t in two or three dimensions, without cancellation.
-
-    Parameters
-    ----------
-    t : ndarray, shape (..., d)
-    along, across : ndarray, shape (...)
-
-    Returns
-    -------
-    ndarray, shape (..., d, d)
-    """
-    products = t[..., :, None] * t[..., None, :]
-    matrix = (along - across)[..., None, None] * products
+    """along t t^T + across (I - t t^T) for unit vectors t, shape (..., d), without cancellation; d is 2 or 3."""
+    matrix = (along - across)[..., None, None] * t[..., :, None] * t[..., None, :]
     squares = t**2
     for i in range(t.shape[-1]):
-        others = squares[..., [j for j in range(t.shape[-1]) if j != i]].sum(axis=-1)
+        others = np.delete(squares, i, axis=-1).sum(axis=-1)
         matrix[..., i, i] = along * squares[..., i] + across * others
     return matrix
 
@@ -205,16 +180,7 @@ class System:
         return shapes
 
     def solve(self, forces):
-        """Interior displacements under nodal forces, ends held.
-
-        Parameters
-        ----------
-        forces : ndarray, shape (..., dof, r)
-
-        Returns
-        -------
-        ndarray, shape (..., dof, r)
-        """
+        """Interior displacements under nodal forces, ends held; both of shape (..., dof, r)."""
         mesh, count, compliance = self.state.mesh, forces.shape[-1], self.compliance
         transferred = static_force_transfer_of_axes(mesh, len(self.axes), forces)
         mean = self.end_stiffness @ _times(compliance, transferred).sum(axis=-3)
@@ -223,18 +189,13 @@ class System:
         return moved.reshape(*moved.shape[:-2], self.dof, count)
 
     def root(self, transferred, points=slice(None)):
-        """B f with K^-1 = B^T B, for the same forces f on each cable.
+        """B f at some Gauss points, shape (..., points d, r), with K^-1 = B^T B.
 
         Parameters
         ----------
         transferred : ndarray, shape (n q, d, r)
-            S f.
+            S f, for the same forces f on each cable.
         points : slice
-            Rows of B: Gauss points, without it all.
-
-        Returns
-        -------
-        ndarray, shape (..., points d, r)
         """
         *lead, count, d, _ = self.compliance.shape
         each = self.compliance.swapaxes(-3, -2).reshape(*lead, d, count * d)
@@ -246,15 +207,7 @@ class System:
     def modal_energies(self, shapes):
         """Twice the elastic and the geometric energy of displacement shapes.
 
-        Sums of squares, without cancellation however stiff the cable.
-
-        Parameters
-        ----------
-        shapes : ndarray, shape (..., nodes, d, r)
-
-        Returns
-        -------
-        elastic, geometric : ndarray, shape (..., r)
+        Sums of squares, without cancellation however stiff the cable; shapes are (..., nodes, d, r), energies (..., r).
         """
         squares = self.frame @ self._gradient(shapes)
         squares *= squares
@@ -269,20 +222,11 @@ class System:
         """Energy of the two highest polynomials of each element in displacement shapes, for error estimates.
 
         The larger one of twice the complementary energy of that part of the tensions and twice the geometric energy of
-        that part of the gradient; EA amplifies neither.
-
-        Parameters
-        ----------
-        shapes : ndarray, shape (..., nodes, d, r)
-
-        Returns
-        -------
-        ndarray, shape (..., r)
+        that part of the gradient; EA amplifies neither. Shapes are (..., nodes, d, r), energies (..., r).
         """
         gradient, frame = self._gradient(shapes), self.frame
-        force = frame.swapaxes(-1, -2) @ (
-            (self.weights[:, None] / self.weighted_flexibility)[..., None] * (frame @ gradient)
-        )
+        stiffness = (self.weights[:, None] / self.weighted_flexibility)[..., None]
+        force = frame.swapaxes(-1, -2) @ (stiffness * (frame @ gradient))
         strained, rotated = frame @ self._highest(force), self._highest(gradient)
         stiff = np.repeat(self.weights[:, None] ** 2 / self.weighted_flexibility[..., -1:], len(self.axes), axis=-1)
         return np.maximum(_weighed(self.weighted_flexibility, strained**2), _weighed(stiff, rotated**2))
@@ -317,6 +261,17 @@ class System:
         """Sparse mass matrix of all nodes for a cable of unit mass, shape (nodes d, nodes d). [-]"""
         return masses(self.state.mesh, len(self.axes))[0]
 
+    def inertia(self, movements):
+        """M u of movements of all nodes of a cable of unit mass, shape (..., nodes, d, r)."""
+        return sparse_product(self.full_mass(), joined(movements)).reshape(movements.shape)
+
+
+def sparse_product(matrix, dense):
+    """A sparse matrix times stacked dense ones, shape (..., n, r); the digits of each column are those of it alone."""
+    columns = np.moveaxis(dense, -2, 0)
+    product = matrix @ columns.reshape(len(columns), dense.size // max(len(columns), 1))
+    return np.ascontiguousarray(np.moveaxis(product.reshape(columns.shape), 0, -2))
+
 
 def _times(matrices, vectors):
     """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than matmul."""
@@ -343,26 +298,14 @@ def _frame(tangent):
 
 @lru_cache(maxsize=32)
 def masses(mesh, axes):
-    """Sparse mass matrices of a cable of unit mass: all nodes, and the interior. [-]
-
-    Parameters
-    ----------
-    mesh : Mesh
-    axes : int
-        Components d of a node.
-
-    Returns
-    -------
-    whole, interior : sparse arrays
-        (nodes d, nodes d), (dof, dof).
-    """
+    """Sparse mass matrices of all nodes, with `axes` components each, and of the interior; of a cable of unit mass."""
     per_node = mass_matrix(mesh.order, mesh.mass)
     whole = add_elements(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
     return whole, whole[axes:-axes, axes:-axes]
 
 
 def add_elements(mesh, axes, blocks):
-    """Sum of element matrices as a sparse matrix of all nodes.
+    """Sum of element matrices as a scipy.sparse.csr_array of all nodes, shape (nodes d, nodes d).
 
     Parameters
     ----------
@@ -371,10 +314,6 @@ def add_elements(mesh, axes, blocks):
         Components d of a node.
     blocks : ndarray, shape (n, (order + 1) d, (order + 1) d)
         Node by node, the components of one node together.
-
-    Returns
-    -------
-    scipy.sparse.csr_array, shape (nodes d, nodes d)
     """
     from scipy.sparse import coo_array
 

@@ -10,10 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.equilibrium_residual import EquilibriumResidual
-from cablestudy.cable.guess import first_tension
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
-from cablestudy.cable.segment import TINY, evaluate, extension, flexibility, solve_symmetric
+from cablestudy.cable.segment import TINY, SegmentedCable, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
 
 LAST = 1e-8  # relative size of the last step up to which a tension counts as found: the error is about its square
@@ -21,34 +20,19 @@ LAST = 1e-8  # relative size of the last step up to which a tension counts as fo
 
 @dataclass(frozen=True)
 class Segments:
-    """Segments of a cable between its point loads; arrays have shape (..., k + 1).
+    """Segments of a cable between its point loads; arrays have shape (..., k + 1)."""
 
-    Attributes
-    ----------
-    fraction : ndarray
-        Share of the unstretched length. [-]
-    offset : tuple of 3 ndarrays
-        Tension vector at mid-segment minus the unknown at mid-length, chord frame. [N]
-    weight : ndarray
-        [N]
-    """
+    fraction: np.ndarray  # share of the unstretched length [-]
+    offset: tuple  # 3 arrays: tension vector at mid-segment minus the unknown at mid-length, chord frame [N]
+    weight: np.ndarray  # [N]
 
-    fraction: np.ndarray
-    offset: tuple
-    weight: np.ndarray
+    def take(self, index):
+        """Those of one cable of a batch of shape (n,), or of some."""
+        return Segments(self.fraction[index], tuple(part[index] for part in self.offset), self.weight[index])
 
 
 def split(span):
-    """Divide a cable into segments at its point loads.
-
-    Parameters
-    ----------
-    span : Span
-
-    Returns
-    -------
-    Segments
-    """
+    """The `Segments` into which its point loads divide a cable."""
     length = np.asarray(span.unstretched_length)[..., None]
     inner = span.load_positions / length
     end = np.ones((*inner.shape[:-1], 1))
@@ -59,42 +43,33 @@ def split(span):
     passed = np.cumsum(np.concatenate([np.zeros_like(total)[..., None, :], span.load_forces], axis=-2), axis=-2)
     jump = total[..., None, :] / 2 - passed
     weight = np.asarray(span.weight)[..., None]
-    offset = tuple(weight * np.asarray(g)[..., None] * middle + jump[..., i] for i, g in enumerate(components(span.up)))
+    offset = tuple(weight * span.up[..., i, None] * middle + jump[..., i] for i in range(3))
     return Segments(fraction, offset, weight * fraction)
 
 
-def components(vectors):
-    """The last axis of an array as a tuple."""
-    return tuple(vectors[..., i] for i in range(vectors.shape[-1]))
-
-
 @dataclass(frozen=True)
-class Catenary:
-    """Equilibrium of a cable or of a batch of cables.
-
-    Attributes
-    ----------
-    span : Span
-    tension : tuple of 3 ndarrays, shape (..., k + 1)
-        Tension vector at mid-segment, chord frame. [N]
-    segments : Segments
-    record : Record
-    """
+class Catenary(SegmentedCable):
+    """Equilibrium of a cable or of a batch of cables."""
 
     span: Span
-    tension: tuple
+    tension: tuple  # tension vector at mid-segment, chord frame, 3 arrays of shape (..., k + 1) [N]
     segments: Segments
     record: Record
 
     def take(self, index):
         """One cable of a batch of shape (n,)."""
-        parts = tuple(part[index] for part in self.tension)
-        segments = Segments(
-            self.segments.fraction[index],
-            tuple(part[index] for part in self.segments.offset),
-            self.segments.weight[index],
-        )
-        return Catenary(self.span.take(index), parts, segments, self.record.of(index))
+        tension = tuple(part[index] for part in self.tension)
+        return Catenary(self.span.take(index), tension, self.segments.take(index), self.record.of(index))
+
+    @cached_property
+    def mid_forces(self):
+        """Tension vector at mid-segment, chord frame, shape (..., k + 1, 3). [N]"""
+        return np.stack(self.tension, axis=-1)
+
+    @property
+    def segment_weights(self):
+        """Shape (..., k + 1). [N]"""
+        return self.segments.weight
 
     @cached_property
     def kernel(self):
@@ -102,57 +77,24 @@ class Catenary:
         return evaluate(self.tension, self.segments.weight, *self._angles)
 
     @property
-    def _angles(self):
-        return np.asarray(self.span.cosine)[..., None], np.asarray(self.span.sine)[..., None]
+    def _axial_stiffness(self):
+        """EA, shape (..., 1). [N]"""
+        return np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
 
     @property
     def slack(self):
         """Whether a segment without weight has no tension, and no definite form, shape (...)."""
-        nothing = np.all([part == 0 for part in self.tension], axis=0) & (self.segments.weight == 0)
-        return nothing.any(axis=-1)
+        return (~self.mid_forces.any(axis=-1) & (self.segments.weight == 0)).any(axis=-1)
 
     @property
     def mean_tension(self):
         """Mean over the unstretched length, shape (...). [N]"""
-        cosine, sine = self._angles
-        q, n, y = self.tension
-        vertical = q * sine + n * cosine
-        h2 = self.kernel.horizontal**2 + y**2
+        vertical, horizontal = self._vertical_and_horizontal
+        h2 = horizontal**2
         total = self.kernel.sum_of_tensions
         # as H goes to 0 with a change of sign of V, H^2 times the logarithm goes to 0
         mean = vertical**2 / total + total / 4 + h2 * (1 + self.kernel.excess) / total
         return (mean * self.segments.fraction).sum(axis=-1)
-
-    @property
-    def max_tension(self):
-        """Largest tension, at an end or at a load, shape (...). [N]"""
-        return np.maximum(*self.kernel.tensions).max(axis=-1)
-
-    @property
-    def min_tension(self):
-        """Smallest tension, at an end, at a load or at the lowest point, shape (...). [N]"""
-        cosine, sine = self._angles
-        q, n, y = self.tension
-        vertical = np.abs(q * sine + n * cosine)
-        lowest = np.hypot(self.kernel.horizontal, y)
-        return np.where(vertical < self.segments.weight / 2, lowest, np.minimum(*self.kernel.tensions)).min(axis=-1)
-
-    def end_forces(self, frame="chord"):
-        """Force of the cable on each end, point loads there included.
-
-        Parameters
-        ----------
-        frame : {"chord", "global"}
-
-        Returns
-        -------
-        ndarray, shape (..., 2, 3)
-            [N]
-        """
-        middle, up = np.stack(self.tension, axis=-1), self.span.up
-        half = (self.segments.weight / 2)[..., None] * up[..., None, :]
-        first, last = (middle - half)[..., 0, :], (middle + half)[..., -1, :]
-        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
 
     @property
     def singularities(self):
@@ -161,19 +103,18 @@ class Catenary:
         T^2 = H^2 + (V + w s)^2. The curvature is largest at the real part, over about twice the imaginary part, and the
         distance of the singularity bounds the length on which a polynomial series converges.
         """
-        cosine, sine = self._angles
-        q, n, y = self.tension
-        weight = np.maximum(np.broadcast_to(self.segments.weight, q.shape), TINY)
+        vertical, horizontal = self._vertical_and_horizontal
+        weight = np.maximum(np.broadcast_to(self.segments.weight, vertical.shape), TINY)
         fraction = self.segments.fraction
         middle = np.cumsum(fraction, axis=-1) - fraction / 2
-        real, imaginary = -(q * sine + n * cosine) / weight, np.hypot(self.kernel.horizontal, y) / weight
+        real, imaginary = -vertical / weight, horizontal / weight
         far = 1e30  # a segment without weight is straight
         return middle + fraction * (np.clip(real, -far, far) + 1j * np.minimum(imaginary, far))
 
     @property
     def horizontal_tension(self):
         """Mean horizontal tension, constant where no load acts horizontally, shape (...). [N]"""
-        return (np.hypot(self.kernel.horizontal, self.tension[2]) * self.segments.fraction).sum(axis=-1)
+        return (self._vertical_and_horizontal[1] * self.segments.fraction).sum(axis=-1)
 
     @property
     def stretched_length(self):
@@ -183,11 +124,8 @@ class Catenary:
     @cached_property
     def flexibility(self):
         """Movement of end 2 per force there, chord frame, as (qq, nn, yy, qn, qy, ny), shape (...). [m/N]"""
-        per_length = flexibility(
-            self.tension, self.segments.weight, np.asarray(self.span.axial_stiffness)[..., None], *self._angles,
-            self.kernel,
-        )  # fmt: skip
-        length = self.span.unstretched_length
+        length, weight = self.span.unstretched_length, self.segments.weight
+        per_length = flexibility(self.tension, weight, self._axial_stiffness, *self._angles, self.kernel)
         return tuple(length * (entry * self.segments.fraction).sum(axis=-1) for entry in per_length)
 
     @cached_property
@@ -204,23 +142,17 @@ class Catenary:
         return np.where(none, 0.0, np.stack(columns, axis=-1))
 
     def at(self, position):
-        """Displacement and tension vector along the cable.
+        """Displacement [-] and tension vector [N] along the cable, chord frame, shapes (..., j, 3).
+
+        The displacement is that from the straight chord in unstretched lengths: r = (1 + strain) position e + it.
 
         Parameters
         ----------
         position : ndarray, shape (..., j)
             Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
-
-        Returns
-        -------
-        displacement : ndarray, shape (..., j, 3)
-            From the straight chord, chord frame, in unstretched lengths: r = (1 + strain) position e + displacement.
-        tension : ndarray, shape (..., j, 3)
-            Chord frame. [N]
         """
-        cosine, sine = self._angles
+        (cosine, sine), stiffness = self._angles, self._axial_stiffness
         position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float)
-        stiffness = np.asarray(self.span.axial_stiffness, dtype=float)[..., None]
         edges = np.cumsum(self.segments.fraction, axis=-1)
         which = (position[..., None] > edges[..., None, :-1]).sum(axis=-1)
 
@@ -275,7 +207,7 @@ def solve(span):
     Returns
     -------
     Catenary
-        Its record tells for each cable whether it converged.
+        Its record states for each cable whether it converged.
 
     Notes
     -----
@@ -284,7 +216,7 @@ def solve(span):
     """
     span = span.broadcast()
     problem = EquilibriumResidual(span, split(span))
-    unknown = problem.start(first_tension(span), span)
+    unknown = problem.start(span)
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
     unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
     unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))

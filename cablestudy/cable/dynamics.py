@@ -45,37 +45,32 @@ class Dynamics:
         self.length = np.asarray(span.unstretched_length, dtype=float)
         self.mass = np.asarray(span.mass, dtype=float)
         self._state, self._mesh, self._few = state, state.mesh, few
-        self._planes = planes or (PLANAR if span.planar else (SPATIAL,))
+        self.planes = planes or (PLANAR if span.planar else (SPATIAL,))
         self._found, self._table, self._spectra, self._among = {}, {}, {}, None
 
     def take(self, index):
         """One cable of a batch; its modes are computed together with those of the batch."""
-        one = Dynamics(self._state, self._planes, self._few)
+        one = Dynamics(self._state, self.planes, self._few)
         one.length, one.mass, one._among = self.length[index], self.mass[index], (self, index)
         return one
 
     @cached_property
     def state(self):
-        """The equilibrium: `State`."""
+        """`State` of the equilibrium."""
         return self._state if self._among is None else self._state.take(self._among[1])
 
     @cached_property
     def systems(self):
-        """The tangent in each of the planes: `System`."""
+        """`System` of each of the planes."""
         if self._among is not None:
             whole, index = self._among
             return tuple(system.take(index) for system in whole.systems)
-        return tuple(System(self.state, axes) for axes in self._planes)
-
-    @property
-    def planes(self):
-        """Directions of motion, coupled ones together: tuple of tuple of int."""
-        return self._planes
+        return tuple(System(self.state, axes) for axes in self.planes)
 
     @cached_property
     def dof(self):
         """Number of free displacements. [-]"""
-        return (self._mesh.nodes - 2) * sum(len(axes) for axes in self._planes)
+        return (self._mesh.nodes - 2) * sum(len(axes) for axes in self.planes)
 
     @property
     def small(self):
@@ -100,20 +95,7 @@ class Dynamics:
         return stiffness * np.asarray(self.state.force / self.length)[..., None, None]
 
     def modes(self, count):
-        """At least the `count` lowest modes, or all; cached by their number.
-
-        Parameters
-        ----------
-        count : int
-
-        Returns
-        -------
-        Modes
-
-        Raises
-        ------
-        ConvergenceError
-        """
+        """At least the `count` lowest `Modes`, or all; cached by their number. Raises as `lowest`."""
         if self.small:
             # rounded up: models of a batch then share a call, and a cable's digits do not depend on the others
             count = min(_step(count), self.dof) if self._few else self.dof
@@ -159,68 +141,51 @@ class Dynamics:
         NoSolutionError
             The model has no such mode.
         """
+        whole, cable = self._among or (self, ())
         most = self.dof if self.dof <= ALL_LIMIT else self.dof // 4
         count = max(*(2 * number for number, _, _ in which), min(ceil(about), most))
         while True:
-            found, wrong, complete = self._among_lowest(count, which, errors)
+            found, wrong = (part[cable].tolist() for part in whole._frequencies(count, which, errors))
             missing = [mode for mode, frequency in zip(which, found, strict=True) if frequency != frequency]
             if not missing:
                 return found, wrong, count
-            if complete:
+            modes = self.modes(count)
+            if modes.complete:
                 number, kind, symmetry = missing[0]
                 words = " ".join(word for word in (symmetry, kind) if word)
-                there = len(self.modes(count).select(kind, symmetry))
-                raise NoSolutionError(f"the model has {there} {words} modes, not {number}")
+                raise NoSolutionError(f"the model has {len(modes.select(kind, symmetry))} {words} modes, not {number}")
             count *= 2
 
-    def _among_lowest(self, count, which, errors):
-        """`frequencies` among the lowest `count` modes, not a number where missing, and whether these are all modes."""
-        if self._among is not None:
-            whole, cable = self._among
-            found, wrong, complete = whole._among_lowest(count, which, errors)
-            return found[cable], wrong[cable] if errors else [], complete
+    def _frequencies(self, count, which, errors):
+        """Frequencies of some modes among the lowest `count`, not a number where missing, and errors; of all cables."""
         key = (count, which, errors)
         if key not in self._table:
-            modes, places = self.modes(count), []
-            for mode in which:
-                here = modes.numbered(*mode)
-                places.append(np.where(here.any(axis=-1), (here * np.arange(len(modes))).sum(axis=-1), len(modes)))
-            places = np.stack(places, axis=-1)
+            modes = self.modes(count)
+            masks = np.stack([modes.numbered(*mode) for mode in which], axis=-2)
 
             def picked(values):
-                padded = np.concatenate([values, np.full((*values.shape[:-1], 1), np.nan)], axis=-1)
-                return np.take_along_axis(padded, places, axis=-1).tolist()
+                return np.where(masks.any(axis=-1), np.where(masks, values[..., None, :], 0.0).sum(axis=-1), np.nan)
 
-            self._table[key] = picked(modes.frequency), picked(modes.errors) if errors else [], modes.complete
+            frequency = picked(modes.frequency)
+            self._table[key] = frequency, picked(modes.errors) if errors else frequency[..., :0]
         return self._table[key]
 
     def lowest(self, count):
-        """The lowest modes.
-
-        Parameters
-        ----------
-        count : int
-            Number of modes; all if the model has fewer.
-
-        Returns
-        -------
-        Modes
+        """The `count` lowest `Modes`; all if the model has fewer.
 
         Raises
         ------
         ConvergenceError
             Too many modes of a large model, or an eigen-solution that failed.
         """
-        combined = CombinedModes([motion for system in self.systems for motion in self._solve(system, count)], self)
-        frequency, kinds = combined.frequency[..., :count], combined.sorted_kinds[..., :count]
-        return Modes(frequency, kinds, frequency.shape[-1] == self.dof, combined)
+        planes = [plane for system in self.systems for plane in self._solve(system, min(count, system.dof))]
+        return Modes(CombinedModes(planes, self), min(count, self.dof), count >= self.dof)
 
     def _solve(self, system, count):
         """`PlaneModes` of the lowest modes of one system, one for each symmetry subspace."""
         dof, lead = system.dof, np.shape(self.length)
-        count = min(count, dof)
         if count == 0:
-            return [_motion(system, np.zeros((*lead, dof, 0)))]
+            return [PlaneModes(system, np.zeros((*lead, dof, 0)))]
         if dof <= DENSE_LIMIT or (count > dof // 4 and dof <= ALL_LIMIT):
             if system.axes not in self._spectra:
                 self._spectra[system.axes] = [
@@ -228,32 +193,16 @@ class Dynamics:
                     for part in symmetry_subspaces(self._mesh, system.axes, self.state.mirror_symmetric)
                 ]
             return [
-                _motion(system, part.shapes @ _shapes(root, vector, count), part.sign)
+                PlaneModes(system, part.shapes @ _shapes(root, vector, count), part.sign)
                 for part, root, vector in self._spectra[system.axes]
             ]
-        if count <= dof // 4:
-            basis = _basis_size(count, dof)
-            if basis * dof > LARGEST_BASIS:
-                raise ConvergenceError(
-                    f"{count} modes of a model with {dof} unknowns are too many to compute "
-                    f"(at most {max(LARGEST_BASIS // basis, ALL_LIMIT)} unknowns for so many modes): "
-                    f"take fewer elements, fewer of a higher order, or an accuracy instead"
-                )
-            every = [System(self.state.take(cable), system.axes) for cable in np.ndindex(lead)]
-            return [_motion(system, np.stack([_lanczos(one, count) for one in every]).reshape(*lead, dof, count))]
-        raise ConvergenceError(
-            f"{count} modes of a model with {dof} unknowns: "
-            f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be computed"
-        )
-
-
-def _motion(system, inner, sign=0):
-    """`PlaneModes` from shapes of the inner nodes."""
-    *lead, _, count = inner.shape
-    axes, nodes = len(system.axes), system.state.mesh.nodes
-    shapes = np.zeros((*lead, nodes, axes, count))
-    shapes[..., 1:-1, :, :] = inner.reshape(*lead, nodes - 2, axes, count)
-    return PlaneModes(system, shapes, sign)
+        if count > dof // 4:
+            raise ConvergenceError(
+                f"{count} modes of a model with {dof} unknowns: "
+                f"above {ALL_LIMIT} unknowns at most a quarter of the modes can be computed"
+            )
+        every = [_lanczos(System(self.state.take(cable), system.axes), count) for cable in np.ndindex(lead)]
+        return [PlaneModes(system, np.stack(every).reshape(*lead, dof, count))]
 
 
 def _step(count):
@@ -276,22 +225,21 @@ def _shapes(root, vector, count):
     return pure * np.sign(np.diagonal(size, axis1=-2, axis2=-1))[..., None, :]
 
 
-def _basis_size(count, dof):
-    """Number of vectors that the Lanczos iteration keeps."""
-    return min(dof, max(2 * count + 10, 30))
-
-
 def _lanczos(system, count):
     """Lowest modes of a large system by shift-invert Lanczos iteration about zero, from a fixed start vector."""
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     dof = system.dof
+    vectors = min(dof, max(2 * count + 10, 30))  # in the basis of the iteration
+    if vectors * dof > LARGEST_BASIS:
+        raise ConvergenceError(
+            f"{count} modes of a model with {dof} unknowns are too many to compute "
+            f"(at most {max(LARGEST_BASIS // vectors, ALL_LIMIT)} unknowns for so many modes): "
+            f"take fewer elements, fewer of a higher order, or an accuracy instead"
+        )
     inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right.reshape(-1, 1))[:, 0], dtype=float)
     begin = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
-        _, vector = eigsh(
-            inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=_basis_size(count, dof)
-        )
+        return eigsh(inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=vectors)[1]
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"eigenmodes: {error}") from None
-    return vector

@@ -19,63 +19,37 @@ MERGED = 1e-11  # of the length: loads closer than this to each other, or to an 
 
 @dataclass(frozen=True)
 class Basis:
-    """Reference element; q = order Gauss points, p + 1 = order + 1 nodes, all on [0, 1].
+    """Reference element; q = order Gauss points, p + 1 = order + 1 nodes, all on [0, 1]."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (p + 1,)
-    points, weights : ndarray, shape (q,)
-        Gauss points and weights; the strain is sampled there.
-    derivative : ndarray, shape (q, p + 1)
-        Of the nodal functions at the Gauss points.
-    shares : ndarray, shape (p + 1,)
-        Integral of each nodal function: consistent nodal loads of a uniform load.
-    """
-
-    nodes: np.ndarray
-    points: np.ndarray
-    weights: np.ndarray
-    derivative: np.ndarray
-    shares: np.ndarray
+    nodes: np.ndarray  # shape (p + 1,)
+    points: np.ndarray  # Gauss points, at which the strain is sampled, shape (q,)
+    weights: np.ndarray  # Gauss weights, shape (q,)
+    derivative: np.ndarray  # of the nodal functions at the Gauss points, shape (q, p + 1)
+    shares: np.ndarray  # integral of each nodal function, the nodal loads of a uniform load, shape (p + 1,)
 
 
 def _lobatto(order):
-    """Gauss-Lobatto nodes and weights on [-1, 1]."""
+    """Gauss-Lobatto nodes, the ends and the zeros of P_p', and weights on [-1, 1]; by Newton's method."""
     x = -np.cos(np.pi * np.arange(order + 1) / order)
-    highest, below = np.eye(order + 1)[order], np.eye(order + 1)[order - 1]
+    this, below = np.eye(order + 1)[order], np.eye(order + 1)[order - 1]
     for _ in range(50):
-        step = (x * legendre.legval(x, highest) - legendre.legval(x, below)) / (
-            (order + 1) * legendre.legval(x, highest)
-        )
+        value = legendre.legval(x, this)
+        step = (x * value - legendre.legval(x, below)) / ((order + 1) * value)
         x = x - step
         if np.abs(step).max() < 1e-15:
             break
     x = (x - x[::-1]) / 2
     x[0], x[-1] = -1.0, 1.0
-    return x, 2 / (order * (order + 1) * legendre.legval(x, highest) ** 2)
-
-
-def _vandermonde_derivative(x, order):
-    """Derivatives of the Legendre polynomials 0..order at x, shape (len(x), order + 1)."""
-    return np.stack([legendre.legval(x, legendre.legder(row)) for row in np.eye(order + 1)], axis=-1)
+    return x, 2 / (order * (order + 1) * legendre.legval(x, this) ** 2)
 
 
 @lru_cache(maxsize=128)
 def basis(order):
-    """The reference element of an order.
-
-    Parameters
-    ----------
-    order : int
-        1 to 64. [-]
-
-    Returns
-    -------
-    Basis
-    """
+    """The reference element of an order from 1 to MAX_ORDER: `Basis`."""
     x, lobatto_weights = _lobatto(order)
     points, weights = legendre.leggauss(order)
-    derivative = 2 * np.linalg.solve(legendre.legvander(x, order).T, _vandermonde_derivative(points, order).T).T
+    slopes = np.stack([legendre.legval(points, legendre.legder(row)) for row in np.eye(order + 1)])
+    derivative = 2 * np.linalg.solve(legendre.legvander(x, order).T, slopes).T
     derivative -= derivative.mean(axis=1, keepdims=True)  # no strain by translation, to the last digit
     return Basis((x + 1) / 2, (points + 1) / 2, weights / 2, derivative, lobatto_weights / 2)
 
@@ -90,18 +64,7 @@ def highest(order):
 
 
 def lagrange(nodes, x):
-    """Lagrange polynomials of a set of nodes.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (k,)
-    x : ndarray, shape (j,)
-
-    Returns
-    -------
-    ndarray, shape (j, k)
-        In barycentric form. [-]
-    """
+    """Lagrange polynomials of nodes, shape (k,), at places x, shape (j,): barycentric form, shape (j, k). [-]"""
     difference = nodes[:, None] - nodes[None, :] + np.eye(len(nodes))
     weights = 1 / difference.prod(axis=1)
     gap = x[:, None] - nodes
@@ -117,13 +80,8 @@ def mass_matrix(order, mass):
 
     Parameters
     ----------
-    order : int
     mass : {"lumped", "consistent", "blended"}
         Lobatto quadrature (diagonal), exact integration, or the mean of both (order 1: fourth-order frequencies).
-
-    Returns
-    -------
-    ndarray
     """
     element = basis(order)
     lumped = np.diag(element.shares)
@@ -138,19 +96,11 @@ def mass_matrix(order, mass):
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Elements along one cable.
+    """Elements along one cable, n of one order; lengths as shares of the unstretched length."""
 
-    Attributes
-    ----------
-    edges : ndarray, shape (n + 1,)
-        Element boundaries, as shares of the unstretched length. [-]
-    order : int
-    mass : str
-    """
-
-    edges: np.ndarray
+    edges: np.ndarray  # element boundaries, shape (n + 1,)
     order: int
-    mass: str = "lumped"
+    mass: str = "lumped"  # one of MASSES
 
     @cached_property
     def elements(self):
@@ -201,55 +151,31 @@ class Mesh:
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
 
 
-def _apart(places):
-    """Ascending places on [0, 1], those closer than MERGED to the one before or to the end left out."""
-    kept = [0.0]
-    for place in places[1:-1]:
-        if kept[-1] + MERGED < place < 1 - MERGED:
-            kept.append(place)
-    return np.array([*kept, 1.0])
-
-
 def mesh_segments(fractions, elements, order=1, mass="lumped"):
-    """Mesh with a node at each point load: elements distributed over the segments by length, at least one each.
+    """`Mesh` with a node at each point load: elements distributed over the segments by length, at least one each.
 
     Parameters
     ----------
     fractions : ndarray, shape (k + 1,)
         Share of the unstretched length of each segment. [-]
     elements : int
-        Total number, at least one for each segment.
-    order, mass
-        As in `Mesh`.
-
-    Returns
-    -------
-    Mesh
+        Total number.
 
     Raises
     ------
     ValueError
         Fewer elements than segments.
     """
-    return _mesh(tuple(np.asarray(fractions, dtype=float).tolist()), elements, order, mass)
-
-
-@lru_cache(maxsize=64)
-def _mesh(fractions, elements, order, mass):
-    fractions = np.diff(_apart(np.concatenate([[0.0], np.cumsum(fractions)])))
-    if elements < len(fractions):
-        raise ValueError(f"{len(fractions) - 1} point loads need at least {len(fractions)} elements, got {elements}")
-    counts = np.ones(len(fractions), dtype=int)
-    spare = elements - len(fractions)
-    quota = np.maximum(fractions * elements - 1, 0.0)
-    quota *= spare / quota.sum() if quota.sum() > 0 else 0.0
-    counts += np.floor(quota + 1e-9).astype(int)
-    for index in np.argsort(-(quota - np.floor(quota + 1e-9)), kind="stable")[: elements - counts.sum()]:
-        counts[index] += 1
-    ends = np.concatenate([[0.0], np.cumsum(fractions)])
-    ends[-1] = 1.0
-    pieces = [np.linspace(ends[i], ends[i + 1], counts[i] + 1)[:-1] for i in range(len(counts))]
-    return Mesh(np.append(np.concatenate(pieces), 1.0), order, mass)
+    edges = _apart(_ends(fractions))
+    share = np.diff(edges)
+    if elements < len(share):
+        raise ValueError(f"{len(share) - 1} point loads need at least {len(share)} elements, got {elements}")
+    quota = np.maximum(share * elements - 1, 0.0)
+    quota *= (elements - len(share)) / quota.sum() if quota.sum() > 0 else 0.0
+    whole = np.floor(quota + 1e-9)
+    counts = 1 + whole.astype(int)
+    counts[np.argsort(whole - quota, kind="stable")[: elements - counts.sum()]] += 1  # the largest remainders
+    return mesh_pieces(tuple(edges), tuple(counts.tolist()), order, mass)
 
 
 def pieces(fractions, singularities):
@@ -269,10 +195,8 @@ def pieces(fractions, singularities):
     tuple of float
         Their edges, from 0 to 1.
     """
-    ends = np.concatenate([[0.0], np.cumsum(fractions)]).tolist()
-    ends[-1] = 1.0
     edges = [0.0]
-    for left, right, singularity in zip(ends[:-1], ends[1:], singularities.tolist(), strict=True):
+    for (left, right), singularity in zip(itertools.pairwise(_ends(fractions)), singularities.tolist(), strict=True):
         stack = [(left, right)]
         while stack:
             low, high = stack.pop()
@@ -286,23 +210,29 @@ def pieces(fractions, singularities):
 
 @lru_cache(maxsize=256)
 def mesh_pieces(edges, counts, order, mass="lumped"):
-    """Mesh with a number of equal elements for each piece.
+    """`Mesh` with a number of equal elements for each piece, the same object for the same arguments.
 
     Parameters
     ----------
-    edges : tuple of float
-        Of the pieces.
-    counts : tuple of int
-    order, mass
-        As in `Mesh`.
-
-    Returns
-    -------
-    Mesh
-        The same object for the same arguments.
+    edges : tuple of float, length k + 1
+    counts : tuple of int, length k
     """
     parts = [
         low + (high - low) * np.arange(count) / count
         for (low, high), count in zip(itertools.pairwise(edges), counts, strict=True)
     ]
-    return Mesh(_apart(np.concatenate([*parts, [1.0]])), order, mass)
+    return Mesh(np.array(_apart([*np.concatenate(parts), 1.0])), order, mass)
+
+
+def _ends(fractions):
+    """Ends of segments on [0, 1], a list of k + 2 numbers."""
+    return [0.0, *np.cumsum(fractions)[:-1].tolist(), 1.0]
+
+
+def _apart(places):
+    """Ascending places on [0, 1], those closer than MERGED to the one before or to the end left out."""
+    kept = [0.0]
+    for place in places[1:-1]:
+        if kept[-1] + MERGED < place < 1 - MERGED:
+            kept.append(place)
+    return [*kept, 1.0]

@@ -2,7 +2,7 @@
 
 With loads on its nodes the tension vectors at a cable's Gauss points are N = c - S f (see `assembly`), so that only c
 is unknown: the places of the ends determine it. It minimises the complementary energy, which is strictly convex. A c
-that fulfils the equation while every tension is positive is therefore THE equilibrium: no false state passes.
+that fulfils the equation while every tension is positive is therefore the only equilibrium.
 """
 
 from dataclasses import replace
@@ -18,18 +18,9 @@ TINY = 1e-300
 
 
 def from_catenary(catenary, mesh):
-    """The continuous cable, sampled at the nodes and Gauss points of a mesh.
+    """`State` of one continuous cable or many, a `Catenary` sampled at the nodes and Gauss points of a mesh.
 
-    Parameters
-    ----------
-    catenary : Catenary
-        One cable, or many.
-    mesh : Mesh
-
-    Returns
-    -------
-    State
-        Exact at every point; `solve` gives the equilibrium of the discrete cable.
+    Exact at every point; `solve` gives the equilibrium of the discrete cable.
     """
     points = mesh.point_positions
     displacement, force = catenary.at(np.concatenate([mesh.node_positions, points.ravel()]))
@@ -41,7 +32,6 @@ def from_catenary(catenary, mesh):
 def _state(catenary, mesh, force, displacement):
     """From the tension vectors at the Gauss points in units of the largest of the catenary, shape (..., n q, 3)."""
     reference = np.asarray(catenary.max_tension)
-    compliance = reference / np.asarray(catenary.span.axial_stiffness, dtype=float)
     size = np.sqrt((force**2).sum(axis=-1))
     shape = (*size.shape[:-1], mesh.elements, mesh.order)
     return State(
@@ -49,7 +39,6 @@ def _state(catenary, mesh, force, displacement):
         span=catenary.span,
         direction=(force / np.maximum(size, TINY)[..., None]).reshape(*shape, 3),
         tension=size.reshape(shape),
-        stretch=(1 + compliance[..., None] * size).reshape(shape),
         displacement=displacement,
         force=reference,
         mirror_symmetric=mesh.mirror_symmetric and bool(np.all(catenary.span.mirror_symmetric)),
@@ -139,19 +128,13 @@ class ElementResidual:
 
 
 def solve_many(catenary, mesh):
-    """Equilibria of discrete cables that share a mesh.
-
-    Parameters
-    ----------
-    catenary : Catenary
-        One cable or a batch, solved: the start.
-    mesh : Mesh
+    """Equilibria of one discrete cable or of many on one mesh, from their `Catenary` as the start.
 
     Returns
     -------
     state : State
     record : Record
-        Tells for each cable whether it is in equilibrium.
+        Whether each cable is in equilibrium.
     """
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     problem = ElementResidual(span, mesh, reference)
@@ -186,14 +169,7 @@ def solve(catenary, mesh):
 
 
 def refusal(record, mesh):
-    """`ConvergenceError` that says why one discrete cable has no equilibrium.
-
-    Parameters
-    ----------
-    record : Record
-        Of one cable.
-    mesh : Mesh
-    """
+    """`ConvergenceError` that states why one discrete cable has no equilibrium, from its `Record`."""
     if record.reason == SLACK:
         return ConvergenceError(
             f"too few elements ({mesh.elements} of order {mesh.order}) for so sharp a bend: "

@@ -35,10 +35,10 @@ def closer_strain_for_tension(span, tension):
     """
     highest = float(_tightest(span, tension))
 
-    def excess(strain, _=None):
+    def excess(strain, _):
         return _tension(span, strain) / tension - 1
 
-    if excess(highest) < 0:  # too long to be taut: its last load needs the length
+    if excess(highest, 0) < 0:  # too long to be taut: its last load needs the length
         raise NoSolutionError(
             f"a mean tension of {tension:.6g} N needs a cable that ends before its last load, at "
             f"{span.load_positions[-1]:.6g} m"
@@ -47,7 +47,7 @@ def closer_strain_for_tension(span, tension):
     if not np.isfinite(least):
         raise NoSolutionError(f"at no length with a mean tension of {tension:.6g} N has the cable a definite form")
     if tension > least:
-        return float(_between(excess, np.array([lowest]), np.array([highest]))[0])
+        return float(_between(excess, lowest, highest, 0))
     if tension >= least * (1 - ROUNDING):
         return lowest
     length = span.chord / (1 + lowest)
@@ -58,19 +58,9 @@ def closer_strain_for_tension(span, tension):
 
 
 def strains_for_tension(span, tension):
-    """Chord strains of a batch of taut cables with given mean tensions.
+    """Chord strains of n taut cables with given mean tensions [N], each of shape (n,). [-]
 
-    Parameters
-    ----------
-    span : Span
-        Fields of shape (n,).
-    tension : ndarray, shape (n,)
-        [N]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Not a number where no bracket near the guess was found: `closer_strain_for_tension` decides. [-]
+    Not a number where no bracket near the guess was found: `closer_strain_for_tension` decides.
     """
     highest = _tightest(span, tension)
     loose = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
@@ -89,31 +79,12 @@ def strains_for_tension(span, tension):
 
 
 def no_strain_for_sag(_, sag):
-    """Raise for a sag that `strains_for_sag` found no length for, for example that of a weightless cable.
-
-    Raises
-    ------
-    NoSolutionError
-        Always.
-    """
+    """Raise NoSolutionError for a sag that `strains_for_sag` found no length for, as of a weightless cable."""
     raise NoSolutionError(f"no unstretched length gives a sag of {sag:.6g} m")
 
 
 def strains_for_sag(span, sag):
-    """Chord strains of a batch of cables with given sags.
-
-    Parameters
-    ----------
-    span : Span
-        Fields of shape (n,).
-    sag : ndarray, shape (n,)
-        [m]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Not a number where no length with this sag was found. [-]
-    """
+    """Chord strains of n cables with given sags [m], each of shape (n,); not a number where there is none. [-]"""
     depth = sag * span.cosine / span.chord
     horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
     guess = horizontal / span.axial_stiffness - 8 / 3 * depth**2
@@ -155,7 +126,7 @@ def _root(function, guess, highest):
     from scipy.optimize import elementwise
 
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - LOOSEST) / 8)
-    guess = np.minimum(np.maximum(guess, LOOSEST + 2 * step), highest - 2 * step)
+    guess = np.clip(guess, LOOSEST + 2 * step, highest - 2 * step)
     root, rest = np.full(len(guess), np.nan), np.arange(len(guess))
     near = np.maximum(guess - NEAR * step, LOOSEST), np.minimum(guess + NEAR * step, highest)
     for right, (least, most) in ((guess + step, near), (highest, (np.full(len(guess), LOOSEST), highest))):
@@ -172,11 +143,11 @@ def _root(function, guess, highest):
     return root
 
 
-def _between(function, low, high, index=None):
+def _between(function, low, high, index):
+    """Zeros between two places of different sign."""
     from scipy.optimize import elementwise
 
     tolerances = {"xatol": 0.0, "xrtol": 5e-16, "fatol": 4e-16, "frtol": 0.0}
-    index = np.zeros(len(low), dtype=int) if index is None else index
     return elementwise.find_root(function, (low, high), args=(index,), tolerances=tolerances, maxiter=MAX_STEPS).x
 
 

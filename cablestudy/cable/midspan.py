@@ -9,16 +9,9 @@ MAX_STEPS = 80  # bisection alone needs 53
 
 
 def arc_length_at_midspan(catenary):
-    """Arc length at mid-span over unstretched length, shape (...). [-]
+    """Arc length at mid-span over unstretched length of a `Catenary`, shape (...). [-]
 
-    Parameters
-    ----------
-    catenary : Catenary
-
-    Returns
-    -------
-    ndarray, shape (...)
-        1/2 for a vertical cable with horizontal loads, where mid-span has no meaning.
+    1/2 for a vertical cable with horizontal loads, where mid-span has no meaning.
 
     Notes
     -----

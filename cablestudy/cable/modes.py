@@ -1,6 +1,6 @@
 """Modes of a cable in ascending frequency, those of all planes together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,153 +13,107 @@ class CombinedModes:
 
     Parameters
     ----------
-    motions : list of PlaneModes
+    planes : list of PlaneModes
     dynamics : Dynamics
     """
 
-    def __init__(self, motions, dynamics):
-        self._motions, self._dynamics = motions, dynamics
-        self.square, self.kinds = (self._all(name) for name in ("square", "kinds"))
-        self._order = None
-        if not ascends(self.square) or clusters(self.square):
-            self._sort()
+    def __init__(self, planes, dynamics):
+        self._planes, self._found, self._order = planes, {}, None
+        self.unit_frequency = np.asarray(dynamics.unit_frequency)
+        self.root_mass = np.sqrt(np.asarray(dynamics.mass * dynamics.length))
+        self.unit_stiffness = np.asarray(dynamics.state.force / dynamics.length)
+        square = self._joined("square")
+        if not ascends(square) or clusters(square):
+            self._order = self._ascending(square)
 
-    def _sort(self):
-        """Ascending frequencies; modes that coincide in the order of kind and symmetry."""
-        self._order = np.argsort(self.square, axis=-1, kind="stable")
-        for cable, first, last in clusters(self._sorted(self.square)):
-            chosen = self._order[cable][first:last].copy()
-            names = self._all("symmetries")[cable][chosen], self.kinds[cable][chosen]
-            self._order[cable][first:last] = chosen[np.lexsort(names)]
+    def _ascending(self, square):
+        """Order of ascending frequency; modes that coincide in the order of kind and symmetry."""
+        order = np.argsort(square, axis=-1, kind="stable")
+        coinciding = clusters(reordered(square, order))
+        if coinciding:
+            kinds, symmetries = self._joined("kinds"), self._joined("symmetries")
+        for cable, first, last in coinciding:
+            chosen = order[cable][first:last].copy()
+            order[cable][first:last] = chosen[np.lexsort((symmetries[cable][chosen], kinds[cable][chosen]))]
+        return order
 
-    def _all(self, name):
-        return np.concatenate([getattr(motion, name) for motion in self._motions], axis=-1)
+    def values(self, name):
+        """A property of `PlaneModes`, with all three components where it has some of them; the modes are last."""
+        if name not in self._found:
+            values = self._joined(name)
+            self._found[name] = values if self._order is None else reordered(values, self._order)
+        return self._found[name]
 
-    def _sorted(self, values):
-        return reordered(values, self._order)
-
-    @property
-    def frequency(self):
-        """Shape (..., k). [Hz]"""
-        return np.sqrt(self._sorted(self.square)) * np.asarray(self._dynamics.unit_frequency)[..., None]
-
-    @property
-    def sorted_kinds(self):
-        """Places in KINDS, shape (..., k)."""
-        return self._sorted(self.kinds)
-
-    @cached_property
-    def errors(self):
-        """Estimated relative errors of the frequencies, shape (..., k). [-]"""
-        return self._sorted(self._all("error"))
-
-    @cached_property
-    def symmetries(self):
-        """Places in SYMMETRIES, shape (..., k)."""
-        return self._sorted(self._all("symmetries"))
-
-    @cached_property
-    def shapes(self):
-        """Shape (..., nodes, 3, k). [1/sqrt(kg)]"""
-        mesh, begin = self._dynamics.state.mesh, 0
-        *lead, count = self.square.shape
-        shapes = np.zeros((*lead, mesh.nodes, 3, count))
-        for motion in self._motions:
-            end = begin + motion.square.shape[-1]
-            for place, axis in enumerate(motion.system.axes):
-                shapes[..., axis, begin:end] = motion.signed[..., place, :]
+    def _joined(self, name):
+        parts = [getattr(plane, name) for plane in self._planes]
+        batch = self._planes[0].square.ndim
+        if parts[0].ndim == batch:
+            return np.concatenate(parts, axis=-1)
+        *lead, _, _ = parts[0].shape
+        whole, begin = np.zeros((*lead, 3, sum(part.shape[-1] for part in parts))), 0
+        for plane, part in zip(self._planes, parts, strict=True):
+            end = begin + part.shape[-1]
+            whole[..., list(plane.system.axes), begin:end] = part
             begin = end
-        shapes /= np.sqrt(self._dynamics.mass * self._dynamics.length)[..., None, None, None]
-        return self._in_order(shapes, -1)
-
-    def _in_order(self, values, axis):
-        """Values of each cable with its modes, along an axis, in ascending frequency."""
-        for cable in np.ndindex(self.square.shape[:-1]) if self._order is not None else ():
-            values[cable] = values[cable].take(self._order[cable], axis=axis)
-        return values
-
-    @cached_property
-    def participation(self):
-        """Shape (..., k, 3). [N/(m sqrt(kg))]"""
-        return self._at_end("participation")
-
-    @cached_property
-    def driven(self):
-        """Shape (..., k, 3). [N/(m sqrt(kg))]"""
-        return self._at_end("driven")
-
-    @cached_property
-    def rigid(self):
-        """Shape (..., k, 3). [N/(m sqrt(kg))]"""
-        return self._at_end("rigid")
-
-    def _at_end(self, name):
-        dynamics, begin = self._dynamics, 0
-        found = np.zeros((*self.square.shape, 3))
-        for motion in self._motions:
-            end = begin + motion.square.shape[-1]
-            found[..., begin:end, list(motion.system.axes)] = getattr(motion, name)
-            begin = end
-        scale = np.asarray(dynamics.state.force / dynamics.length / np.sqrt(dynamics.mass * dynamics.length))
-        return self._in_order(found * scale[..., None, None], -2)
+        return whole
 
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes in ascending frequency, of one cable or of a batch.
+    """Modes in ascending frequency, of one cable or of a batch."""
 
-    Attributes
-    ----------
-    frequency : ndarray, shape (..., k)
-        [Hz]
-    kinds : ndarray of int, shape (..., k)
-        Places in KINDS.
-    complete : bool
-        True when the model has no more modes.
-    combined : CombinedModes
-        Of the batch.
-    cable : tuple of int
-        Index of this cable in it.
-    """
-
-    frequency: np.ndarray
-    kinds: np.ndarray
-    complete: bool
-    combined: CombinedModes
-    cable: tuple = ()
+    combined: CombinedModes  # of the batch
+    count: int  # how many of them, from the lowest
+    complete: bool  # whether the model has no more modes
+    cable: tuple = ()  # index of this cable in the batch
 
     def __len__(self):
-        return self.frequency.shape[-1]
+        return self.count
+
+    def _values(self, name):
+        return self.combined.values(name)[self.cable][..., : self.count]
+
+    @cached_property
+    def frequency(self):
+        """Shape (..., k). [Hz]"""
+        return np.sqrt(self._values("square")) * self.combined.unit_frequency[self.cable][..., None]
 
     @property
-    def shapes(self):
-        """Chord frame, mass-normalised, ends included (at rest), shape (..., nodes, 3, k). [1/sqrt(kg)]"""
-        return self.combined.shapes[self.cable][..., : len(self)]
+    def errors(self):
+        """Estimated relative discretisation errors of the frequencies (`PlaneModes.errors`), shape (..., k). [-]"""
+        return self._values("errors")
+
+    @property
+    def kinds(self):
+        """Places in KINDS, shape (..., k)."""
+        return self._values("kinds")
 
     @property
     def symmetries(self):
         """Places in SYMMETRIES, shape (..., k)."""
-        return self.combined.symmetries[self.cable][..., : len(self)]
+        return self._values("symmetries")
 
-    @property
-    def errors(self):
-        """Estimated relative discretisation errors of the frequencies (`PlaneModes.error`), shape (..., k). [-]"""
-        return self.combined.errors[self.cable][..., : len(self)]
+    @cached_property
+    def shapes(self):
+        """Chord frame, mass-normalised, ends included (at rest), shape (..., nodes, 3, k). [1/sqrt(kg)]"""
+        return self._values("signed") / self.combined.root_mass[self.cable][..., None, None, None]
 
     @property
     def participation(self):
-        """psi^T K21 e_j for a displacement of end 2 along axis j, chord frame, shape (..., k, 3). [N/(m sqrt(kg))]"""
-        return self.combined.participation[self.cable][..., : len(self), :]
+        """psi^T K21 e_j for a displacement of end 2 along axis j, chord frame, shape (..., k, 3). [N/(m sqrt(kg))]
+
+        Less omega^2 psi^T M21 e_j where the mass is not lumped (`PlaneModes.participation`).
+        """
+        return self._forces("participation")
 
     @property
-    def driven(self):
-        """Participation with the mass coupling of a mass that is not lumped: -omega^2 psi^T (M22 u_j + M21 e_j)."""
-        return self.combined.driven[self.cable][..., : len(self), :]
+    def rigid_participation(self):
+        """Participation for a translation of the whole cable along axis j: -omega^2 psi^T M e_j, shape (..., k, 3)."""
+        return self._forces("rigid_participation")
 
-    @property
-    def rigid(self):
-        """Participation for a translation of the whole cable along axis j: -omega^2 psi^T M e_j."""
-        return self.combined.rigid[self.cable][..., : len(self), :]
+    def _forces(self, name):
+        unit = (self.combined.unit_stiffness / self.combined.root_mass)[self.cable]
+        return np.ascontiguousarray((self._values(name) * unit[..., None, None]).swapaxes(-1, -2))
 
     @cached_property
     def kind(self):
@@ -173,13 +127,11 @@ class Modes:
 
     def take(self, cable):
         """Those of one cable of a batch."""
-        return Modes(self.frequency[cable], self.kinds[cable], self.complete, self.combined, (cable,))
+        return replace(self, cable=(cable,))
 
     def first(self, count):
         """Only the lowest `count` modes."""
-        if count >= len(self):
-            return self
-        return Modes(self.frequency[..., :count], self.kinds[..., :count], False, self.combined, self.cable)
+        return self if count >= self.count else replace(self, count=count, complete=False)
 
     def numbered(self, number, kind, symmetry=None):
         """Mask of mode `number` (from 1) of a kind and symmetry, shape (..., k): true in one place, or in none."""

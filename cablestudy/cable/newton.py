@@ -27,24 +27,12 @@ REASONS = (
 
 @dataclass(frozen=True)
 class Record:
-    """How the Newton iterations of one cable or of a batch went.
+    """Newton steps of one cable or of a batch; not a number once a cable has stopped."""
 
-    Attributes
-    ----------
-    residual : ndarray, shape (steps, ...)
-        Largest component of the residual before each step; not a number once a cable has stopped. [-]
-    correction : ndarray, shape (steps, ...)
-        Size of each full step relative to the tension. [-]
-    share : ndarray, shape (steps, ...)
-        Share of the full step that was taken. [-]
-    reason : ndarray of int, shape (...)
-        Why the iteration stopped: place in REASONS.
-    """
-
-    residual: np.ndarray
-    correction: np.ndarray
-    share: np.ndarray
-    reason: np.ndarray
+    residual: np.ndarray  # largest component before each step, shape (steps, ...) [-]
+    correction: np.ndarray  # size of each full step relative to the tension, shape (steps, ...) [-]
+    share: np.ndarray  # of the full step that was taken, shape (steps, ...) [-]
+    reason: np.ndarray  # why the iteration stopped, place in REASONS, shape (...)
 
     @property
     def steps(self):
@@ -95,11 +83,9 @@ def newton(problem, unknown, active):
 
     Returns
     -------
-    unknown : ndarray, shape (d, ...)
-        Each cable's to the last digit as if it were alone.
-    point
-        What `residual` returned beside the residual at the solution.
-    record : Record
+    unknown, point, record
+        The solution, each cable's to the last digit as if it were alone; what `residual` returned beside the residual
+        there; and the `Record`.
     """
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)

@@ -19,32 +19,37 @@ ROUNDING = 4e-16  # error of the lowest frequency; it grows with the frequency
 
 
 class PlaneModes:
-    """Modes of one system, of one cable or of a batch.
+    """Modes of one system, of one cable or of a batch, in ascending frequency; the modes are the last axis throughout.
 
     Parameters
     ----------
     system : System
-    shapes : ndarray, shape (..., nodes, d, k)
-        Orthonormal by the mass of a cable of unit mass.
+    inner : ndarray, shape (..., dof, k)
+        Shapes of the inner nodes, orthonormal by the mass of a cable of unit mass.
     sign : int
         1 if all shapes are symmetric about mid-length, -1 if antisymmetric, 0 otherwise.
     """
 
-    def __init__(self, system, shapes, sign=0):
+    def __init__(self, system, inner, sign=0):
+        *lead, _, count = inner.shape
+        nodes, axes = system.state.mesh.nodes, len(system.axes)
+        shapes = np.zeros((*lead, nodes, axes, count))
+        shapes[..., 1:-1, :, :] = inner.reshape(*lead, nodes - 2, axes, count)
         elastic, geometric = system.modal_energies(shapes)
         square = elastic + geometric
         if not ascends(square):
             order = np.argsort(square, axis=-1, kind="stable")
-            elastic, geometric, square = (reordered(part, order) for part in (elastic, geometric, square))
-            shapes = reordered(shapes, order[..., None, None, :])
+            elastic, geometric, square, shapes = (
+                reordered(part, order) for part in (elastic, geometric, square, shapes)
+            )
         self.system, self.square, self.shapes, self._sign = system, square, shapes, sign
-        coinciding = clusters(self.square)
+        coinciding = clusters(square)
+        for cluster in coinciding:
+            self._make_definite(*cluster)
         if coinciding:
-            for cluster in coinciding:
-                self._make_definite(*cluster)
             elastic, geometric = system.modal_energies(self.shapes)
-        self.kinds = np.full(self.square.shape, OUT)
-        if system.axes != OUT_OF_PLANE and self.square.shape[-1]:
+        self.kinds = np.full(square.shape, OUT)
+        if system.axes != OUT_OF_PLANE and count:
             along, out = _kinetic_shares(system, self.shapes)
             self.kinds = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
 
@@ -52,12 +57,12 @@ class PlaneModes:
         """Choose shapes of coincident modes; their frequencies stay."""
         one, chosen = System(self.system.state.take(cable), self.system.axes), (*cable, ..., slice(first, last))
         some = self.shapes[chosen]
-        some = some @ _definite_basis(one, some, _mirror(one, some))
+        some = some @ _definite_basis(one, some)
         ascending = np.argsort(sum(one.modal_energies(some)), kind="stable")
         self.shapes[chosen] = some[..., ascending]
 
     @cached_property
-    def error(self):
+    def errors(self):
         """Estimated relative discretisation error of the frequencies, shape (..., k). [-]
 
         A share of the energy in the two highest polynomials of the elements, and at least rounding; compared with
@@ -66,48 +71,41 @@ class PlaneModes:
         order = self.system.state.mesh.order
         share = next(share for least, share in SHARES.items() if order >= least)
         left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
-        noise = ROUNDING * np.sqrt(self.square / self.square[..., :1])
-        return np.maximum(left, noise)
+        return np.maximum(left, ROUNDING * np.sqrt(self.square / self.square[..., :1]))
 
     @cached_property
     def signed(self):
-        """The shapes with their first large component positive."""
-        return self.shapes * _signs(self.shapes)[..., None, None, :]
+        """The shapes with their first large component positive, shape (..., nodes, d, k)."""
+        flat = joined(self.shapes)
+        first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
+        sign = np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2))
+        return self.shapes * sign[..., None, :]
 
     @cached_property
     def symmetries(self):
         """Places in SYMMETRIES, shape (..., k)."""
         # of an axial mode the motion along the cable counts, which reflection reverses
-        even = self._sign or _mass_product(self.system, self.shapes, _mirror(self.system, self.shapes))
+        even = self._sign or joined(self.shapes * self.system.inertia(_mirror(self.system, self.shapes))).sum(axis=-2)
         even = even * np.where(self.kinds == AXIAL, -1, 1)
         return np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
 
     @cached_property
     def participation(self):
-        """psi^T K21 e_j = -omega^2 psi^T M22 u_j, u_j the static shape of a unit displacement of end 2 along j.
+        """-omega^2 psi^T M u_j, u_j the static shape of a unit displacement of end 2 along axis j, shape (..., d, k).
 
         Craig & Bampton (1968), AIAA Journal 6(7), fixed-interface modes.
         """
-        weighted = joined(_apply_mass(self.system, self.system.end_shapes))
-        return -self.square[..., None] * (joined(self.signed).swapaxes(-1, -2) @ weighted)
+        return self._participation(self.system.end_shapes)
 
     @cached_property
-    def driven(self):
-        """-omega^2 psi^T (M22 u_j + M21 e_j): with a mass that couples the ends to the inner nodes."""
-        system = self.system
-        if system.mass.nnz == system.dof:
-            return self.participation
-        axes = len(system.axes)
-        weighted = _times(system.full_mass(), joined(system.end_shapes))[..., axes:-axes, :]
-        inner = joined(self.signed)[..., axes:-axes, :]
-        return -self.square[..., None] * (inner.swapaxes(-1, -2) @ weighted)
-
-    @cached_property
-    def rigid(self):
-        """-omega^2 psi^T M e_j: for a translation of the whole cable along j."""
+    def rigid_participation(self):
+        """-omega^2 psi^T M e_j: for a translation of the whole cable along axis j, shape (..., d, k)."""
         nodes, axes = self.shapes.shape[-3:-1]
-        weighted = self.system.full_mass() @ np.tile(np.eye(axes), (nodes, 1))
-        return -self.square[..., None] * (joined(self.signed).swapaxes(-1, -2) @ weighted)
+        return self._participation(np.broadcast_to(np.eye(axes), (nodes, axes, axes)))
+
+    def _participation(self, movement):
+        inertia = joined(self.system.inertia(movement))
+        return -self.square[..., None, :] * (inertia.swapaxes(-1, -2) @ joined(self.signed))
 
 
 def ascends(values):
@@ -116,8 +114,9 @@ def ascends(values):
 
 
 def reordered(values, order):
-    """Values in another order along the last axis; as they are without one."""
-    return values if order is None else np.take_along_axis(values, order, axis=-1)
+    """Values in another order along the last axis, which is one of shape (..., k) for each cable."""
+    between = (1,) * (values.ndim - order.ndim)
+    return np.take_along_axis(values, order.reshape(*order.shape[:-1], *between, order.shape[-1]), axis=-1)
 
 
 def clusters(square):
@@ -131,41 +130,14 @@ def clusters(square):
     return found
 
 
-def _definite_basis(system, shapes, mirrored):
+def _definite_basis(system, shapes):
     """Orthogonal matrix that separates coincident modes by symmetry and by motion along the cable and out of plane."""
     along = _along(system, shapes)
-    weighted = _apply_mass(system, shapes)
     out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
-    mirror = np.einsum("nak,nal->kl", weighted, mirrored)
-    nodal = system.state.mesh.node_weights
-    slide = np.einsum("n,nk,nl->kl", nodal, along, along)
-    leave = np.einsum("n,nk,nl->kl", nodal, out, out)
+    mirror = joined(system.inertia(shapes)).T @ joined(_mirror(system, shapes))
+    nodal = system.state.mesh.node_weights[:, None]
+    slide, leave = (part.T @ (nodal * part) for part in (along, out))
     return np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)[1]
-
-
-def _apply_mass(system, shapes):
-    """M22 times shapes."""
-    inner, mass = shapes[..., 1:-1, :, :], system.mass
-    product = np.zeros_like(shapes)
-    if mass.nnz == system.dof:
-        product[..., 1:-1, :, :] = mass.diagonal().reshape(-1, len(system.axes), 1) * inner
-    else:
-        flat = joined(inner)
-        product[..., 1:-1, :, :] = _times(mass, flat).reshape(inner.shape)
-    return product
-
-
-def _times(matrix, flat):
-    """A sparse matrix times a stack of dense ones."""
-    if flat.ndim == 2:
-        return matrix @ flat
-    return np.stack([matrix @ part for part in flat])
-
-
-def _mass_product(system, left, right):
-    """Diagonal of left^T M right, shape (..., k)."""
-    product = left * _apply_mass(system, right)
-    return joined(product).sum(axis=-2)
 
 
 def _nodal_tangent(state):
@@ -188,8 +160,7 @@ def _along(system, shapes):
 def _kinetic_shares(system, shapes):
     """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
     nodal = system.state.mesh.node_weights
-    *lead, nodes, axes, count = shapes.shape
-    squares = (nodal @ (shapes**2).reshape(*lead, nodes, axes * count)).reshape(*lead, axes, count)
+    squares = (nodal[:, None, None] * shapes**2).sum(axis=-3)
     total = squares.sum(axis=-2)
     out = squares[..., 2, :] if 2 in system.axes else 0.0 * total
     return (nodal @ _along(system, shapes) ** 2) / total, out / total
@@ -197,8 +168,7 @@ def _kinetic_shares(system, shapes):
 
 def _mirror(system, shapes):
     """Shapes reflected at mid-length, across the chord."""
-    mesh = system.state.mesh
-    position = mesh.node_positions
+    position = system.state.mesh.node_positions
     if np.abs(position + position[::-1] - 1).max() < 1e-9:
         mirrored = shapes[..., ::-1, :, :].copy()
     else:  # point loads make the mesh unsymmetric
@@ -208,10 +178,3 @@ def _mirror(system, shapes):
     if 0 in system.axes:
         mirrored[..., 0, :] *= -1
     return mirrored
-
-
-def _signs(shapes):
-    """Sign of the first large component of each shape, shape (..., k)."""
-    flat = joined(shapes)
-    first = np.argmax(np.abs(flat) > 0.5 * np.abs(flat).max(axis=-2, keepdims=True), axis=-2)
-    return np.sign(np.take_along_axis(flat, first[..., None, :], axis=-2)[..., 0, :])

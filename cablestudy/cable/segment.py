@@ -14,6 +14,7 @@ Source: Irvine (1981), Cable Structures, section 1.3, rewritten.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Kernel:
 
 
 def evaluate(tension, weight, cosine, sine):
-    """Quantities that extension and flexibility share.
+    """The `Kernel` of segments.
 
     Parameters
     ----------
@@ -43,10 +44,6 @@ def evaluate(tension, weight, cosine, sine):
         Tension vector at mid-segment in the chord frame. [N]
     weight, cosine, sine : ndarray
         Weight of the segment [N], cosine and sine of the chord's inclination [-].
-
-    Returns
-    -------
-    Kernel
     """
     q, n, y = tension
     vertical = q * sine + n * cosine
@@ -71,20 +68,10 @@ def evaluate(tension, weight, cosine, sine):
 
 
 def extension(tension, weight, axial_stiffness, cosine, sine):
-    """End 2 minus end 1 of a segment, minus its own length along the chord, per unstretched length.
+    """End 2 minus end 1 of a segment, minus its own length along the chord, per unstretched length; and its `Kernel`.
 
-    Parameters
-    ----------
-    tension, weight, cosine, sine
-        As for `evaluate`.
-    axial_stiffness : ndarray
-        [N]
-
-    Returns
-    -------
-    tuple of 3 ndarrays
-        Along the chord, across it in the plane, out of the plane. [-]
-    Kernel
+    Arguments as for `evaluate`. The extension is a tuple of 3 ndarrays: along the chord, across it in the plane, out of
+    the plane. [-]
     """
     q, n, y = tension
     kernel = evaluate(tension, weight, cosine, sine)
@@ -105,35 +92,17 @@ def _beyond(tension, q, n, y):
 
 
 def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
-    """Derivative of a segment's extension with respect to the tension vector, per unstretched length.
-
-    Parameters
-    ----------
-    tension, weight, axial_stiffness, cosine, sine, kernel
-        As for `extension`.
-
-    Returns
-    -------
-    tuple of 6 ndarrays
-        qq, nn, yy, qn, qy, ny. [1/N]
+    """Derivative of `extension` with respect to the tension vector: 6 ndarrays qq, nn, yy, qn, qy, ny. [1/N]
 
     Notes
     -----
     The integral of (T^2 I - P P^T)/T^3 over the segment, once in terms of small deviations from the chord and once in
     horizontal and vertical components: each form is free of cancellation where the other is not.
     """
-    small = kernel.beta < SMALL_BETA
-    if small.all():
-        sag = _shallow(tension, weight, cosine, sine, kernel)
-    else:
-        sag = tuple(
-            np.where(small, shallow, deep)
-            for shallow, deep in zip(
-                _shallow(tension, weight, cosine, sine, kernel),
-                _deep(tension, cosine, sine, kernel),
-                strict=True,
-            )
-        )
+    small, sag = kernel.beta < SMALL_BETA, _shallow(tension, weight, cosine, sine, kernel)
+    if not small.all():
+        deep = _deep(tension, cosine, sine, kernel)
+        sag = tuple(np.where(small, *pair) for pair in zip(sag, deep, strict=True))
     axial = 1.0 / axial_stiffness
     return (axial + sag[0], axial + sag[1], axial + sag[2], *sag[3:])
 
@@ -179,6 +148,56 @@ def _deep(tension, cosine, sine, kernel):
         cosine * hy + sine * vy,
         cosine * vy - sine * hy,
     )
+
+
+class SegmentedCable:
+    """Tensions of a cable in equilibrium whose tension vector is linear along each of its segments or elements.
+
+    A subclass has `span`, `mid_forces`, the tension vectors at mid-segment, chord frame, shape (..., k, 3) [N], and
+    `segment_weights`, shape (..., k) [N].
+    """
+
+    @property
+    def _angles(self):
+        """Cosine and sine of the chord's inclination, shapes (..., 1). [-]"""
+        return np.asarray(self.span.cosine)[..., None], np.asarray(self.span.sine)[..., None]
+
+    @cached_property
+    def _vertical_and_horizontal(self):
+        """Parts of the tension at mid-segment, the first one signed, each of shape (..., k). [N]"""
+        cosine, sine = self._angles
+        q, n, y = np.moveaxis(self.mid_forces, -1, 0)
+        return q * sine + n * cosine, np.hypot(q * cosine - n * sine, y)
+
+    @cached_property
+    def edge_tensions(self):
+        """Tension at both ends of each segment, shape (..., k, 2). [N]"""
+        vertical, horizontal = self._vertical_and_horizontal
+        half = self.segment_weights / 2
+        return np.sqrt(horizontal[..., None] ** 2 + np.stack([vertical - half, vertical + half], axis=-1) ** 2)
+
+    @property
+    def max_tension(self):
+        """Largest tension, at an end or at a load, shape (...). [N]"""
+        return self.edge_tensions.max(axis=(-2, -1))
+
+    @property
+    def min_tension(self):
+        """Smallest tension, at an end, at a load or at the lowest point, shape (...). [N]"""
+        vertical, horizontal = self._vertical_and_horizontal
+        sags = np.abs(vertical) < self.segment_weights / 2
+        return np.where(sags, horizontal, self.edge_tensions.min(axis=-1)).min(axis=-1)
+
+    def end_forces(self, frame="chord"):
+        """Force of the cable on each end, point loads there included, shape (..., 2, 3). [N]
+
+        Parameters
+        ----------
+        frame : {"chord", "global"}
+        """
+        half = (self.segment_weights / 2)[..., None] * self.span.up[..., None, :]
+        first, last = (self.mid_forces - half)[..., 0, :], (self.mid_forces + half)[..., -1, :]
+        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
 
 
 def solve_symmetric(matrix, right):

@@ -75,7 +75,7 @@ class Span:
         load_forces : ndarray, shape (..., k, 3), optional
             Point loads along x, y, z. [N]
         chord : float or ndarray, shape (...), optional
-            Distance of the ends where it is known to more digits than their places tell. [m]
+            Distance of the ends where it is known to more digits than their places are. [m]
 
         Returns
         -------

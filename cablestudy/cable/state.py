@@ -1,55 +1,41 @@
 """A discretised cable: tensions and directions at the Gauss points, places of the nodes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange
+from cablestudy.cable.segment import SegmentedCable
 from cablestudy.cable.span import Span
 
 
 @dataclass(frozen=True)
-class State:
-    """A cable at the Gauss points and nodes of a mesh, or many cables on one mesh; chord frame.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    span : Span
-        Fields of shape (...).
-    direction : ndarray, shape (..., n, q, 3)
-        Unit tangent. [-]
-    tension : ndarray, shape (..., n, q)
-        In units of `force`. [-]
-    stretch : ndarray, shape (..., n, q)
-        |r'|. [-]
-    displacement : ndarray, shape (..., nodes, 3)
-        Of the nodes from the straight chord, in unstretched lengths. [-]
-    force : float or ndarray, shape (...)
-        Reference force. [N]
-    mirror_symmetric : bool
-        Whether each cable, with its elements, is its own mirror image at mid-length.
-    """
+class State(SegmentedCable):
+    """A cable at the Gauss points and nodes of a mesh, or many cables on one mesh; chord frame."""
 
     mesh: Mesh
-    span: Span
-    direction: np.ndarray
-    tension: np.ndarray
-    stretch: np.ndarray
-    displacement: np.ndarray
-    force: np.ndarray
-    mirror_symmetric: bool
+    span: Span  # fields of shape (...)
+    direction: np.ndarray  # unit tangent, shape (..., n, q, 3) [-]
+    tension: np.ndarray  # in units of `force`, shape (..., n, q) [-]
+    displacement: np.ndarray  # of the nodes from the chord, in unstretched lengths, shape (..., nodes, 3) [-]
+    force: np.ndarray  # reference force, shape (...) [N]
+    mirror_symmetric: bool  # whether each cable, with its elements, is its own mirror image at mid-length
 
     def take(self, index):
         """One cable of a batch, or some of them."""
-        fields = (self.direction, self.tension, self.stretch, self.displacement, self.force)
-        return State(self.mesh, self.span.take(index), *(field[index] for field in fields), self.mirror_symmetric)
+        arrays = {name: getattr(self, name)[index] for name in ("direction", "tension", "displacement", "force")}
+        return replace(self, span=self.span.take(index), **arrays)
 
     @property
     def compliance(self):
         """force / EA, shape (...). [-]"""
         return self.force / np.asarray(self.span.axial_stiffness, dtype=float)
+
+    @cached_property
+    def stretch(self):
+        """|r'| = 1 + T/EA, shape (..., n, q). [-]"""
+        return 1 + np.asarray(self.compliance)[..., None, None] * self.tension
 
     @cached_property
     def mid_forces(self):
@@ -58,43 +44,12 @@ class State:
         return mean * np.asarray(self.force)[..., None, None]
 
     @cached_property
-    def weight_forces(self):
-        """Change of the tension vector along each element, chord frame, shape (..., n, 3). [N]
+    def segment_weights(self):
+        """Weight of each element, shape (..., n). [N]
 
         In equilibrium N(s) is linear between point loads: dN/ds = m g along the vertical.
         """
-        span = self.span
-        return (np.asarray(span.weight)[..., None] * span.up)[..., None, :] * self.mesh.sizes[:, None]
-
-    @cached_property
-    def edge_tensions(self):
-        """Tension at both ends of each element, shape (..., n, 2). [N]"""
-        half = self.weight_forces / 2
-        edges = np.stack([self.mid_forces - half, self.mid_forces + half], axis=-2)
-        return np.sqrt((edges**2).sum(axis=-1))
-
-    @property
-    def max_tension(self):
-        """Largest tension in equilibrium, at an end or at a load, shape (...). [N]
-
-        |N(s)| is convex along each element, so that its maximum is at an end of one.
-        """
-        return self.edge_tensions.max(axis=(-2, -1))
-
-    @property
-    def min_tension(self):
-        """Smallest tension in equilibrium, at an end, at a load or at the lowest point, shape (...). [N]"""
-        up = np.asarray(self.span.up)[..., None, :]
-        vertical = (self.mid_forces * up).sum(axis=-1)
-        horizontal = np.sqrt(((self.mid_forces - vertical[..., None] * up) ** 2).sum(axis=-1))
-        half = np.asarray(self.span.weight)[..., None] * self.mesh.sizes / 2
-        return np.where(np.abs(vertical) < half, horizontal, self.edge_tensions.min(axis=-1)).min(axis=-1)
-
-    def end_forces(self, frame="chord"):
-        """Force of the cable on each end in equilibrium, shape (..., 2, 3); `frame` is "chord" or "global". [N]"""
-        first = self.mid_forces[..., 0, :] - self.weight_forces[..., 0, :] / 2
-        last = self.mid_forces[..., -1, :] + self.weight_forces[..., -1, :] / 2
-        return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
+        return np.asarray(self.span.weight)[..., None] * self.mesh.sizes
 
 
 def interpolate(state, positions):
@@ -112,7 +67,7 @@ def interpolate(state, positions):
     displacement : ndarray, shape (j, 3)
         From the chord, in unstretched lengths, chord frame. [-]
     tension : ndarray, shape (j,)
-        Of the tension vector, linear along each element (`State.weight_forces`). [N]
+        Of the tension vector, linear along each element. [N]
     """
     mesh = state.mesh
     positions = np.asarray(positions, dtype=float)
@@ -120,7 +75,7 @@ def interpolate(state, positions):
     local = (positions - mesh.edges[which]) / mesh.sizes[which]
     nodal = state.displacement[mesh.element_nodes[which]]
     displacement = (lagrange(basis(mesh.order).nodes, local)[..., None] * nodal).sum(axis=-2)
-    force = state.mid_forces[which] + (local - 0.5)[:, None] * state.weight_forces[which]
+    force = state.mid_forces[which] + ((local - 0.5) * state.segment_weights[which])[:, None] * state.span.up
     return displacement, np.sqrt((force**2).sum(axis=-1))
 
 

@@ -52,7 +52,6 @@ def state_at(span, mesh, positions):
         span=span,
         direction=gradient / stretch[..., None],
         tension=stretch - 1,
-        stretch=stretch,
         displacement=positions / length - chord,
         force=span.axial_stiffness,
         mirror_symmetric=False,
@@ -75,8 +74,7 @@ def internal_forces(state, frame="chord"):
         In equilibrium the weight and loads on the inner nodes (`equilibrium.external_forces`); the cable acts on what
         holds its nodes with the opposite force. [N]
     """
-    mesh, element = state.mesh, basis(state.mesh.order)
-    t = state.span.in_frame(state.direction.reshape(-1, 3), frame).reshape(state.direction.shape)
+    mesh, element, t = state.mesh, basis(state.mesh.order), _tangent(state, frame)
     pull = (element.weights * state.tension)[..., None] * t * state.force
     nodal = np.zeros((mesh.nodes, 3), dtype=pull.dtype)
     np.add.at(nodal, mesh.element_nodes, element.derivative.T @ pull)
@@ -98,8 +96,7 @@ def tangent_stiffness(state, frame="chord"):
     elastic, geometric : scipy.sparse.csr_array, shape (3 nodes, 3 nodes)
         K_E and K_G; degree of freedom 3 i + j is component j of node i. [N/m]
     """
-    mesh, element = state.mesh, basis(state.mesh.order)
-    t = state.span.in_frame(state.direction.reshape(-1, 3), frame).reshape(state.direction.shape)
+    mesh, element, t = state.mesh, basis(state.mesh.order), _tangent(state, frame)
     along = t[..., :, None] * t[..., None, :]
     across = np.eye(3) - along
     stiffness = np.asarray(state.span.axial_stiffness, dtype=float)
@@ -112,3 +109,8 @@ def tangent_stiffness(state, frame="chord"):
         return add_elements(mesh, 3, blocks.reshape(mesh.elements, dof, dof) / length)
 
     return assembled(stiffness * along), assembled(geometric)
+
+
+def _tangent(state, frame):
+    """Unit tangent at the Gauss points in the axes of a frame, shape (n, q, 3)."""
+    return state.span.in_frame(state.direction.reshape(-1, 3), frame).reshape(state.direction.shape)

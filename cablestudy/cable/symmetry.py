@@ -16,27 +16,13 @@ SMALL = 200  # free displacements up to which bases are cached
 
 @dataclass(frozen=True)
 class SymmetrySubspace:
-    """Basis of all motion of a system, or of that of one symmetry, orthonormal by the mass of a cable of unit mass.
+    """Basis of all motion of a system, or of that of one symmetry, orthonormal by the mass of a cable of unit mass."""
 
-    Attributes
-    ----------
-    sign : int
-        1 for symmetric motion, -1 for antisymmetric motion, 0 for all motion.
-    points : slice
-        Gauss points that determine the energy: those up to mid-length, or all.
-    middle : slice
-        Rows of the gradients there (d for each point) that are at mid-length and count half.
-    shapes : ndarray, shape (dof, k)
-        P.
-    transferred : ndarray, shape (n q, d, k)
-        S M P, the tension vectors that balance the inertia forces M P.
-    """
-
-    sign: int
-    points: slice
-    middle: slice
-    shapes: np.ndarray
-    transferred: np.ndarray
+    sign: int  # 1 for symmetric motion, -1 for antisymmetric motion, 0 for all motion
+    points: slice  # Gauss points that determine the energy: those up to mid-length, or all
+    middle: slice  # rows of the gradients there (d for each point) that are at mid-length and count half
+    shapes: np.ndarray  # P, shape (dof, k)
+    transferred: np.ndarray  # S M P, tension vectors that balance the inertia forces M P, shape (n q, d, k)
 
     def root(self, system):
         """B M P at `points`, shape (..., r, k); its square is P^T M K^-1 M P, to a factor of two for half a cable."""
@@ -46,7 +32,7 @@ class SymmetrySubspace:
 
 
 def symmetry_subspaces(mesh, axes, mirror_symmetric):
-    """Uncoupled subspaces of the motion of a system.
+    """Uncoupled subspaces of the motion of a system: a tuple of one or two `SymmetrySubspace`.
 
     Parameters
     ----------
@@ -55,10 +41,6 @@ def symmetry_subspaces(mesh, axes, mirror_symmetric):
         Which components of the chord frame move.
     mirror_symmetric : bool
         Whether the cable is its own mirror image at mid-length.
-
-    Returns
-    -------
-    tuple of SymmetrySubspace
     """
     small = (mesh.nodes - 2) * len(axes) <= SMALL
     return (_symmetry_subspaces if small else _symmetry_subspaces.__wrapped__)(mesh, axes, mirror_symmetric)

@@ -4,22 +4,19 @@ Sources: Irvine (1981), chapters 2 and 3, for a flat taut cable; inclined cables
 the chord.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 
 def lambda_squared(span, tension):
-    """Irvine's parameter: stiffness by stretching over stiffness by sagging.
+    """Irvine's parameter: stiffness by stretching over stiffness by sagging. [-]
 
     Parameters
     ----------
     span : Span
     tension : float or ndarray
         Mean tension. [N]
-
-    Returns
-    -------
-    ndarray
-        [-]
 
     Notes
     -----
@@ -33,33 +30,22 @@ def lambda_squared(span, tension):
 
 
 def per_deformed_length(span):
-    """Mass m L0/l and axial stiffness EA l/L0 per length of the chord.
+    """Mass m L0/l [kg/m] and axial stiffness EA l/L0 [N] per length of the chord.
 
     The closed forms neglect the pre-stretch; with these values they agree with the exact cable.
-
-    Returns
-    -------
-    mass, axial_stiffness : float or ndarray
-        [kg/m], [N]
     """
     ratio = 1 + span.chord_strain
     return span.mass / ratio, span.axial_stiffness * ratio
 
 
 def string_frequencies(count, length, tension, mass):
-    """Natural frequencies of a taut string with fixed ends.
+    """The lowest natural frequencies of a taut string with fixed ends, shape (..., count). [Hz]
 
     Parameters
     ----------
     count : int
-        How many, from the lowest. [-]
-    length, tension, mass : float or ndarray, shape (c,)
-        Span [m], tension > 0 [N], mass per length [kg/m]; arrays describe c strings at once.
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        Ascending. [Hz]
+    length, tension, mass : float or ndarray, shape (...)
+        Span [m], tension > 0 [N], mass per length [kg/m].
 
     Notes
     -----
@@ -70,18 +56,13 @@ def string_frequencies(count, length, tension, mass):
 
 
 def symmetric_roots(count, squared):
-    """Normalised frequencies of the symmetric in-plane modes of a taut cable.
+    """Symmetric in-plane frequencies of a taut cable, normalised: omega l / sqrt(F/m), shape (..., count). [-]
 
     Parameters
     ----------
     count : int
-    squared : float or ndarray, shape (c,)
+    squared : float or ndarray, shape (...)
         lambda^2 >= 0. [-]
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        omega l / sqrt(F/m), ascending. [-]
 
     Notes
     -----
@@ -104,35 +85,26 @@ def symmetric_roots(count, squared):
 
 
 def symmetric_frequencies(count, span, tension, stretched=True):
-    """Symmetric in-plane frequencies of a taut cable.
+    """Symmetric in-plane frequencies of a taut cable, shape (..., count). [Hz]
 
     Parameters
     ----------
     count : int
     span : Span
-        Fields of shape () or (c,).
     tension : float or ndarray
         Mean tension. [N]
     stretched : bool
         With mass and stiffness per deformed length (agrees with the exact cable), or as the paper's Table 4 without.
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        [Hz]
     """
-    squared, mass = lambda_squared(span, tension), span.mass
     if stretched:
-        mass, stiffness = per_deformed_length(span)
-        across = mass * span.gravity * span.cosine
-        effective = span.chord * (1 + 8 * (across * span.chord / (8 * tension)) ** 2)
-        squared = across**2 * span.chord**3 * stiffness / (tension**3 * effective)
-    rate = np.sqrt(tension / mass) / span.chord / (2 * np.pi)
-    return symmetric_roots(count, squared) * np.asarray(rate)[..., None]
+        mass, axial_stiffness = per_deformed_length(span)
+        span = replace(span, mass=mass, axial_stiffness=axial_stiffness)
+    rate = np.sqrt(tension / span.mass) / span.chord / (2 * np.pi)
+    return symmetric_roots(count, lambda_squared(span, tension)) * np.asarray(rate)[..., None]
 
 
 def axial_frequencies(count, span, stretched=True):
-    """Axial frequencies from the speed of sound.
+    """Axial frequencies k c/(2 l) from the speed of sound c = sqrt(E/rho), shape (..., count). [Hz]
 
     Parameters
     ----------
@@ -140,11 +112,6 @@ def axial_frequencies(count, span, stretched=True):
     span : Span
     stretched : bool
         Over the unstretched length, in which sound travels at sqrt(EA/m) exactly; or over the chord as in the paper.
-
-    Returns
-    -------
-    ndarray, shape (count,) or (c, count)
-        k c/(2 l), c = sqrt(E/rho). [Hz]
     """
     sound = np.sqrt(span.axial_stiffness / np.asarray(span.mass, dtype=float))
     length = span.unstretched_length if stretched else span.chord

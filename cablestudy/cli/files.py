@@ -3,11 +3,11 @@
 import click
 
 from cablestudy.cli.error_handling import WRONG_USE, echo_notes, handle_errors, show
-from cablestudy.cli.options import FORMAT, QUIET, SET, complete_file
+from cablestudy.cli.options import FORMAT, PATH, QUIET, SET
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=complete_file)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
 @SET
 @FORMAT
 @QUIET

@@ -2,19 +2,14 @@
 
 import itertools
 import os
+from functools import wraps
 
 import click
 
+from cablestudy.cli.error_handling import handle_errors
 from cablestudy.errors import SceneError
 
 PICTURES = (".png", ".svg", ".pdf")
-
-
-def complete_file(context, parameter, incomplete):
-    """Shell completion of file names."""
-    from click.shell_completion import CompletionItem
-
-    return [CompletionItem(incomplete, type="file")]
 
 
 def complete_column(context, parameter, incomplete):
@@ -24,7 +19,8 @@ def complete_column(context, parameter, incomplete):
     return [column.header for column in COLUMNS if column.header.startswith(incomplete)]
 
 
-SCENE = click.argument("scene", metavar="SCENE", shell_complete=complete_file)
+PATH = click.Path(readable=False)  # completed by shells, and checked by the reader
+SCENE = click.argument("scene", metavar="SCENE", type=PATH)
 SET = click.option(
     "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change one key, e.g. cable.diameter=3.7mm. Repeatable."
 )
@@ -40,7 +36,7 @@ FORMAT = click.option(
 QUIET = click.option("--quiet", is_flag=True, help="No notes and warnings on standard error.")
 EXPLAIN = click.option("--explain", is_flag=True, help="Say on standard error what was modelled, and how well.")
 PLOT = click.option("--plot", metavar="FILE", help="Draw a picture too: .png, .svg or .pdf.")
-STUDY = click.argument("study", metavar="STUDY", shell_complete=complete_file)
+STUDY = click.argument("study", metavar="STUDY", type=PATH)
 OUT = click.option("--out", default="results", metavar="DIR", help="Where the files of NAME go. Default: results.")
 
 
@@ -55,18 +51,41 @@ def check_picture(path):
         raise SceneError(f"--plot {path}: cannot be written")
 
 
-def exclude(*pairs):
+def _command(*shared):
+    """Decorator that makes a function a command with an argument and options that several commands share."""
+
+    def decorate(function):
+        @wraps(function)
+        def checked(*, plot, **parameters):
+            check_picture(plot)
+            return function(plot=plot, **parameters)
+
+        command = handle_errors(checked)
+        for option in reversed(shared):
+            command = option(command)
+        return click.command()(command)
+
+    return decorate
+
+
+scene_command = _command(SCENE, SET, FORMAT, PLOT, EXPLAIN, QUIET)
+study_command = _command(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
+
+
+def exclude(parameters, pairs):
     """Refuse options that exclude each other.
 
     Parameters
     ----------
-    pairs : tuple of 2 dict
-        Name of an option -> its value; no option of one dict may be given with one of the other.
+    parameters : dict
+        All of a command, as click names them.
+    pairs : iterable of (tuple of str, tuple of str)
+        Names of options; none of the first tuple may be given with one of the second.
     """
+    given = {f"--{name.replace('_', '-')}" for name, value in parameters.items() if value not in (None, False)}
     wrong = {}
-    for pair in pairs:
-        given = ([name for name, value in group.items() if value] for group in pair)
-        for one, other in itertools.product(*given):
+    for one, other in itertools.chain(*(itertools.product(*pair) for pair in pairs)):
+        if {one, other} <= given:
             wrong.setdefault(frozenset((one, other)), f"{one} and {other} exclude each other")
     if wrong:
         raise SceneError(*wrong.values())

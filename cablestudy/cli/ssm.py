@@ -2,16 +2,14 @@
 
 import click
 
-from cablestudy.cli.error_handling import echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, refuse, save_plot
+from cablestudy.cli.error_handling import echo_notes, show
+from cablestudy.cli.options import refuse, save_plot, scene_command
 from cablestudy.errors import SceneError
 
 ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 
 
-@click.command()
-@SCENE
-@SET
+@scene_command
 @click.option("--out", metavar="FILE", help="Write the state space: .npz, .mat or .json.")
 @click.option("--modes", "count", type=click.IntRange(min=1), metavar="N", help="Keep so many, from the lowest.")
 @click.option("--upto", metavar="FREQ", help="Keep all up to a frequency instead, e.g. 20 Hz.")
@@ -23,15 +21,9 @@ ENDS = [f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz"]
 @click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
 @click.option("--input", "displacement", type=click.Choice(ENDS), help="For --response and --error. Default: end_2_x.")
 @click.option("--output", "force", type=click.Choice(ENDS), help="The force there. Default: end_2_x.")
-@FORMAT
-@PLOT
-@EXPLAIN
-@QUIET
-@handle_errors
 def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind, span, displacement, force,
         style, plot, explain, quiet):  # fmt: skip
     """The cable as a state space: file, kept modes, frequency response."""
-    check_picture(plot)
     if plot and not span:
         raise SceneError("--plot: needs --response, which it draws")
     if error is None and (attached or not span):

@@ -4,30 +4,26 @@ import itertools
 
 import click
 
-from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, handle_errors, interruptible, show
-from cablestudy.cli.options import (
-    EXPLAIN,
-    FORMAT,
-    OUT,
-    PLOT,
-    QUIET,
-    SET,
-    STUDY,
-    VARY,
-    check_picture,
-    complete_column,
-    exclude,
-    refuse,
-    save_plot,
-)
+from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, interruptible, show
+from cablestudy.cli.options import EXPLAIN, complete_column, exclude, refuse, save_plot, study_command
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
+WRITES_NOTHING = ("--check", "--no-write", "--row")
+INSTEAD = ("--dry-run", "--check", "--shard", "--sensitivity")  # of the table, all of it
+# No option of the first group goes with one of the second.
+EXCLUSIVE = (
+    (("--resume",), ("--restart",)),
+    (("--resume", "--restart"), WRITES_NOTHING),
+    (("--shard",), (*WRITES_NOTHING, "--plot")),
+    (("--jobs",), ("--scheduler",)),
+    (("--check",), ("--row",)),
+    (("--dry-run",), ("--plot", "--row")),
+    (INSTEAD, ("--where", "--sort", "--best")),
+    *(((one,), (other,)) for one, other in itertools.combinations(INSTEAD, 2)),
+)
 
 
-@click.command()
-@STUDY
-@SET
-@VARY
+@study_command
 @click.option("--dry-run", is_flag=True, help="Print the cases; compute and write nothing.")
 @click.option("--where", metavar="CONDITION", help="Show only such rows, e.g. 'gondola_rms < 1 mm and sag < 0.5'.")
 @click.option(
@@ -38,7 +34,6 @@ MOST_DIFFERENCES = 1000  # that a check shows one by one
 )
 @click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'.")
 @click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows.")
-@OUT
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
 @click.option(
@@ -55,41 +50,24 @@ MOST_DIFFERENCES = 1000  # that a check shows one by one
 @click.option("--shard", metavar="K/N", help="Only every Nth case from the Kth, kept for 'cablestudy merge'.")
 @click.option("--row", type=click.IntRange(min=1), help="Only this row of the table; write nothing.")
 @click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
-@FORMAT
-@PLOT
 @EXPLAIN
-@QUIET
-@click.pass_context
-@handle_errors
-def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, resume,
-          restart, jobs, scheduler, shard, row, fail_fast, style, plot, explain, quiet):  # fmt: skip
+def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, style, plot, shard,
+          quiet, **how):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
 
     Rows are kept as they are done: whatever ends a run, --resume goes on with it.
     """
-    check_picture(plot)
-    silent = {"--check": check, "--no-write": no_write, "--row": row}
-    shown = {"--where": where is not None, "--sort": sort is not None, "--best": best is not None}
-    alone = {"--dry-run": dry_run, "--check": check, "--shard": shard, "--sensitivity": sensitivity}
-    exclude(
-        ({"--resume": resume}, {"--restart": restart}),
-        ({"--resume": resume, "--restart": restart}, silent),
-        ({"--shard": shard}, {**silent, "--plot": plot}),
-        ({"--jobs": jobs}, {"--scheduler": scheduler}),
-        ({"--check": check}, {"--row": row}),
-        ({"--dry-run": dry_run}, {"--plot": plot, "--row": row}),
-        (alone, shown),
-        *(({one: alone[one]}, {other: alone[other]}) for one, other in itertools.combinations(alone, 2)),
-    )
+    context = click.get_current_context()
+    exclude(context.params, EXCLUSIVE)
     refuse({"--rtol": rtols and not check}, "for --check only")
-    keep, typed, work = not any(silent.values()), context.obj["words"], None
+    keep, typed, work = not (check or no_write or how["row"]), context.obj["words"], None
 
     def interrupted():
         return work.interrupted(typed) if work else ["interrupted: nothing is computed yet"]
 
     with interruptible(interrupted):
         from cablestudy.scene.study import read_study
-        from cablestudy.study.files import TableFiles
+        from cablestudy.study.table import TableFiles
         from cablestudy.sweep import run
         from cablestudy.sweep.check import read_tolerances
 
@@ -102,15 +80,14 @@ def sweep(context, study, sets, vary, dry_run, where, sort, best, sensitivity, o
         if requested.asked and keep:
             keep = False
             echo_notes([f"not written: the study does not list {', '.join(requested.asked)}"], quiet)
-        files = TableFiles(out, requested.name)
+        files, tolerance = TableFiles(out, requested.name), None
         if keep:
             files.check_writable()
         if check:
             files.check_stored()
-        tolerance = read_tolerances(rtols, requested) if check else None
-        options = run.Options(keep, resume, restart, jobs, scheduler, parts, row, fail_fast, explain, quiet)
-        with run.Run(requested, files, options) as work:
-            compute(work, [] if study == "-" else words_of(study, sets, vary))
+            tolerance = read_tolerances(rtols, requested)
+        with run.Run(requested, files, run.Options(keep=keep, shard=parts, quiet=quiet, **how)) as work:
+            compute(work, words_of(study, sets, vary))
             if not parts:
                 return finish(work, style, plot, tolerance, run.command(typed), select)
             echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
@@ -140,13 +117,13 @@ def selection_of(study, where, sort, best, sensitivity):
 
 
 def words_of(study, sets, vary):
-    """What of a command says which cases there are."""
-    options = [word for text in sets for word in ("--set", text)] + [word for text in vary for word in ("--vary", text)]
-    return ["sweep", study, *options]
+    """The part of a command that determines the cases."""
+    options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
+    return ["sweep", study, *itertools.chain(*options)]
 
 
 def compute(work, words):
-    """All rows of a run, and what is to be said about them."""
+    """Compute all rows of a run, and print notes on them."""
     options = work.options
     echo_notes(work.reused(), options.quiet)
     work.compute()
@@ -161,16 +138,7 @@ def finish(work, style, plot, tolerance, command, select=None):
     table, files, quiet = work.table(), work.files, work.options.quiet
     save_plot(plot, lambda plots: plots.study_plot(work.study, table))
     if tolerance is not None:
-        from cablestudy.sweep.check import compare
-
-        differences = 0
-        for differences, difference in enumerate(compare(table, files.csv, tolerance), 1):
-            if differences <= MOST_DIFFERENCES:
-                click.echo(f"{files.csv}: {difference}", err=True)
-        if differences > MOST_DIFFERENCES:
-            click.echo(f"{files.csv}: {differences} differences in all", err=True)
-        echo_notes([] if differences else [f"{files.csv}: agrees"], quiet)
-        return FAILED_CHECK if differences else 0
+        return print_differences(table, files.csv, tolerance, quiet)
     if work.options.keep:
         work.write(table, command)
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
@@ -181,22 +149,26 @@ def finish(work, style, plot, tolerance, command, select=None):
     return NO_ANSWER if work.failed else 0
 
 
-@click.command()
-@STUDY
-@SET
-@VARY
-@OUT
-@FORMAT
-@PLOT
-@QUIET
-@click.pass_context
-@handle_errors
-def merge(context, study, sets, vary, out, style, plot, quiet):
+def print_differences(table, path, tolerance, quiet):
+    """The cells of a table that differ from the stored one; the exit code."""
+    from cablestudy.sweep.check import compare
+
+    number = 0
+    for number, difference in enumerate(compare(table, path, tolerance), 1):
+        if number <= MOST_DIFFERENCES:
+            click.echo(f"{path}: {difference}", err=True)
+    if number > MOST_DIFFERENCES:
+        click.echo(f"{path}: {number} differences in all", err=True)
+    echo_notes([] if number else [f"{path}: agrees"], quiet)
+    return FAILED_CHECK if number else 0
+
+
+@study_command
+def merge(study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
-    check_picture(plot)
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
         from cablestudy.scene.study import read_study
-        from cablestudy.study.files import TableFiles
+        from cablestudy.study.table import TableFiles
         from cablestudy.sweep import run
         from cablestudy.sweep.merge import MergedRun
 
@@ -206,5 +178,5 @@ def merge(context, study, sets, vary, out, style, plot, quiet):
         files.check_writable()
         words = words_of(study, sets, vary)
         with MergedRun(requested, files, words, quiet) as work:
-            echo_notes(work.failures([] if study == "-" else words), quiet)
-            return finish(work, style, plot, None, run.command(context.obj["words"]))
+            echo_notes(work.failures(words), quiet)
+            return finish(work, style, plot, None, run.command(click.get_current_context().obj["words"]))

@@ -4,35 +4,26 @@ import sys
 
 import click
 
-from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
-from cablestudy.cli.options import EXPLAIN, FORMAT, PLOT, QUIET, SCENE, SET, check_picture, save_plot
+from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, show
+from cablestudy.cli.options import save_plot, scene_command
 
 
-@click.command()
-@SCENE
-@SET
+@scene_command
 @click.option("--columns", "names", metavar="A,B,...", help="What to compare. Default: stiffness, frequencies, wind.")
 @click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Of each timing. Default: 5.")
 @click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
-@FORMAT
-@PLOT
-@EXPLAIN
-@QUIET
-@handle_errors
 def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
-    check_picture(plot)
     import shlex
 
     from cablestudy.scene.scene import load_scene
     from cablestudy.study import trade as study
-    from cablestudy.study import trade_tables as tables
-    from cablestudy.study.files import TableFiles
+    from cablestudy.study.table import TableFiles
     from cablestudy.study.trade_models import models_of
 
     document, model = load_scene(scene, sets)
     columns, notes = study.columns_to_compare(document, model, names)
-    place = None if out is None else TableFiles(out, tables.file_name(scene))
+    place = None if out is None else TableFiles(out, study.file_name(scene))
     if place:
         place.check_writable()
     echo_notes(notes, quiet)
@@ -41,13 +32,13 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
             found = study.compare(model, columns, repeats, progress=bar.update)
     else:
         found = study.compare(model, columns, repeats)
-    echo_notes(tables.notes_of(found) if explain else (), quiet)
+    echo_notes(study.notes_of(found) if explain else (), quiet)
     title = shlex.join([scene, *(word for change in sets for word in ("--set", change))])
     for name, reason in found.reference.failures.items():
         click.echo(f"{scene}: {name}: {reason}", err=True)
     save_plot(plot, lambda plots: plots.trade_plot(found, f"Error against time: {title}"))
     if place:
-        tables.write(found, place, title)
+        study.write(found, place, title)
         echo_notes([f"written: {place.csv}, {place.md}"], quiet)
-    show(tables.table_of(found, shown=style == "md"), style)
+    show(study.table_of(found, shown=style == "md"), style)
     return NO_ANSWER if found.reference.failures else 0

@@ -21,47 +21,25 @@ import json
 
 import numpy as np
 
-GROUPS = (("State", "states"), ("Input", "inputs"), ("Output", "outputs"))
 SECOND_ORDER = ("Mass", "Damping", "Stiffness")
 
 
 def fields(system):
-    """The content of a file: name -> array, list of texts, or number.
-
-    Parameters
-    ----------
-    system : StateSpace
-
-    Returns
-    -------
-    dict
-    """
+    """The content of a file of a `StateSpace`: name -> array, list of texts, or number."""
     first, second = system.derivatives
     found = {"A": system.a, "B": system.b, "C": system.c, "D": system.d, "D1": first, "D2": second, "Ts": 0.0}
-    for word, attribute in GROUPS:
-        found.update(_labels(word, getattr(system, attribute)))
+    labels = {"State": system.states, "Input": system.inputs, "Output": system.outputs}
     order = system.second_order
     if order is not None:
-        found.update(zip(SECOND_ORDER, (order.mass, order.damping, order.stiffness), strict=True))
-        found.update(_labels("Coordinate", order.coordinates))
+        found |= zip(SECOND_ORDER, (order.mass, order.damping, order.stiffness), strict=True)
+        labels["Coordinate"] = order.coordinates
+    for word, pairs in labels.items():
+        found |= {f"{word}Name": [name for name, _ in pairs], f"{word}Unit": [unit for _, unit in pairs]}
     return found
 
 
-def _labels(word, labels):
-    return {f"{word}Name": [name for name, _ in labels], f"{word}Unit": [unit for _, unit in labels]}
-
-
 def npz(system):
-    """Bytes of a numpy archive; names are arrays of text.
-
-    Parameters
-    ----------
-    system : StateSpace
-
-    Returns
-    -------
-    bytes
-    """
+    """Bytes of a numpy archive; names are arrays of text."""
     out = io.BytesIO()
     np.savez(out, **{name: np.array(value) for name, value in fields(system).items()})
     return out.getvalue()

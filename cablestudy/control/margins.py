@@ -3,7 +3,7 @@
 import numpy as np
 
 STEPS = 60  # of bisection, to rounding
-BISECTIONS = 30  # for the frequency of a crossing, whose gain is then judged and refined
+BISECTIONS = 12  # for the frequency of a crossing, whose gain is then judged and refined
 PER_DECADE = 40
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # distances from a pole, in its half-widths
 BESIDE = 0.12  # largest such distance, relative to the frequency of the pole

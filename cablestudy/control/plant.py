@@ -22,6 +22,7 @@ from cablestudy.system.superelement import GONDOLA, GROUND, Superelement
 
 POLES = 1e-5, 1e-9  # error of the poles by modes that are left out, and variance that these have at resonance
 CANCELLED = 0.1  # distance of a pole from a zero, over its width, up to which they cancel
+APART = 0.3  # relative distance of the gondola's pole from all others, so that it needs no eigenvector to be found
 LARGE = 0.3  # of the largest share in the gondola's static compliance
 NEWTON_STEPS = 30
 NEAR = 20  # times the gondola's frequency: beyond it resonances need no breakpoints of their own
@@ -276,15 +277,9 @@ class Plant:
         return self._closed_poles[gain]
 
     @cached_property
-    def _open(self):
-        """Poles without control, and the share of each in the static compliance of the gondola."""
-        poles, shares = self._pole_system.pole_shares
-        return poles, shares[0]
-
-    @property
     def open_poles(self):
         """Poles of gondola and cable without control, upper half plane and real axis, shape (k,). [rad/s]"""
-        return self._open[0]
+        return self._pole_system.poles
 
     @cached_property
     def every_pole(self):
@@ -295,8 +290,12 @@ class Plant:
     def gondola_pole(self):
         """Of the poles without control with a large share in the static compliance of the gondola the one nearest to
         the gondola's undamped frequency. [rad/s]"""
-        poles, shares = self._open
-        poles = poles[shares >= LARGE * shares.max()]
+        poles = self.open_poles
+        close = np.abs(np.abs(poles) - self.main) < APART * self.main
+        if close.sum() != 1:  # the eigenvectors decide
+            poles, shares = self._pole_system.pole_shares
+            close = shares[0] >= LARGE * shares[0].max()
+        poles = poles[close]
         return self.pole_near(complex(poles[np.argmin(np.abs(np.abs(poles) - self.main))]), self.excited)
 
     def pole_near(self, s, cable, gain=0.0):

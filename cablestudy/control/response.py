@@ -1,4 +1,7 @@
-"""Frequency responses from the dynamic end stiffness: no matrix is solved for each frequency."""
+"""Frequency responses from the dynamic end stiffness: no matrix is solved for each frequency.
+
+Responses are complex and of the shape (m,) of the frequencies [Hz]; not finite at the pole of an undamped mode.
+"""
 
 import numpy as np
 
@@ -8,7 +11,7 @@ BLOCK = 4096  # frequencies computed at once, to bound the memory of a long resp
 
 
 def frequencies(low, high, count):
-    """Yield frequencies with equal ratios, both ends included, in blocks.
+    """Yield frequencies with equal ratios, both ends included, in blocks of at most BLOCK.
 
     Parameters
     ----------
@@ -16,11 +19,6 @@ def frequencies(low, high, count):
         0 < low < high. [Hz]
     count : int
         At least 2. [-]
-
-    Yields
-    ------
-    ndarray, shape (m,)
-        m is BLOCK, and less at the end. [Hz]
     """
     first, last = np.log10(low), np.log10(high)
     step = (last - first) / (count - 1)
@@ -33,8 +31,9 @@ def frequencies(low, high, count):
         yield block
 
 
+@np.errstate(all="ignore")
 def between_ends(model, force, displacement, frequency):
-    """Force at one end for a unit displacement of an end, all other ends at rest.
+    """Force at one of the six ends for a unit displacement of one of them, all others at rest. [N/m]
 
     Parameters
     ----------
@@ -43,17 +42,15 @@ def between_ends(model, force, displacement, frequency):
         Which of the six end forces and end displacements.
     frequency : ndarray, shape (m,)
         [Hz]
-
-    Returns
-    -------
-    ndarray, complex, shape (m,)
-        Infinite or not a number at the pole of an undamped mode. [N/m]
     """
-    return _at(lambda s: model.dynamic_stiffness(s, [force], [displacement])[:, 0, 0], frequency)
+    return model.dynamic_stiffness(2j * np.pi * frequency, [force], [displacement])[:, 0, 0]
 
 
+@np.errstate(all="ignore")
 def winch_to_gondola(model, mass, location, frequency):
-    """Position of the gondola for a unit displacement of the winch with the loop open, as in the paper's Fig. 8.
+    """Position of the gondola for a unit displacement of the winch with the loop open, as in the paper's Fig. 8. [-]
+
+    At low frequencies 1 for a winch on the ground and -1 for one on the gondola.
 
     Parameters
     ----------
@@ -64,22 +61,15 @@ def winch_to_gondola(model, mass, location, frequency):
         Where the winch is: curve A or B.
     frequency : ndarray, shape (m,)
         [Hz]
-
-    Returns
-    -------
-    ndarray, complex, shape (m,)
-        At low frequencies 1 for a winch on the ground and -1 for one on the gondola. [-]
     """
-
-    def ratio(s):
-        both = model.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
-        return -(both[:, 0] if location == "gondola" else both[:, 1]) / (mass * s**2 + both[:, 0])
-
-    return _at(ratio, frequency)
+    s = 2j * np.pi * frequency
+    own, driven = _at_gondola(model, location, s)
+    return driven / (mass * s**2 + own)
 
 
+@np.errstate(all="ignore")
 def position(loop, model, frequency):
-    """Position of the gondola for a unit force on it with the loop closed.
+    """Position of the gondola for a unit force on it with the loop closed. [m/N]
 
     Parameters
     ----------
@@ -88,19 +78,17 @@ def position(loop, model, frequency):
         The cable's, with the modes to keep.
     frequency : ndarray, shape (m,)
         [Hz]
-
-    Returns
-    -------
-    ndarray, complex, shape (m,)
-        [m/N]
     """
+    s = 2j * np.pi * frequency
+    own, driven = _at_gondola(model, loop.location, s)
+    sign = -1 if loop.location == "gondola" else 1
+    return 1 / (loop.mass * s**2 + own + sign * loop.gain * loop.controller(s) * driven)
 
-    def compliance(s):
-        both = model.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0]
-        driven = both[:, 0] if loop.location == "gondola" else -both[:, 1]
-        return 1 / (loop.mass * s**2 + both[:, 0] + loop.gain * loop.controller(s) * driven)
 
-    return _at(compliance, frequency)
+def _at_gondola(model, location, s):
+    """Stiffness against the gondola's displacement, and force on the gondola per displacement of the winch. [N/m]"""
+    own, ground = model.dynamic_stiffness(s, [GONDOLA], [GONDOLA, GROUND])[:, 0].T
+    return own, -own if location == "gondola" else -ground
 
 
 class Phase:
@@ -110,17 +98,7 @@ class Phase:
         self._last, self._turns = None, 0
 
     def __call__(self, value):
-        """Phase of the next block, unwrapped.
-
-        Parameters
-        ----------
-        value : ndarray, complex, shape (m,)
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            NaN where the response is not finite. [deg]
-        """
+        """Phase [deg] of the next block, complex, shape (m,): unwrapped, NaN where it is not finite."""
         phase = np.angle(value)
         known = np.isfinite(phase)
         if known.any():
@@ -130,9 +108,3 @@ class Phase:
             self._last, self._turns = found[-1], turns[-1]
             phase[known] = found + 2 * np.pi * turns
         return np.degrees(phase)
-
-
-def _at(function, frequency):
-    """A function of i omega, without warnings where it is not finite."""
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return function(2j * np.pi * frequency)

@@ -36,7 +36,7 @@ EXACT = 0.1  # the same where a pole decides, relative to the tolerance of the r
 TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed with more modes; at most so many poles
 # search for the largest gain
 LEAST, MOST = 1e-4, 1e9  # range of gains, relative to the gondola's frequency
-WIDER, NARROWER = 30, 3  # factors from one range of gains to the next, upwards and downwards
+WIDER, NARROWER = 4, 3  # factors from one range of gains to the next, upwards and downwards
 BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing lacks modes that hardly matter
 STEPS, SETTLED = 60, 1e-12  # most steps of the secant method, and the relative step that ends it
 HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1  # distance of a crossing from its pole and from the gain

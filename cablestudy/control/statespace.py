@@ -20,60 +20,37 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.reduction import ENDS, elastic_matrix, truncated
+from cablestudy.control.reduction import truncated
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
+ENDS = len(NAMES)
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
 
 @dataclass(frozen=True)
 class SecondOrder:
-    """M x'' + C x' + K x = forces.
-
-    Attributes
-    ----------
-    mass, damping, stiffness : ndarray, shape (n, n)
-    coordinates : tuple of (str, str)
-        Name and unit of each.
-    """
+    """M x'' + C x' + K x = forces."""
 
     mass: np.ndarray
     damping: np.ndarray
     stiffness: np.ndarray
-    coordinates: tuple
+    coordinates: tuple  # name and unit of each
 
 
 @dataclass(frozen=True)
 class StateSpace:
-    """dx/dt = A x + B u, y = C x + D u + D1 u' + D2 u''.
+    """dx/dt = A x + B u, y = C x + D u + D1 u' + D2 u''; NoSolutionError where an entry overflows."""
 
-    Attributes
-    ----------
-    a, b, c, d : ndarray
-        Shapes (n, n), (n, i), (o, n), (o, i).
-    states, inputs, outputs : tuple of (str, str)
-        Name and unit of each.
-    derivatives : tuple of 2 ndarray, shape (o, i)
-        D1 and D2.
-    second_order : SecondOrder or None
-        The same cable with its ends free; None for a closed loop.
-
-    Raises
-    ------
-    NoSolutionError
-        Entries that are not finite: damping, masses or gains overflow.
-    """
-
-    a: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    d: np.ndarray
-    states: tuple
+    a: np.ndarray  # shape (n, n)
+    b: np.ndarray  # (n, i)
+    c: np.ndarray  # (o, n)
+    d: np.ndarray  # (o, i)
+    states: tuple  # name and unit of each
     inputs: tuple
     outputs: tuple
-    derivatives: tuple
-    second_order: SecondOrder | None = None
+    derivatives: tuple  # D1 and D2, each of shape (o, i)
+    second_order: SecondOrder | None = None  # the same cable with its ends free; None for a closed loop
 
     def __post_init__(self):
         _check_finite(A=self.a, B=self.b, C=self.c, D=self.d, D1=self.derivatives[0], D2=self.derivatives[1])
@@ -82,7 +59,7 @@ class StateSpace:
             _check_finite(mass=order.mass, damping=order.damping, stiffness=order.stiffness)
 
     def response(self, s, derivatives=False):
-        """Frequency response C (s I - A)^-1 B + D, by a linear solve for each s.
+        """Frequency response C (s I - A)^-1 B + D, by a linear solve for each s; complex, shape (m, o, i).
 
         Parameters
         ----------
@@ -90,10 +67,6 @@ class StateSpace:
             [rad/s]
         derivatives : bool
             Whether s D1 + s^2 D2 is added.
-
-        Returns
-        -------
-        ndarray, complex, shape (m, o, i)
         """
         s = np.asarray(s, dtype=complex)[:, None, None]
         value = self.c @ np.linalg.solve(s * np.eye(len(self.a)) - self.a, self.b.astype(complex)[None]) + self.d
@@ -102,26 +75,16 @@ class StateSpace:
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces along the cable as inputs, for example by the wind.
+    """Forces along the cable as inputs, for example by the wind."""
 
-    Attributes
-    ----------
-    modal : ndarray, shape (n, j)
-        psi^T: modal force of each, for every mode of the model. [1/sqrt(kg)]
-    static_transfer : ndarray, shape (6, j)
-        Share of each that the fixed ends take statically, as forces at the ends. [-]
-    labels : tuple of (str, str)
-        Name and unit of each.
-    """
-
-    modal: np.ndarray
-    static_transfer: np.ndarray
-    labels: tuple
+    modal: np.ndarray  # psi^T: modal force of each, for every mode of the model, shape (n, j) [1/sqrt(kg)]
+    static_transfer: np.ndarray  # share of each that the fixed ends take statically, as forces there, shape (6, j) [-]
+    labels: tuple  # name and unit of each
 
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
 def cable(model, chosen=None, residual=True, forces=None):
-    """The cable alone, from end displacements to end forces.
+    """`StateSpace` of the cable alone: end displacements, then `forces`, to the six forces that hold the ends there.
 
     Parameters
     ----------
@@ -133,16 +96,10 @@ def cable(model, chosen=None, residual=True, forces=None):
         Whether the static part and the inertia of the omitted modes are kept. If not, the model is truncated as in the
         paper, with D = K11 of the whole model.
     forces : Forces, optional
-
-    Returns
-    -------
-    StateSpace
-        Inputs: the six end displacements, then `forces`. Outputs: the six forces that hold the ends there.
     """
     second_order = _second_order(model, chosen, residual, forces)
     n = len(second_order.names)
-    unit = np.eye(n + ENDS)
-    return _first_order(second_order, unit[:, :n], unit[:, n:], [(name, "m") for name in NAMES])
+    return _first_order(second_order, np.arange(n), n + np.arange(ENDS), [(name, "m") for name in NAMES])
 
 
 @np.errstate(all="ignore")
@@ -166,10 +123,8 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
     """
     second_order = _second_order(model, chosen, residual, forces)
     n = len(second_order.names)
-    unit = np.eye(n + ENDS)
-    free = np.concatenate([unit[:, :n], unit[:, [n + GONDOLA]]], axis=1)
     end = GONDOLA if location == "gondola" else GROUND
-    return _first_order(second_order, free, unit[:, [n + end]], [("winch", "m")], mass)
+    return _first_order(second_order, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], mass)
 
 
 @np.errstate(all="ignore")
@@ -234,55 +189,43 @@ def _notch_output(notch):
 
 @dataclass(frozen=True)
 class _Model:
-    """The second-order model of the module's docstring, for the kept modes.
-
-    Attributes
-    ----------
-    mass, damping, stiffness : ndarray, shape (n + 6, n + 6)
-    hysteretic : ndarray, shape (n + 6, n + 6), or None
-        Loss factor times elastic stiffness.
-    omega : ndarray, shape (n,)
-        [rad/s]
-    names : tuple of str
-        Of the modes, by their number in the model.
-    forces : ndarray, shape (n + 6, j)
-        Generalised force of each force along the cable on each coordinate.
-    labels : tuple of (str, str)
-        Name and unit of these forces.
-    """
+    """The second-order model of the module's docstring, for n kept modes; matrices of shape (n + 6, n + 6)."""
 
     mass: np.ndarray
     damping: np.ndarray
     stiffness: np.ndarray
-    hysteretic: np.ndarray | None
-    omega: np.ndarray
-    names: tuple
-    forces: np.ndarray
-    labels: tuple
+    hysteretic: np.ndarray | None  # loss factor times elastic stiffness
+    omega: np.ndarray  # shape (n,) [rad/s]
+    names: tuple  # of the modes, by their number in the model
+    forces: np.ndarray  # shape (n + 6, j): generalised force of each force along the cable on each coordinate
+    labels: tuple  # name and unit of these forces
 
 
 def _second_order(model, chosen, residual, forces):
-    """`_Model` of an end model; omitted modes contribute to D and Mr, or to nothing without `residual`."""
+    """`_Model` of a superelement; omitted modes contribute to D and Mr, or to nothing without `residual`."""
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     source = model.select(chosen) if residual else truncated(model, chosen)
     n = len(chosen)
-    empty = np.zeros((n, ENDS))
-    mass = np.block([[np.eye(n), empty], [empty.T, source.residual_inertia]])
-    squares = np.diag(source.omega**2)
-    stiffness = np.block([[squares, source.participation], [source.participation.T, source.feedthrough]])
+    mass = np.eye(n + ENDS)
+    mass[n:, n:] = source.residual_inertia
+    participation = source.participation
+    stiffness = np.block([[np.diag(source.omega**2), participation], [participation.T, source.feedthrough]])
     damping, hysteretic = source.viscous * mass, None
     if source.strain is None:
         damping[:n, :n] += np.diag(2 * source.damping_ratio * source.omega)
-    elif source.strain.law == "kelvin_voigt":
-        damping = damping + source.strain.amount * elastic_matrix(source)
     else:
-        hysteretic = source.strain.amount * elastic_matrix(source)
+        absolute = np.eye(n + ENDS)
+        absolute[:n, n:] = -source.coupling  # amplitudes about the static shapes: q = y - m u
+        elastic = source.strain.amount * absolute.T @ source.strain.matrix @ absolute
+        if source.strain.law == "kelvin_voigt":
+            damping = damping + elastic
+        else:
+            hysteretic = elastic
     labels, generalised = (), np.zeros((n + ENDS, 0))
     if forces is not None:
         # y is the absolute movement: the kept modes bring their part of the static forces at the ends
-        kept = np.s_[chosen] if residual else np.s_[:]
-        transfer = model.participation[kept] / model.omega[kept, None] ** 2
-        rest = forces.static_transfer + transfer.T @ forces.modal[kept]
+        kept = chosen if residual else np.arange(len(model.omega))
+        rest = forces.static_transfer - model.coupling[kept].T @ forces.modal[kept]
         labels, generalised = tuple(forces.labels), np.concatenate([forces.modal[chosen], rest])
     names = tuple(f"mode_{k + 1}" for k in chosen)
     return _Model(mass, damping, stiffness, hysteretic, source.omega, names, generalised, labels)
@@ -312,18 +255,19 @@ def _equivalent_viscous(mass, elastic, stiffness):
 
 
 def _first_order(model, free, driven, inputs, gondola=None):
-    """StateSpace for (y, u) = free @ moving + driven @ inputs; a gondola (its mass [kg]) is the last of `moving`."""
-    n, moving, mass = len(model.names), free.shape[1], np.diagonal(free.T @ model.mass @ free).copy()
+    """StateSpace whose coordinates `free` move and `driven` are inputs; a gondola [kg] is on the last free one."""
+    n, moving = len(model.names), len(free)
+    within, across = np.ix_(free, free), np.ix_(free, driven)
+    mass, damping = np.diagonal(model.mass)[free].copy(), model.damping.copy()
     if gondola is not None:
         mass[-1] += gondola
-    damping = model.damping
     if model.hysteretic is not None:
-        reduced = (free.T @ matrix @ free for matrix in (model.hysteretic, model.stiffness))
-        damping = damping + free @ _equivalent_viscous(mass, *reduced) @ free.T
-    k, c = (free.T @ matrix @ free / mass[:, None] for matrix in (model.stiffness, damping))
-    given = [-(free.T @ matrix @ driven) / mass[:, None] for matrix in (model.stiffness, damping, model.mass)]
+        damping[within] += _equivalent_viscous(mass, model.hysteretic[within], model.stiffness[within])
+    matrices = model.stiffness, damping, model.mass
+    k, c = (matrix[within] / mass[:, None] for matrix in matrices[:2])
+    given = [-matrix[across] / mass[:, None] for matrix in matrices]
     body = np.eye(moving)[:, moving - (gondola is not None) :]
-    acceleration = np.concatenate([body, free.T @ model.forces], axis=1) / mass[:, None]
+    acceleration = np.concatenate([body, model.forces[free]], axis=1) / mass[:, None]
     # with moving = z + b2 u and moving' = v + b1 u + b2 u' no derivative of u is left in z' and v'
     b2 = given[2]
     b1 = given[1] - c @ b2
@@ -332,14 +276,12 @@ def _first_order(model, free, driven, inputs, gondola=None):
     a = np.block([[np.zeros((moving, moving)), np.diag(scale)], [-k / scale, -c]])
     b = np.block([[scale[:, None] * b1, np.zeros_like(acceleration)], [b0, acceleration]])
     # outputs: position and velocity of the gondola, then the forces at the ends
-    r0, r1, r2 = (matrix[n:] @ free for matrix in (model.stiffness, damping, model.mass))
-    s0, s1, s2 = (matrix[n:] @ driven for matrix in (model.stiffness, damping, model.mass))
     held = np.concatenate([np.zeros((ENDS, body.shape[1])), -model.forces[n:]], axis=1)
+    rows = [held, *(matrix[n:, free] for matrix in matrices), *(matrix[n:, driven] for matrix in matrices)]
     if gondola is not None:
-        above = np.zeros((2, moving))
-        r0, r1, r2 = (np.concatenate([above, rows]) for rows in (r0, r1, r2))
-        s0, s1, s2, held = (np.concatenate([np.zeros((2, rows.shape[1])), rows]) for rows in (s0, s1, s2, held))
-        r0[0, -1] = r1[1, -1] = 1.0
+        rows = [np.pad(block, ((2, 0), (0, 0))) for block in rows]
+        rows[1][0, -1] = rows[2][1, -1] = 1.0
+    held, r0, r1, r2, s0, s1, s2 = rows
     output = np.concatenate([r0 / scale, r1], axis=1) + r2 @ a[moving:]
     d = np.concatenate([r0 @ b2 + r1 @ b1 + r2 @ b0 + s0, r2 @ acceleration + held], axis=1)
     first, second = r1 @ b2 + r2 @ b1 + s1, r2 @ b2 + s2

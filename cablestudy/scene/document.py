@@ -2,9 +2,10 @@
 
 import os
 import sys
+from contextlib import nullcontext
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.layers import merge, prune, put_layer, split_key
+from cablestudy.scene.layers import merge, prune, put, remove_alternatives, split_key
 from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 
 MAX_BYTES = 10_000_000
@@ -15,19 +16,13 @@ STDIN = "<stdin>"
 class Document:
     """The values of a file and of the layers upon it, and where each is written.
 
-    Parameters
+    Attributes
     ----------
     name : str
         The file as the user named it, or `<stdin>`.
     value : dict
         Plain mappings, lists, text and numbers as written.
-    places : dict
-        Path -> (Place of the value, Place of its key).
-    overrides : tuple of (tuple of str, Place or str or callable)
-        Paths that upper layers have set, with the place to name.
     """
-
-    __slots__ = ("_overrides", "_places", "name", "value")
 
     def __init__(self, name, value, places, overrides=()):
         self.name, self.value, self._places, self._overrides = name, value, places, overrides
@@ -46,40 +41,27 @@ class Document:
             Dotted key, value (None removes the key; a mapping replaces the key whole) and the place to name when it is
             wrong; a callable is called for the place only then.
 
-        Returns
-        -------
-        Document
-
         Raises
         ------
         SceneError
-            A key that cannot be set.
+            Every key that cannot be set.
         """
-        try:
-            value = put_layer(self.value, [(key, prune(new)) for key, new, _ in items])
-        except ValueError:
-            raise self._wrong_keys(items) from None
-        overrides = (*self._overrides, *((split_key(key), where) for key, _, where in items))
-        return Document(self.name, value, self._places, overrides)
-
-    def _wrong_keys(self, items):
-        """The error of the keys in a layer that cannot be set, each tried on its own."""
-        mistakes = []
-        for key, value, where in items:
+        value, overrides, mistakes = self.value, list(self._overrides), []
+        for key, new, _ in items:
+            value = remove_alternatives(value, key) if new is not None else value
+        for key, new, where in items:
             try:
-                put_layer(self.value, [(key, value)])
+                path = split_key(key)
+                value = put(value, path, prune(new))
+                overrides.append((path, where))
             except ValueError as error:
                 mistakes.append(mistake(_as_place(where), key, str(error)))
-        return SceneError(*mistakes or ["these keys cannot be set together"])
+        if mistakes:
+            raise SceneError(*mistakes)
+        return Document(self.name, value, self._places, overrides)
 
     def place(self, path, of_key=False):
-        """Place of the value (or of its key) at a path, or of its nearest ancestor that is written somewhere.
-
-        Parameters
-        ----------
-        path : tuple of str and int
-        of_key : bool
-        """
+        """Place of the value (or of its key) at a path (a tuple), or of its nearest ancestor that has one."""
         names = tuple(map(str, path))
         for key, where in reversed(self._overrides):
             if names[: len(key)] == key:
@@ -111,10 +93,6 @@ def read_file(path):
     path : str or path-like
         `-` is standard input.
 
-    Returns
-    -------
-    Document
-
     Raises
     ------
     SceneError
@@ -122,8 +100,8 @@ def read_file(path):
     """
     name = os.fspath(path)
     if name == "-":
-        return _parse(_read_stdin(), STDIN)
-    return _parse(_read_bytes(name, Place(name)), name)
+        return _parse(_read_bytes(lambda: nullcontext(sys.stdin.buffer), Place(STDIN)), STDIN)
+    return _parse(_read_bytes(lambda: open(name, "rb"), Place(name)), name)
 
 
 def read_document(path):
@@ -140,10 +118,6 @@ def resolve_base(document, chain=()):
         Of standard input: its base is relative to the working directory.
     chain : tuple of str
         The files that are built on this one, and itself.
-
-    Returns
-    -------
-    Document
 
     Raises
     ------
@@ -168,29 +142,23 @@ def read_base(document, chain=()):
         raise refuse(place, "base files in a circle: " + " -> ".join(chain), "base")
     if len(chain) > MAX_BASES:
         raise refuse(place, f"more than {MAX_BASES} base files upon each other", "base")
-    return resolve_base(_parse(_read_bytes(name, place, "base"), name), chain)
+    return resolve_base(_parse(_read_bytes(lambda: open(name, "rb"), place, "base", f"{name}: "), name), chain)
 
 
-def _read_stdin():
-    """Standard input as bytes, one more than allowed at most."""
+def _read_bytes(open_file, place, key="", shown=""):
+    """The bytes of a file, one more than allowed at most; messages begin with the place, the key and what is shown."""
     try:
-        return sys.stdin.buffer.read(MAX_BYTES + 1)
-    except (AttributeError, OSError, ValueError) as error:  # closed, or a directory
-        raise refuse(Place(STDIN), f"cannot be read ({getattr(error, 'strerror', None) or 'closed'})") from None
-
-
-def _read_bytes(name, place, key=""):
-    """A file as bytes, one more than allowed at most."""
-    shown = f"{name}: " if key else ""
-    try:
-        with open(name, "rb") as file:
+        with open_file() as file:
             return file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise refuse(place, f"{shown}no such file", key) from None
+        reason = "no such file"
     except IsADirectoryError:
-        raise refuse(place, f"{shown}a directory, not a file", key) from None
+        reason = "a directory, not a file"
     except (OSError, ValueError) as error:
-        raise refuse(place, f"{shown}cannot be read ({getattr(error, 'strerror', None) or error})", key) from None
+        reason = f"cannot be read ({getattr(error, 'strerror', None) or error})"
+    except AttributeError:  # there is no standard input
+        reason = "cannot be read (closed)"
+    raise refuse(place, shown + reason, key)
 
 
 def _parse(data, name):
@@ -225,9 +193,8 @@ def read_option(option, text, usage, read):
 
     Returns
     -------
-    key : str
-        Dotted.
-    value : object
+    tuple
+        Dotted key, value.
 
     Raises
     ------
@@ -236,16 +203,16 @@ def read_option(option, text, usage, read):
     """
     key, sign, written = text.partition("=")
     key = key.strip()
-    place = Place(f"{option} {key}")
     if not sign:
         raise refuse(Place(f"{option} {text}"), usage)
     try:
         split_key(key)
         return key, read(written)
     except ValueError as error:
-        raise refuse(place, str(error)) from None
+        message = str(error)
     except SceneError as error:
-        raise refuse(place, error.mistakes[0].message) from None
+        message = error.mistakes[0].message
+    raise refuse(Place(f"{option} {key}"), message)
 
 
 def parse_set(text):
@@ -261,13 +228,7 @@ def _read_value(written):
 
 
 def apply_sets(document, texts):
-    """Put all `--set` options upon a document, as one layer.
-
-    Parameters
-    ----------
-    document : Document
-    texts : sequence of str
-        `key=value` each.
+    """Put all `--set` options (`key=value` each) upon a document, as one layer.
 
     Raises
     ------

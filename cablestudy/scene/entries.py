@@ -16,15 +16,16 @@ _FEW = 50
 
 @dataclass(frozen=True)
 class Entry:
-    """One entry of `vary`: keys that go together.
+    """One entry of `vary`: keys that go together."""
 
-    Attributes
-    ----------
-    columns : tuple of (str, sequence, callable)
-        Dotted key, its values, and index -> place (looked up only on a mistake).
-    """
+    columns: tuple[tuple[str, Any, Any], ...]  # dotted key, its values, and index -> place, called only on a mistake
 
-    columns: tuple[tuple[str, Any, Any], ...]
+    def __post_init__(self):
+        if not self.columns:
+            raise ValueError("an entry without a key")
+        if len({len(values) for _, values, _ in self.columns}) > 1:
+            listed = ", ".join(f"{key} {len(values)}" for key, values, _ in self.columns)
+            raise ValueError(f"keys of one entry go together and need equally many values: {listed}")
 
     def __len__(self):
         return len(self.columns[0][1])
@@ -46,7 +47,7 @@ class Entry:
 
 
 def entries_of(table, source):
-    """The entries of a study file.
+    """The entries of a study file, the sample last, and what is wrong with them.
 
     Parameters
     ----------
@@ -56,33 +57,28 @@ def entries_of(table, source):
     Returns
     -------
     entries : tuple of Entry
-        The sample is the last one.
     found : list of (tuple, str)
-        What is wrong: path and message.
+        Path and message of each mistake.
     """
     entries, found, seen = [], [], set()
     groups = [(("vary", number), mapping, _values) for number, mapping in enumerate(table.vary)]
     if table.sample:
         groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
     for path, mapping, read in groups:
-        if not mapping:
-            found.append((path, "an entry without a key"))
         columns = []
         for key, written in mapping.items():
-            if key in seen:
-                found.append(((*path, key), "varies in an entry above already"))
-            seen.add(key)
             try:
                 split_key(key)
+                if key in seen:
+                    raise ValueError("varies in an entry above already")
+                seen.add(key)
                 columns.append((key, read(key, written), partial(_value_place, source, (*path, key))))
             except ValueError as error:
                 found.append(((*path, key), str(error)))
-        lengths = {key: len(values) for key, values, _ in columns}
-        if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{key} {length}" for key, length in lengths.items())
-            found.append((path, f"keys of one entry go together and need equally many values: {listed}"))
-        elif columns:
-            entries.append(Entry(tuple(columns)))
+        try:
+            entries += [Entry(tuple(columns))] if columns or not mapping else []
+        except ValueError as error:
+            found.append((path, str(error)))
     count = math.prod(map(len, entries))
     if count > MAX_COUNT:
         found.append((("vary" if table.vary else "sample",), f"{count} cases (at most {MAX_COUNT})"))
@@ -90,7 +86,7 @@ def entries_of(table, source):
 
 
 def _value_place(source, path, index):
-    """Place of one varied value; a range has a single one."""
+    """Place of one varied value; all values of a range have the same."""
     return source.place((*path, index))
 
 
@@ -109,8 +105,8 @@ def _sampled(sample, key, written):
     return Sampled(sample, list(sample.over).index(key), read_interval(written))
 
 
-def with_options(entries, texts):
-    """The entries of a study and those of the options `--vary`, given as text.
+def entries_of_options(texts, entries):
+    """The entries of the options `--vary`, given as text, beside those of the study.
 
     Raises
     ------
@@ -129,16 +125,16 @@ def with_options(entries, texts):
         reason = next(filter(None, (_clash(key, other) for other in taken)), None)
         if reason:
             mistakes.append(Mistake(option, "", reason))
-        added.append(Entry(((key, values, partial(_option, option)),)))
+        added.append(Entry(((key, values, partial(_place_of_option, option)),)))
     count = math.prod(map(len, (*entries, *added)))
     if count > MAX_COUNT and not mistakes:
         mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
     if mistakes:
         raise SceneError(*mistakes)
-    return (*entries, *added)
+    return tuple(added)
 
 
-def _option(option, index):
+def _place_of_option(option, index):  # a lambda could not be pickled
     return option
 
 

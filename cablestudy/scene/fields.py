@@ -20,15 +20,7 @@ def wrong(message):
 
 
 def suggestion(word, known):
-    """`did you mean ...?` when a known word is similar, else all that are known.
-
-    Parameters
-    ----------
-    word : str
-        As written.
-    known : iterable of str
-        What is allowed.
-    """
+    """`did you mean ...?` when one of the known words is similar, else all that are known."""
     known = list(known)
     near = get_close_matches(str(word)[:100], known, n=1, cutoff=0.6)
     return f"did you mean {near[0]}?" if near else f"allowed: {', '.join(known)}"
@@ -125,13 +117,7 @@ class Count(_Type):
 
 @dataclass(frozen=True)
 class QuantityOrTable(Quantity):
-    """A quantity, or a mapping that another model reads.
-
-    Attributes
-    ----------
-    table : type
-        The model.
-    """
+    """A quantity, or a mapping that the model `table` reads."""
 
     table: type = None
 
@@ -145,7 +131,7 @@ class QuantityOrTable(Quantity):
 
 
 def group_mistakes(table, given, optional=False):
-    """Keys that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
+    """Keys of a table that exclude each other, or of which one is missing, as (path inside the table, message) pairs.
 
     Parameters
     ----------

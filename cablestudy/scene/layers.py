@@ -4,7 +4,7 @@ A key of the upper layer removes from the lower one the alternatives to it. Two 
 scene refuses them.
 """
 
-from functools import lru_cache, reduce
+from functools import lru_cache
 
 from cablestudy.scene.strict_yaml import MAX_DEPTH
 
@@ -112,26 +112,17 @@ def _index(items, key, name):
     return int(key)
 
 
-def without(mapping, path):
-    """Copy of a plain mapping without one key; the same mapping when the key is not there."""
-    return put(mapping, path, None) if _is_set(mapping, path) else mapping
-
-
-def put_layer(value, items):
-    """Copy of a plain mapping with several values set as one layer: `items` is a list of (dotted key, value)."""
-    for key, new in items:
-        if new is not None:
-            value = reduce(without, REPLACES.get(key, ()), value)
-    for key, new in items:
-        value = put(value, split_key(key), new)
+def remove_alternatives(value, key):
+    """Copy of a plain mapping without the keys that a dotted key replaces; the mapping itself where there is none."""
+    for path in REPLACES.get(key, ()):
+        value = put(value, path, None) if _is_set(value, path) else value
     return value
 
 
 def merge(lower, upper):
     """A file upon its base, both plain: mappings are merged key by key, anything else replaces."""
-    for key, others in REPLACES.items():
-        if _is_set(upper, split_key(key)):
-            lower = reduce(without, others, lower)
+    for key in REPLACES:
+        lower = remove_alternatives(lower, key) if _is_set(upper, split_key(key)) else lower
     return _merged(lower, upper)
 
 

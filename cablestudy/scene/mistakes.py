@@ -31,7 +31,7 @@ def collect(error, document, tables):
 
 
 def located(found, document):
-    """SceneError from (path, message) pairs; the document knows the places."""
+    """SceneError from (path, message) pairs, each at its place in the document."""
     placed = []
     for path, message in found:
         about_key = message.startswith(("unknown key", "given together"))

@@ -27,11 +27,6 @@ class Interval:
     spacing : str
         `linear`, or `log` for equal ratios.
 
-    Attributes
-    ----------
-    low, high : Decimal
-        The ends in the unit of the first.
-
     Raises
     ------
     ValueError
@@ -63,22 +58,8 @@ class Interval:
 class Range(Interval, Sequence):
     """Values at equal steps or ratios, computed one by one; both ends, as written, are values exactly.
 
-    Parameters
-    ----------
-    first, last, spacing
-        As of `Interval`.
-    count : int
-        How many values, ends included. [-]
-
-    Attributes
-    ----------
-    written : dict
-        The range as a study file says it.
-
-    Raises
-    ------
-    ValueError
-        As `Interval`, or a count out of range.
+    Parameters and errors are those of `Interval`, and how many values, ends included; `written` is the range as a study
+    file says it.
     """
 
     def __init__(self, first, last, count, spacing="linear"):
@@ -95,8 +76,6 @@ class Range(Interval, Sequence):
 
     def __getitem__(self, index):
         """Int, float or str as the user would write it; linear values correctly rounded, others to 15 digits."""
-        if isinstance(index, slice):
-            return [self[i] for i in range(*index.indices(self._count))]
         if not -self._count <= index < self._count:
             raise IndexError(index)
         number, steps = index % self._count, self._count - 1
@@ -132,29 +111,29 @@ def _end(value, key):
 
 def read_range(mapping):
     """Range from its YAML mapping of `from`, `to`, `count` and optionally `spacing`; ValueError when it is wrong."""
-    _check_keys(mapping, "a range", ("from", "to", "count"))
-    return Range(mapping["from"], mapping["to"], mapping["count"], mapping.get("spacing", "linear"))
+    return Range(*_values(mapping, "a range", ("from", "to", "count")))
 
 
 def read_interval(mapping):
     """Interval of a sampled key from its YAML mapping of `from`, `to` and perhaps `spacing`; ValueError when wrong."""
     if not isinstance(mapping, dict):
         raise ValueError(f"expected {{from, to, spacing}}, got {show(mapping)}")
-    _check_keys(mapping, "a sampled key", ("from", "to"))
-    interval = Interval(mapping["from"], mapping["to"], mapping.get("spacing", "linear"))
+    interval = Interval(*_values(mapping, "a sampled key", ("from", "to")))
     if interval.low == interval.high:
         raise ValueError("from and to are equal: nothing to sample")
     return interval
 
 
-def _check_keys(mapping, what, needed):
-    listed = ", ".join((*needed, "spacing"))
+def _values(mapping, what, needed):
+    """The values of the keys that are needed, and the spacing."""
+    allowed = (*needed, "spacing")
     for key in mapping:
-        if key not in (*needed, "spacing"):
-            raise ValueError(f"unknown key {key:.60} of {what} ({listed})")
+        if key not in allowed:
+            raise ValueError(f"unknown key {key:.60} of {what} ({', '.join(allowed)})")
     for key in needed:
         if key not in mapping:
-            raise ValueError(f"{what} needs the key {key} ({listed})")
+            raise ValueError(f"{what} needs the key {key} ({', '.join(allowed)})")
+    return [mapping.get(key, "linear") for key in allowed]
 
 
 def read_vary(text):

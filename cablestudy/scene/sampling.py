@@ -16,19 +16,7 @@ FEWEST = 8  # points of a sensitivity study, below which bootstrap intervals are
 
 
 class Sample(Table):
-    """The key `sample` of a study.
-
-    Attributes
-    ----------
-    method : str
-        `sobol`, `latin_hypercube`, or `saltelli`: the design of Sobol indices, from Sobol points.
-    count : int
-        How many points. [-]
-    seed : int
-        The same seed gives the same points. [-]
-    over : dict
-        Dotted key -> {from, to, spacing}.
-    """
+    """The key `sample` of a study."""
 
     method: Literal[METHODS] = Field(
         description="sobol or latin_hypercube: count cases; saltelli: count x (keys + 2), for --sensitivity"
@@ -39,12 +27,12 @@ class Sample(Table):
 
     @property
     def pages(self):
-        """Number of cases that follow from one point. [-]"""
+        """Number of cases that follow from one point."""
         return len(self.over) + 2 if self.method == "saltelli" else 1
 
     @property
     def cases(self):
-        """Number of cases. [-]"""
+        """Number of cases."""
         return self.count * self.pages
 
     @property
@@ -62,21 +50,10 @@ class Sample(Table):
         return _points(self.method, self.count, self.dimension, self.seed)
 
     def coordinate(self, case, key):
-        """Position of a key in its interval in one case or many, from 0 to 1.
+        """Position in its interval, from 0 to 1, of a key (from 0) in one case or an array of cases.
 
         A Saltelli design has for each point, with a and b its halves, the cases a; a with the first number of b; a with
         the second; ...; b (Saltelli et al., 2010, Computer Physics Communications 181, 259).
-
-        Parameters
-        ----------
-        case : int or ndarray of int, shape (n,)
-            From 0.
-        key : int
-            From 0.
-
-        Returns
-        -------
-        float or ndarray, shape (n,)
         """
         point, page = divmod(case, self.pages)
         other = (self.method == "saltelli") & ((page == key + 1) | (page == self.pages - 1))
@@ -92,20 +69,7 @@ class Sample(Table):
 
 
 class Sampled(Sequence):
-    """The values of one key of a sample, computed one by one.
-
-    Parameters
-    ----------
-    sample : Sample
-    key : int
-        Which of its keys.
-    interval : Interval
-
-    Attributes
-    ----------
-    written : dict
-        The sample as plain values, and the key.
-    """
+    """The values of one key (from 0) of a sample, computed one by one; `written` are sample and key as plain values."""
 
     def __init__(self, sample, key, interval):
         self._sample, self._key, self._interval = sample, key, interval

@@ -54,7 +54,7 @@ class Notch(Table):
 
 
 def _none_word(value):
-    """`none` says that there is no notch; null would say that the key is absent, which gives the default one."""
+    """None for the word `none`, which switches the notch off; null means an absent key, and the default notch."""
     return None if value == "none" else value
 
 
@@ -132,7 +132,7 @@ class Model(Table):
 
 
 class Scene(Table):
-    """All that a scene file says."""
+    """The contents of a scene file."""
 
     gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
     cable: Cable = Field(description="The cable")
@@ -179,16 +179,7 @@ def is_study(document):
 
 
 def read_scene(document):
-    """Scene of a document.
-
-    Parameters
-    ----------
-    document : Document
-        With its base files merged.
-
-    Returns
-    -------
-    Scene
+    """Scene of a Document with its base files merged.
 
     Raises
     ------
@@ -217,9 +208,8 @@ def load_scene(path, sets=()):
 
     Returns
     -------
-    document : Document
-        What was written, with places.
-    scene : Scene
+    tuple of (Document, Scene)
+        What was written, with places; the same in SI.
 
     Raises
     ------
@@ -231,19 +221,5 @@ def load_scene(path, sets=()):
 
 
 def missing(document, key, command):
-    """The error for a key that a scene may lack and a command may not.
-
-    Parameters
-    ----------
-    document : Document
-        Of the scene.
-    key : str
-        Dotted, for example `gondola.mass`.
-    command : str
-        What needs it, for example `windrms`.
-
-    Returns
-    -------
-    SceneError
-    """
+    """The SceneError for a dotted key that a scene may lack and a command (for example `windrms`) may not."""
     return refuse(document.place(tuple(key.split("."))), f"missing key: 'cablestudy {command}' needs it", key)

@@ -1,8 +1,8 @@
-"""JSON Schema of the files, for editors: what pydantic knows of the models, plus what the reader knows beyond them."""
+"""JSON Schema of the files, for editors: pydantic's schema of the models, and what the reader checks beyond them."""
 
 from itertools import combinations
 
-from pydantic.json_schema import models_json_schema
+from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
 from cablestudy.scene.cable_table import materials
 from cablestudy.scene.layers import ALTERNATIVES, prune
@@ -25,8 +25,8 @@ def scene_schema():
     dict
         With `base:` present, keys may be missing; without, the schema asks for all that a scene needs.
     """
-    _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()])
-    definitions = _clean(schemas["$defs"])
+    _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()], schema_generator=_Plain)
+    definitions = schemas["$defs"]
     schema = definitions["Scene"]
     definitions["Cable"]["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
     complete = {}
@@ -51,7 +51,7 @@ def study_schema():
     -------
     dict
     """
-    schema = _clean(StudyTable.model_json_schema(mode="validation"))
+    schema = StudyTable.model_json_schema(schema_generator=_Plain)
     definitions = schema.pop("$defs")
     dotted = {"pattern": r"^[^.\s]+(\.[^.\s]+)*$"}
     definitions["Values"] = {
@@ -97,23 +97,18 @@ def _range_schema(*keys):
     }
 
 
-def _clean(node):
-    """Without the titles, docstrings and null defaults that pydantic adds, which tell an editor nothing."""
-    if isinstance(node, list):
-        return [_clean(item) for item in node]
-    if not isinstance(node, dict):
-        return node
-    drop_default = "default" in node and node["default"] is None
-    node = {
-        key: {name: _clean(item) for name, item in value.items()} if key in ("properties", "$defs") else _clean(value)
-        for key, value in node.items()
-        if not (key == "title" and isinstance(value, str)) and not (key == "default" and drop_default)
-    }
-    if node.get("type") == "object" and "properties" in node:
-        node.pop("description", None)
-    if isinstance(node.get("default"), dict):
-        node["default"] = prune(node["default"])
-    return node
+class _Plain(GenerateJsonSchema):
+    """pydantic's schema without titles, docstrings and null defaults, of which an editor has no use."""
+
+    def field_title_should_be_set(self, schema):
+        return False
+
+    def model_schema(self, schema):
+        found = super().model_schema(schema)
+        return {key: value for key, value in found.items() if key not in ("title", "description")}
+
+    def default_schema(self, schema):
+        return prune(super().default_schema(schema))
 
 
 def _exclusions(table):

@@ -21,15 +21,19 @@ _PLAIN = ""  # tag of a scalar without quotes, whose type follows from its text
 _DEFAULT_TAGS = {yaml.SequenceNode: _CORE + "seq", yaml.MappingNode: _CORE + "map"}
 _NO_TYPE = re.compile(r"(&\S+\s+)?!(\s|$)")  # `! 5` is text; PyYAML drops the sign
 _UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_INFINITE = re.compile(r"[-+]?\.(inf|Inf|INF)")
-_WORDS = {"": None, "~": None, ".nan": float("nan"), ".NaN": float("nan"), ".NAN": float("nan")} | {
-    spelling: value
-    for word, value in (("null", None), ("true", True), ("false", False))
-    for spelling in (word, word.capitalize(), word.upper())
+# Tag of the core schema -> (text of such a scalar, its value).
+_TYPES = {
+    "null": (re.compile("|~|null|Null|NULL"), lambda text: None),
+    "bool": (re.compile("true|True|TRUE|false|False|FALSE"), lambda text: text.lower() == "true"),
+    "int": (
+        re.compile("[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+"),
+        lambda text: int(text, 0) if text[1:2] in ("o", "x") else int(text),
+    ),
+    "float": (
+        re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"),
+        lambda text: float(text.lower().replace(".inf", "inf").replace(".nan", "nan")),
+    ),
 }
-_TYPES = {_PLAIN: object, "int": int, "float": (int, float), "bool": bool, "null": type(None)}
 
 # (pattern of PyYAML's or libyaml's message, message shown, whether its place is the beginning of the construct)
 _MESSAGES = (
@@ -53,17 +57,9 @@ _MESSAGES = (
 
 
 class Place(NamedTuple):
-    """A position in a file, or the command-line option that carried a value (line 0).
+    """A position in a file, counted from 1; line 0 stands for a whole file or a command-line option."""
 
-    Attributes
-    ----------
-    name : str
-        The file as the user named it, or the option.
-    line, column : int
-        Counted from 1; 0 for an option or a whole file. [-]
-    """
-
-    name: str
+    name: str  # the file as the user named it, or the option
     line: int = 0
     column: int = 0
 
@@ -72,14 +68,7 @@ class Place(NamedTuple):
 
 
 def mistake(place, key, message):
-    """A Mistake, whose key is left out when the place is an option that names it already (`--set cable.area`).
-
-    Parameters
-    ----------
-    place : Place or str
-    key, message : str
-        The dotted key, and what is wrong with it.
-    """
+    """A Mistake; its key is left out when the place is an option that names it already (`--set cable.area`)."""
     return Mistake(str(place), "" if key and str(place) in (f"--set {key}", f"--vary {key}") else key, message)
 
 
@@ -88,36 +77,20 @@ def refuse(place, message, key=""):
     return SceneError(mistake(place, key, message))
 
 
-def resolve(text):
-    """Value of a plain (unquoted) scalar by the YAML 1.2 core schema.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    None, bool, int, float or str
+def resolve(text, tags=_TYPES):
+    """Value of a plain (unquoted) scalar by the YAML 1.2 core schema: None, bool, int, float or str.
 
     Raises
     ------
     ValueError
         A number of more than 400 digits.
     """
-    if text in _WORDS:
-        return _WORDS[text]
-    if text[0] not in "+-.0123456789":
-        return text
-    if _INFINITE.fullmatch(text):
-        return float(text.replace(".", ""))
-    kind = int if _INTEGER.fullmatch(text) else float if _FLOAT.fullmatch(text) else None
-    if kind is None:
-        return text
-    if len(text) > MAX_DIGITS:
-        raise ValueError(f"a number of {len(text)} characters (at most {MAX_DIGITS})")
-    if kind is float:
-        return float(text)
-    return int(text[2:], {"o": 8, "x": 16}[text[1]]) if text[1:2] in ("o", "x") else int(text)
+    for pattern, value in map(_TYPES.get, tags):
+        if pattern.fullmatch(text):
+            if len(text) > MAX_DIGITS:
+                raise ValueError(f"a number of {len(text)} characters (at most {MAX_DIGITS})")
+            return value(text)
+    return text
 
 
 def compose(text, name):
@@ -125,10 +98,8 @@ def compose(text, name):
 
     Parameters
     ----------
-    text : str
-        The whole file.
-    name : str
-        How messages call it.
+    text, name : str
+        The whole file, and its name in messages.
 
     Returns
     -------
@@ -157,7 +128,7 @@ def compose(text, name):
 
 
 def _syntax_error(error, text, name):
-    """A message of PyYAML, of several lines, as one line that says what to do."""
+    """The error for a message of PyYAML of several lines: one line with a hint."""
     problem = f"{getattr(error, 'context', '') or ''}: {getattr(error, 'problem', '') or error}"
     mark, began = getattr(error, "problem_mark", None), getattr(error, "context_mark", None)
     here = "" if mark is None else (text.splitlines()[mark.line : mark.line + 1] or [""])[0][mark.column :]
@@ -165,13 +136,13 @@ def _syntax_error(error, text, name):
         problem = "tab character"
     if "undefined alias" in problem:
         problem = f"undefined alias {here}"
-    message, use_began = "not YAML: " + " ".join(problem.strip(": ").split()), False
+    message = "not YAML: " + " ".join(problem.strip(": ").split())
     for pattern, template, at_beginning in _MESSAGES:
         if found := re.search(pattern, problem):
-            message, use_began = found.expand(template), at_beginning
+            message = found.expand(template)
+            mark = began if at_beginning and began else mark
             break
-    mark = began if use_began and began is not None else mark
-    return refuse(_place(name, mark) if mark is not None else Place(name), message)
+    return refuse(_place(name, mark) if mark else Place(name), message)
 
 
 def _place(name, mark):
@@ -222,8 +193,10 @@ class _Reader:
         if node.tag != _DEFAULT_TAGS[type(node)]:
             raise refuse(place, f"tag {_written_tag(node.tag)} is not allowed")
         self._open.add(id(node))
-        read = self._mapping if isinstance(node, yaml.MappingNode) else self._sequence
-        value = read(node, path)
+        if isinstance(node, yaml.MappingNode):
+            value = self._mapping(node, path)
+        else:
+            value = [self.value(item, (*path, index), None) for index, item in enumerate(node.value)]
         self._open.discard(id(node))
         return value
 
@@ -232,22 +205,16 @@ class _Reader:
         if node.style == '"' and (bad := _UNPRINTABLE.search(node.value)):
             raise refuse(place, f"character U+{ord(bad[0]):04X} is not text")
         start = node.start_mark.index
-        if tag == "str" or (
-            self.text[start : start + 1] in ("!", "&") and tag == _PLAIN and _NO_TYPE.match(self.text, start)
-        ):
+        if tag == "str" or (tag == _PLAIN and _NO_TYPE.match(self.text, start)):
             return node.value
-        if tag not in _TYPES:
+        if tag not in (_PLAIN, *_TYPES):
             raise refuse(place, f"tag {_written_tag(node.tag)} is not allowed")
+        if tag in _TYPES and not _TYPES[tag][0].fullmatch(node.value):
+            raise refuse(place, f"{node.value[:40]!r} is not of the type !!{tag}")
         try:
-            value = resolve(node.value)
+            return resolve(node.value, _TYPES if tag == _PLAIN else [tag])
         except ValueError as error:
             raise refuse(place, str(error)) from None
-        if not isinstance(value, _TYPES[tag]) or (isinstance(value, bool) and tag in ("int", "float")):
-            raise refuse(place, f"{node.value[:40]!r} is not of the type !!{tag}")
-        return float(value) if tag == "float" else value
-
-    def _sequence(self, node, path):
-        return [self.value(item, (*path, index), None) for index, item in enumerate(node.value)]
 
     def _mapping(self, node, path):
         """A mapping, whose keys are text and occur once."""

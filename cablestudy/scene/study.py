@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import apply_sets, read_base, read_file
-from cablestudy.scene.entries import entries_of, with_options
+from cablestudy.scene.entries import entries_of, entries_of_options
 from cablestudy.scene.fields import Name, Quantity, Table
 from cablestudy.scene.layers import REPLACES, split_key
 from cablestudy.scene.mistakes import at_most, collect, located
@@ -72,16 +72,14 @@ class Study:
         Of --check, as written: a column, or ALL_COLUMNS -> relative tolerance.
     reference_path : str or None
         An existing file.
-    document : Document
-        The base scene with `set:` and `--set`, nothing varied yet.
-    source : Document
-        The study file itself.
+    document, source : Document
+        The base scene with `set:` and `--set`, nothing varied yet; the study file itself.
     entries : tuple of Entry
         Those of `vary`, the sample, those of the options `--vary`.
     sample, sample_entry : Sample or None, int
         The sample and its place among the entries.
     count : int
-        How many cases. [-]
+        How many cases.
     notes : tuple of str
         What the user should know about the cases.
     """
@@ -103,13 +101,7 @@ class Study:
         return self._options.get(path) or self.source.where(path)
 
     def ask(self, name, option):
-        """Add a column that an option of the command line needs.
-
-        Parameters
-        ----------
-        name, option : str
-            The column, and for messages the option.
-        """
+        """Add a column that an option of the command line (named for messages) needs."""
         self._options[("columns", len(self.columns))] = option
         self.columns += (name,)
         self.asked += (name,)
@@ -128,27 +120,11 @@ class Study:
         return {"scene": self.document.value, "vary": vary, "columns": list(self.columns)}
 
     def overrides(self, index):
-        """What varies in one case: dotted key -> value as written.
-
-        Parameters
-        ----------
-        index : int
-            From 0 to count - 1; the last entry runs fastest.
-        """
+        """Dotted key -> value as written of what varies in a case, from 0; the last entry runs fastest."""
         return {key: value for key, value, _ in self._settings(self._steps(index))}
 
     def case(self, index):
-        """One case. `study.case_table` reads many at once.
-
-        Parameters
-        ----------
-        index : int
-            From 0 to count - 1.
-
-        Returns
-        -------
-        overrides : dict
-        scene : Scene
+        """Overrides and Scene of one case, from 0. `study.case_table` reads many at once.
 
         Raises
         ------
@@ -217,10 +193,6 @@ def read_study(path, sets=(), vary=()):
     vary : sequence of str
         `key=from:to:count` or `key=a,b,c` each: more entries, after those of the study.
 
-    Returns
-    -------
-    Study
-
     Raises
     ------
     SceneError
@@ -245,11 +217,11 @@ def study_of(source, sets=(), vary=()):
         found.append((("reference",), f"{_beside(source, table.reference)}: no such file"))
     if found:
         raise located(found, source)
-    everything = with_options(entries, vary)
+    added = entries_of_options(vary, entries)
     document = read_base(source)
     settings = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
     document = apply_sets(document.with_sets(settings), sets)
-    study = Study(source, table, document, entries, everything[len(entries) :])
+    study = Study(source, table, document, entries, added)
     _refuse_idle(study, entries, sets)
     return study
 

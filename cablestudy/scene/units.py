@@ -91,18 +91,7 @@ def to_si(value, unit):
 
 
 def read_frequency(option, text):
-    """The frequency that an option of the command line gives, positive. [Hz]
-
-    Parameters
-    ----------
-    option, text : str
-        Its name, for messages, and what the user wrote.
-
-    Raises
-    ------
-    SceneError
-        It is no positive frequency.
-    """
+    """The frequency that an option of the command line gives; SceneError if it is not a positive one. [Hz]"""
     try:
         value = to_si(text, "Hz")
     except ValueError as error:
@@ -129,7 +118,7 @@ def show(value):
 def _text_to_si(text, unit):
     try:
         number, name = split(text)
-        value = float(number * factor(name, unit))
+        value = float(number * _factor(name, unit))
     except _NotAQuantityError as error:
         raise ValueError(f"expected {expected(unit)}, got {show(text)}{error}") from None
     if math.isinf(value):
@@ -142,19 +131,7 @@ class _NotAQuantityError(ValueError):
 
 
 def split(text):
-    """Number and unit of a text.
-
-    Parameters
-    ----------
-    text : str
-        For example "1.85 mm".
-
-    Returns
-    -------
-    number : Decimal
-        Exactly as written.
-    unit : str
-        Empty for a plain number.
+    """Number and unit of a text such as "1.85 mm": the number as Decimal, exactly as written; the unit may be empty.
 
     Raises
     ------
@@ -174,21 +151,8 @@ def split(text):
 
 
 @lru_cache(maxsize=4096)
-def factor(name, unit):
-    """Ratio of a unit to the program's, to 28 digits, as Decimal.
-
-    Parameters
-    ----------
-    name : str
-        As written, for example `lbf/ft`; empty means the program's own unit.
-    unit : str
-        A key of DIMENSIONS.
-
-    Raises
-    ------
-    ValueError
-        Unknown unit, or another dimension.
-    """
+def _factor(name, unit):
+    """Ratio of a unit as written ("" for the program's own) to one of DIMENSIONS, to 28 digits, as Decimal."""
     if name in ("", unit):
         return Decimal(1)
     if unit == "dB":  # a level is not a multiple of anything, so that its unit is all that is checked
@@ -250,7 +214,7 @@ def _dimension_name(dimension):
 
 
 def _unknown(name):
-    """The end of a message about a unit that nobody knows, with the nearest known one."""
+    """The end of a message about an unknown unit, with the nearest known one."""
     same = [known for known in _KNOWN if known.lower() == name.lower()]
     if not same:
         from difflib import get_close_matches

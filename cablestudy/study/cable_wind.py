@@ -3,7 +3,7 @@
 A force per length f(s) along the cable acts on the gondola as the integral of h(s) f(s), where h is the static shape
 for a movement of end 2 along x, and what each mode adds to it (`force_transmission`). The mean wind is horizontal,
 with the speed that the gondola has; each component of the turbulence has the spectrum of the longitudinal one, and two
-components have nothing to do with each other. What the paper leaves open is where the wind comes from: each number is
+components are uncorrelated. What the paper leaves open is where the wind comes from: each number is
 the larger one of wind across and along the vertical plane of the cable, between which those of a straight cable lie.
 """
 
@@ -23,12 +23,7 @@ TRAVEL_POINTS = 2000
 
 
 class CableWind:
-    """How the wind on the cable of a case reaches the gondola.
-
-    Parameters
-    ----------
-    case : Case
-    """
+    """How the wind on the cable of a case moves the gondola."""
 
     def __init__(self, case):
         dynamics, span, model = case.dynamics, case.span, case.end_model
@@ -45,44 +40,30 @@ class CableWind:
             shapes[:, axes, 0] = system.end_shapes @ along[axes]
         shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., observable]
         element, points = basis(state.mesh.order), self._rod.points[0]
-        gathered = shapes[state.mesh.element_nodes]
-        self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), gathered, optimize=True)
+        by_element = shapes[state.mesh.element_nodes]
+        self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), by_element, optimize=True)
         tangent = np.einsum("qp,epa->eqa", lagrange(element.points, points), state.direction)
         self._tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
         level = np.array([*span.azimuth, 0.0])
         self._blowing = {"across": np.array([0.0, 0.0, 1.0]), "along": span.frame @ level}
 
     def loads(self, direction):
-        """Static shape and modes, seen by each component of the turbulence and expanded in the rod's functions.
+        """Drag by each component of the turbulence on static shape and modes, in the rod's functions: (c, n + 1, r).
 
-        Parameters
-        ----------
-        direction : {"across", "along"}
-            Of the mean wind, from the vertical plane of the cable.
-
-        Returns
-        -------
-        ndarray, shape (c, n + 1, r)
-            Components that no force of which reaches the gondola are left out.
+        Components without a force on the gondola are left out. `direction` of the mean wind, "across" or "along": from
+        the vertical plane of the cable.
         """
         matrices = drag_matrices(self._tangent, self._blowing[direction])
-        seen = np.einsum("eqak,eqac->ceqk", self._shapes, matrices, optimize=True)
-        seen = seen.reshape(3, -1, seen.shape[-1])
+        drag = np.einsum("eqak,eqac->ceqk", self._shapes, matrices, optimize=True)
+        drag = drag.reshape(3, -1, drag.shape[-1])
         whole = np.abs(self._shapes).max(axis=(0, 1, 2))
-        moved = (np.abs(seen) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
-        return (self._rod.collect @ seen[moved]).transpose(0, 2, 1)
+        moved = (np.abs(drag) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
+        return (self._rod.collect @ drag[moved]).transpose(0, 2, 1)
 
     def spectrum(self, direction):
-        """Spectrum of the force on the gondola over (rho C_d d v sigma length)^2.
+        """Spectrum of the force on the gondola over (rho C_d d v sigma length)^2, a function.
 
-        Parameters
-        ----------
-        direction : {"across", "along"}
-
-        Returns
-        -------
-        callable or None
-            Frequencies, shape (m,) [Hz] -> shape (m,) [1/Hz]; None where nothing reaches the gondola.
+        Of frequencies, shape (m,) [Hz] -> shape (m,) [1/Hz]; None where no force acts on the gondola.
         """
         loads, wind, ratio = self.loads(direction), self._wind, ratio_of(self._wind, self.length)
         if not len(loads):

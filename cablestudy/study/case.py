@@ -74,12 +74,12 @@ class Case:
         """(cable, key) of a result in the cache, which depends on some attributes of the case."""
         return self._closed.key, (name, self.level, *(getattr(self, key) for key in keys))
 
-    @property
+    @cached_property
     def cable_key(self):
         """What the statics and undamped motion of the cable depend on."""
         return self._closed.key
 
-    @property
+    @cached_property
     def damping_key(self):
         """What the cable's damping depends on."""
         return frozen(self.scene.cable.damping)
@@ -89,7 +89,7 @@ class Case:
         """The gondola's mass."""
         return self.scene.gondola.mass
 
-    @property
+    @cached_property
     def winch_key(self):
         """What the winch loop depends on beside cable and gondola."""
         return frozen(self.scene.winch)
@@ -248,8 +248,8 @@ class Case:
         return found, errors
 
     def participation(self, modes):
-        """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.driven`. [N/(m sqrt(kg))]"""
-        return modes.driven @ self.frame[:, 0]
+        """How a movement of end 2 along x drives each mode, shape (k,); see `Modes.participation`. [N/(m sqrt(kg))]"""
+        return modes.participation @ self.frame[:, 0]
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
 
@@ -268,13 +268,13 @@ class Case:
         """The same with only the motion that moving the ends along x excites."""
         return self.model.end_model(self.excited.planes, self.scene.cable.damping)
 
-    @property
+    @cached_property
     def notch_key(self):
         """What of the winch does not depend on the gain."""
         winch = self.scene.winch
         return frozen(winch and (winch.location, winch.controller and (winch.controller.notch,)))
 
-    @property
+    @cached_property
     def plant_key(self):
         """What the winch acts on depends on, beside the level of refinement."""
         return self.cable_key, self.damping_key, self.mass_key, self.notch_key

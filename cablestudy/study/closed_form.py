@@ -1,43 +1,121 @@
-"""Columns in closed form, of many cases at once."""
+"""What the columns of a study need, and the columns in closed form of many cases at once."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from cablestudy.study.column_requirements import ColumnRequirements
-from cablestudy.study.columns import ROUNDING, not_finite, values
+from cablestudy.errors import CablestudyError
+from cablestudy.study.columns import ROUNDING, not_finite, value
 from cablestudy.study.results import Results
-from cablestudy.study.scene_values import TableValues
 
+CLOSED = ("scene", "statics", "stiffness")
+DISCRETE = ("modes", "gondola", "loop", "wind")
 MAX_REASONS = 3  # in a status
+
+
+class ColumnRequirements:
+    """Columns by what they need, found once for all rows of a table.
+
+    Attributes
+    ----------
+    physical, closed, single, motion, modes : list of Column
+        All but those that describe the computation; of these the closed forms of many cases at once, the closed forms
+        computed case by case, those that need the cable's motion, and of these the frequencies of modes.
+    """
+
+    def __init__(self, columns):
+        self.physical = [column for column in columns if column.needs != "run"]
+        closed = _needing(self.physical, *CLOSED)
+        self.closed = [column for column in closed if not column.each]
+        self.single = [column for column in closed if column.each]
+        self.motion = _needing(self.physical, *DISCRETE)
+        self.modes = [column for column in self.motion if column.mode]
+        # headers of the physical ones that need more than the scene; whether there are none
+        self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
+        self.scene_only = not self.of_equilibrium
+        # whether the motion is that of the gondola too; whether damping matters
+        self.gondola = bool(_needing(self.motion, "gondola", "loop", "wind"))
+        self.damped = bool(_needing(self.motion, "loop", "wind"))
+        # header -> relative error of a closed form, by rounding; header of every column -> None
+        self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
+        self.empty = {column.header: None for column in columns}
+        # whether errors, the time, or anything else that describes the computation are columns
+        names = {column.name for column in columns if column.needs == "run"}
+        self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
+        # most half-waves that the modes have along a taut cable, and those in the plane of a sagging one, where a mode
+        # has up to two more; largest number of an axial mode; 0 without modes
+        self._planes = _by_plane(self.modes)
+        self.waves = max(map(_half_waves, self.modes), default=0)
+        self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in self._planes[0]), default=0)
+        self.axial = max((column.mode[0] for column in self.modes if column.mode[1] == "axial"), default=0)
+
+    def sample(self, case, refused=()):
+        """Values of the columns that need motion, at one level of refinement; without those of `refused` headers.
+
+        Returns
+        -------
+        values, errors, failures : dict
+            Header -> number or None; header -> estimated relative error, of frequencies of modes, which a single model
+            gives; header -> CablestudyError of a column without a value.
+        """
+        planes = self._planes
+        if refused:
+            planes = _by_plane([column for column in self.modes if column.header not in refused])
+        values, errors, failures = _frequencies(case, planes)
+        for column in self.motion:
+            if column.mode or column.header in refused:
+                continue
+            try:
+                values[column.header] = value(column, case)
+            except CablestudyError as error:
+                failures[column.header] = error
+        return values, errors, failures
+
+
+def _frequencies(case, planes):
+    """As `ColumnRequirements.sample`, of columns of modes by plane: in one call, or one by one where one is missing."""
+    columns = planes[0] + planes[1]
+    if not columns:
+        return {}, {}, {}
+    try:
+        found, errors = case.frequencies(tuple(tuple([column.mode for column in plane]) for plane in planes))
+    except CablestudyError as error:
+        if len(columns) == 1:
+            return {}, {}, {columns[0].header: error}
+        parts = [_frequencies(case, _by_plane([column])) for column in columns]
+        return tuple({header: entry for part in parts for header, entry in part[k].items()} for k in range(3))
+    headers = [column.header for column in columns]
+    return dict(zip(headers, found, strict=True)), dict(zip(headers, errors, strict=True)), {}
+
+
+def _by_plane(columns):
+    """Columns of modes in the plane, and of those out of plane: two lists."""
+    across = [column for column in columns if column.mode[1] == "out-of-plane"]
+    return [column for column in columns if column not in across], across
+
+
+def _half_waves(column):
+    """Half-waves of a mode along a taut cable. [-]"""
+    number, _, symmetry = column.mode
+    return 2 * number - 1 if symmetry else number
+
+
+def _needing(columns, *needs):
+    return [column for column in columns if column.needs in needs]
 
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """Values of closed-form columns with an axis of cases.
+    """Values of closed-form columns with an axis of cases."""
 
-    Attributes
-    ----------
-    count : int
-        Of cases, n.
-    numbers : dict
-        Header -> ndarray of shape (n,).
-    failures : dict
-        Case -> {header: CablestudyError} of what it cannot have.
-    errors : dict
-        Case -> {header: estimated relative error}, of cases whose rounding exceeds ROUNDING.
-    least_errors : dict
-        Header -> estimated relative error of all other cases.
-    """
-
-    count: int
-    numbers: dict
-    failures: dict = field(default_factory=dict)
-    errors: dict = field(default_factory=dict)
-    least_errors: dict = field(default_factory=dict)
+    count: int  # of cases, n
+    numbers: dict  # header -> ndarray of shape (n,)
+    failures: dict = field(default_factory=dict)  # case -> {header: CablestudyError} of a column without a value
+    errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where rounding exceeds ROUNDING
+    least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
     def cells(self):
-        """List of dict: header -> number of each case, None where it cannot be had."""
+        """List of dict: header -> number of each case, None where there is none."""
         if not self.numbers:
             return [{} for _ in range(self.count)]
         rows = zip(*(numbers.tolist() for numbers in self.numbers.values()), strict=True)
@@ -52,35 +130,24 @@ class ClosedForm:
 
 
 def closed_form(results, required, breakable=True):
-    """Compute the closed-form columns of many cases.
-
-    Parameters
-    ----------
-    results : Results
-    required : ColumnRequirements
-    breakable : bool
-        Whether a stress above the strength is a failure.
-
-    Returns
-    -------
-    ClosedForm
-    """
-    numbers = {column.header: values(column, results) for column in required.closed}
-    failures = {}
+    """`ClosedForm` of the cases of `Results`; `breakable`: whether a stress above the strength is a failure."""
+    numbers, failures = {}, {}
 
     def fail(case, header, error):
         failures.setdefault(case, {}).setdefault(header, error)
 
     if not required.scene_only:
-        unsolved = {**(results.broken if breakable else {}), **results.failures}
-        for case, error in unsolved.items():
+        unsolved = results.failures
+        for case, error in {**(results.broken if breakable else {}), **unsolved}.items():
             for header in required.of_equilibrium:
                 fail(case, header, error)
     for column in required.physical:
         for case, error in results.values.lacking(column).items():
             fail(case, column.header, error)
     for column in required.closed:
-        for case in np.flatnonzero(~np.isfinite(numbers[column.header])).tolist():
+        number = np.asarray(column.compute(results))
+        numbers[column.header] = number + 0.0 if number.dtype.kind == "f" else number  # no minus before a zero
+        for case in np.flatnonzero(~np.isfinite(number)).tolist():
             fail(case, column.header, not_finite(column))
     errors = {} if required.scene_only else _coarse_errors(results, required)
     return ClosedForm(len(results.values), numbers, failures, errors, required.least_errors)
@@ -102,17 +169,12 @@ def _coarse_errors(results, required):
 
 
 def evaluate_table(table, columns):
-    """Closed-form columns of many cases that differ in numbers only, without an object for each case.
-
-    Parameters
-    ----------
-    table : CaseTable
-    columns : sequence of Column
+    """Closed-form columns of the cases of a `CaseTable`, without an object for each case.
 
     Returns
     -------
     list of tuple, or None
-        Of each case: list of numbers in the order of the columns but `status`, None where one cannot be had; status;
+        Of each case: list of numbers in the order of the columns but `status`, None where there is none; status;
         dict of header -> estimated relative error where it exceeds ROUNDING. None where a column is no closed form of
         many cases.
     """
@@ -120,7 +182,7 @@ def evaluate_table(table, columns):
     elements = table.scene.model.elements is not None and not required.scene_only
     if elements or required.run or len(required.closed) < len(required.physical):
         return None
-    closed = closed_form(Results(TableValues(table.scene, len(table.cases))), required)
+    closed = closed_form(Results(table), required)
     numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
     rows = [(cells, "ok", {}) for cells in numbers] or [([], "ok", {}) for _ in table.cases]
     for case, errors in closed.errors.items():
@@ -134,13 +196,7 @@ def evaluate_table(table, columns):
 
 
 def status_of(failures):
-    """`ok`, or why columns cannot be had: each reason once.
-
-    Parameters
-    ----------
-    failures : dict
-        Header -> CablestudyError.
-    """
+    """`ok`, or why columns have no value, each reason once: from a dict of header -> CablestudyError."""
     reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
     more = len(reasons) - MAX_REASONS
     return "; ".join(reasons[:MAX_REASONS] + ([f"and {more} more reasons"] if more > 0 else [])) or "ok"

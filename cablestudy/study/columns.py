@@ -16,6 +16,7 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.table import Field
 from cablestudy.wind.drag import shedding_frequencies
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
@@ -29,34 +30,16 @@ ON_CABLE = "gondola.mass, wind"
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table.
+    """One column of a table."""
 
-    Attributes
-    ----------
-    name : str
-        Without its unit.
-    unit : str
-    meaning : str
-    needs : str
-        The most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run.
-    compute : callable
-        Results -> ndarray, or Case -> float.
-    key : str
-        Keys of the scene without which it has no value, separated by commas; empty when there is none.
-    each : bool
-        Computed case by case, although it is a closed form.
-    mode : tuple
-        Number (from 1), kind and symmetry or None, of a mode's frequency; empty for other columns.
-    """
-
-    name: str
+    name: str  # without its unit
     unit: str
     meaning: str
-    needs: str
-    compute: Callable
-    key: str = ""
-    each: bool = False
-    mode: tuple = ()
+    needs: str  # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run
+    compute: Callable  # Results -> ndarray, or Case -> float
+    key: str = ""  # keys of the scene without which it has no value, separated by commas
+    each: bool = False  # computed case by case, although it is a closed form
+    mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
 
     @property
     def least_error(self):
@@ -68,17 +51,17 @@ class Column:
     @cached_property
     def header(self):
         """Name with its unit, as in CSV and JSON."""
-        return self.name + suffix(self.unit)
+        return self.name + SUFFIX.get(self.unit, f"_{self.unit}")
+
+    @property
+    def field(self):
+        """Its `Field` in a table."""
+        return Field(self.header, self.name.replace("_", " "), self.unit)
 
     @cached_property
     def keys(self):
         """The keys of `key`, a tuple."""
         return tuple(filter(None, self.key.split(", ")))
-
-
-def suffix(unit):
-    """What a unit adds to a column's name: `_N_per_m` for N/m."""
-    return SUFFIX.get(unit, f"_{unit}")
 
 
 def stress_of(results):
@@ -98,13 +81,7 @@ def _nonlinearity(case):
 
 
 def _deflections(case):
-    """Movement along its force of the load that moves most, fully non-linear, and linear about the unloaded form. [m]
-
-    Raises
-    ------
-    NoSolutionError
-        The cable carries no load.
-    """
+    """Movement along its force of the load that moves most: non-linear, and linear about the unloaded form. [m]"""
     from cablestudy.study.deflection import load_deflections
 
     full, linear = load_deflections(case)
@@ -135,20 +112,22 @@ def _frequency(name, meaning, number, kind, symmetry=None):
     return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
 
 
-def _rms(name, meaning, quantity, sources, controlled=True):
-    """Column of an RMS value of the gondola in the wind; variances by independent forces add."""
-    state = "" if controlled else "open_"
-
-    def compute(case):
-        responses = (getattr(case, f"{state}{source}") for source in sources)
-        return 1e3 * hypot(*(getattr(response, state + quantity) for response in responses))
-
+def _rms(part, where, sources):
+    """Yield the columns of the gondola's RMS in one wind, by independent forces, whose variances add."""
     key = BODY if "response" in sources else ON_CABLE
-    unit = "mm" if quantity == "displacement" else "mm/s"
-    return Column(name, unit, meaning, "wind", compute, f"{key}, winch.controller" if controlled else key)
+    loops = ("", "with the winch loop", f"{key}, winch.controller"), ("open_", "the winch at rest", key)
+    for state, loop, keys in loops:
+        for quantity, unit, what in (("displacement", "mm", where), ("velocity", "mm/s", "of its velocity")):
 
+            def compute(case, state=state, attribute=state + quantity):
+                total = 0.0
+                for source in sources:
+                    total = hypot(total, getattr(getattr(case, state + source), attribute))
+                return 1e3 * total
 
-ON_GONDOLA, ON_THE_CABLE, ON_BOTH = ("response",), ("cable_response",), ("response", "cable_response")
+            name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if state else "") + part
+            yield Column(name, unit, f"{what}, {loop}", "wind", compute, keys)
+
 
 COLUMNS = (
     Column("preload", "N", "mean tension over the unstretched length", "statics", lambda r: r.statics.mean_tension),
@@ -203,26 +182,9 @@ COLUMNS = (
            lambda c: _stable_loop(c).phase_margin, WINCH),
     Column("bandwidth", "Hz", "where the closed loop first falls to 1/sqrt(2)", "loop",
            lambda c: _stable_loop(c).bandwidth, WINCH),
-    _rms("gondola_rms", "of the gondola along x in the wind, with the winch loop", "displacement", ON_GONDOLA),
-    _rms("gondola_rms_velocity", "of its velocity, with the winch loop", "velocity", ON_GONDOLA),
-    _rms("gondola_rms_open_loop", "of the gondola along x in the wind, the winch at rest", "displacement", ON_GONDOLA,
-         controlled=False),
-    _rms("gondola_rms_velocity_open_loop", "of its velocity, the winch at rest", "velocity", ON_GONDOLA,
-         controlled=False),
-    _rms("gondola_rms_cable_wind", "of the gondola by the wind on the cable alone, with the winch loop", "displacement",
-         ON_THE_CABLE),
-    _rms("gondola_rms_velocity_cable_wind", "of its velocity, with the winch loop", "velocity", ON_THE_CABLE),
-    _rms("gondola_rms_open_loop_cable_wind", "by the wind on the cable alone, the winch at rest", "displacement",
-         ON_THE_CABLE, controlled=False),
-    _rms("gondola_rms_velocity_open_loop_cable_wind", "of its velocity, the winch at rest", "velocity", ON_THE_CABLE,
-         controlled=False),
-    _rms("gondola_rms_all_wind", "by the wind on gondola and cable together, with the winch loop", "displacement",
-         ON_BOTH),
-    _rms("gondola_rms_velocity_all_wind", "of its velocity, with the winch loop", "velocity", ON_BOTH),
-    _rms("gondola_rms_open_loop_all_wind", "by the wind on gondola and cable together, the winch at rest",
-         "displacement", ON_BOTH, controlled=False),
-    _rms("gondola_rms_velocity_open_loop_all_wind", "of its velocity, the winch at rest", "velocity", ON_BOTH,
-         controlled=False),
+    *_rms("", "of the gondola along x in the wind", ("response",)),
+    *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
+    *_rms("_all_wind", "by the wind on gondola and cable together", ("response", "cable_response")),
     _shedding("shedding_frequency", "of vortices, 0.2 v/d at the mean wind speed", 1),
     _shedding("shedding_frequency_low",
               "the same three standard deviations of the speed below the mean, 0 at least", 0),
@@ -235,17 +197,14 @@ COLUMNS = (
     Column("status", "", "ok, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
+STATUS = COLUMNS[-1].field
+
 FAMILIES = (
     _frequency("inplane_frequency_K", "in-plane frequency K (1, 2, ...), axial modes not counted", 0, "in-plane"),
     _frequency("outofplane_frequency_K", "out-of-plane frequency K", 0, "out-of-plane"),
     _frequency("symmetric_frequency_K", "symmetric in-plane frequency K", 0, "in-plane", "symmetric"),
     _frequency("axial_frequency_K", "axial frequency K", 0, "axial"),
 )
-
-
-def _member(family, number):
-    """Column `number` of a family."""
-    return _frequency(family.name.replace("_K", f"_{number}"), family.meaning, number, *family.mode[1:])
 
 
 def find(name):
@@ -270,7 +229,8 @@ def find(name):
     match = re.fullmatch(r"(\w+_frequency_)([1-9]\d{0,3})(_Hz)?", name)
     for family in FAMILIES if match else ():
         if family.name == match[1] + "K" and int(match[2]) <= MAX_MODE_NUMBER:
-            return _member(family, int(match[2]))
+            number = int(match[2])
+            return _frequency(f"{match[1]}{number}", family.meaning, number, *family.mode[1:])
     family = next((f.name for f in FAMILIES if re.fullmatch(f.name.replace("_K", r"_\w+"), name)), None)
     if family:
         raise ValueError(f"unknown column {name!r} ({family}: K is a whole number from 1 to {MAX_MODE_NUMBER})")
@@ -280,12 +240,17 @@ def find(name):
     raise ValueError(f"unknown column {name!r} ({hint})")
 
 
+def attribute(scene, path):
+    """Attribute of a scene at a path with dots; None where a part of it is missing."""
+    for name in path.split("."):
+        scene = getattr(scene, name, None)
+    return scene
+
+
 def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
     for key in column.keys:
-        value = scene
-        for part in key.split("."):
-            value = getattr(value, part, None)
+        value = attribute(scene, key)
         if value is None or (isinstance(value, tuple) and not value):
             return key
     return ""
@@ -319,20 +284,8 @@ def broken(case):
 def value(column, case):
     """One number of a case whose scene has the keys that the column needs.
 
-    Parameters
-    ----------
-    column : Column
-    case : Case
-
-    Returns
-    -------
-    float, int or None
-        None where the quantity has no value, for example no limit of the gain.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        It cannot be had.
+    None where the quantity has no value, for example no limit of the gain; NoSolutionError or ConvergenceError where
+    there is no solution.
     """
     number = column.compute(case)
     if not isinstance(number, float | int | None):
@@ -344,19 +297,8 @@ def value(column, case):
     return float(number) + 0.0  # no minus before a zero
 
 
-def values(column, results):
-    """One column of many cases.
-
-    Parameters
-    ----------
-    column : Column
-        In closed form.
-    results : Results
-
-    Returns
-    -------
-    ndarray of float or int, shape (n,)
-        Not finite where it cannot be had.
-    """
-    number = np.asarray(column.compute(results))
-    return number + 0.0 if number.dtype.kind == "f" else number
+def relative(value, reference):
+    """Relative difference; 1 where only one of the two is there. [-]"""
+    if value is None or reference is None:
+        return float(value is not reference)
+    return abs(value - reference) / abs(reference) if reference else float(value != reference)

@@ -17,11 +17,6 @@ SPECTRAL_ORDER = 16  # of one element between neighbouring loads, where the cabl
 def nodal_deflections(case):
     """Displacement of every node from the unloaded static form.
 
-    Parameters
-    ----------
-    case : Case
-        With point loads.
-
     Returns
     -------
     mesh : Mesh
@@ -31,10 +26,8 @@ def nodal_deflections(case):
 
     Raises
     ------
-    NoSolutionError
-        There is no point load.
-    ConvergenceError
-        The unloaded cable has no equilibrium.
+    NoSolutionError, ConvergenceError
+        There is no point load, or no equilibrium of the unloaded cable.
     """
     span = case.span
     if not len(span.load_positions):
@@ -63,17 +56,7 @@ def nodal_deflections(case):
 
 
 def load_deflections(case):
-    """Displacement of each point load along its force.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    full, linear : ndarray, shape (k,)
-        [m]
-    """
+    """Displacement of each point load along its force, non-linear and linear: two arrays of shape (k,). [m]"""
     mesh, full, linear = nodal_deflections(case)
     span = case.span
     places = span.load_positions / span.unstretched_length

@@ -22,7 +22,6 @@ LIMIT_STEP = 2.0  # of the frequency up to which modes are resolved
 RESPONSE_SHARE = 0.01  # of the accuracy: error by modes that the response leaves out
 NO_DAMPING, CREEPING = 1e-12, 1e-6  # ratio that is none, and imaginary part over size of a pole that creeps back
 LIGHT, DISTINCT = (1e-4, 0.1), 0.8  # damping ratios, and share, with which the gondola's pole is found at once
-SHARED, SHOWN = 0.5, 0.05  # share of the gondola's compliance below which others are named, and of those
 
 
 def coupled_of(cases):
@@ -54,32 +53,6 @@ def _coupled(case):
         if complete or needed <= 1.5 * limit:
             return frequency, share
         limit = needed
-
-
-def gondola_notes(case):
-    """Lines on which modes share the gondola's motion, where none has half of its static compliance.
-
-    Parameters
-    ----------
-    case : Case
-
-    Yields
-    ------
-    str
-    """
-    frequency, share = case.coupled
-    first = gondola_mode(share)
-    if share[first] >= SHARED:
-        return
-    others = sorted((k for k in range(len(share)) if k != first and share[k] >= SHOWN), key=lambda k: -share[k])
-    listed = ", ".join(f"{frequency[k]:.4g} Hz ({share[k]:.3g})" for k in others[:6])
-    yield (
-        f"gondola: the mode of {frequency[first]:.4g} Hz has only {share[first]:.3g} of its static compliance; "
-        f"others move it too: {listed}"
-    )
-    tie = [k for k in others if share[k] >= share[first] * (1 - 10 * (case.scene.model.accuracy or 0.0))]
-    if tie:
-        yield f"gondola: a tie, within the error the mode of {frequency[tie[0]]:.4g} Hz has as large a share"
 
 
 def loop_of(case):

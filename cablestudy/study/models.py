@@ -10,7 +10,7 @@ from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
-from cablestudy.system.superelement import Ends
+from cablestudy.system.ends import Ends
 
 MAX_MODES = 600  # of a model with more unknowns, at its ends: an eigenvalue problem that takes about a second
 MAX_NODES = 1_000_000  # of a fixed model: its statics take 2 s and 420 MB

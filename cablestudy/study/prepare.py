@@ -1,17 +1,28 @@
-"""Checks of a study before anything is computed: columns, tolerances, printed values, plot."""
+"""Checks of a study before anything is computed, and the columns, fields and printed values of its table."""
 
 from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
-from cablestudy.study.columns import find, lacks
-from cablestudy.study.table import number, read_csv
+from cablestudy.study.columns import STATUS, find, lacks
+from cablestudy.study.table import Field, number, read_csv
 
 NEVER_COMPARED = "solve_time"  # differs from run to run
+# key -> columns any of which makes a column of its own for the varied key superfluous
+SHOWN_BY = {
+    "cable.area": ("area", "diameter"),
+    "cable.diameter": ("diameter", "area"),
+    "cable.unstretched_length": ("unstretched_length",),
+    "cable.preload": ("preload",),
+    "cable.sag": ("sag",),
+    "cable.elastic_modulus": ("elastic_modulus",),
+    "cable.density": ("density",),
+    "cable.chord": ("chord",),
+}
 
 
-def columns_of(study):
-    """The columns that a study names.
+def prepare(study):
+    """Check a study; return its columns and printed values.
 
     Parameters
     ----------
@@ -19,7 +30,29 @@ def columns_of(study):
 
     Returns
     -------
-    list of Column
+    columns : list of Column
+    reference : tuple
+        Of the study's table of printed values: headers of its columns, and for each row a dict of header -> number or
+        None; two empty lists without such a table.
+
+    Raises
+    ------
+    SceneError
+        Every mistake of the first check that finds one: cases, columns, tolerances, plot, printed values.
+    """
+    study.check()
+    columns = columns_of(study)
+    tolerances_of(study)
+    for name in (study.plot.x, *study.plot.y) if study.plot else ():
+        try:
+            _listed(study, name)
+        except ValueError as error:
+            raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
+    return columns, _printed_values(study, columns)
+
+
+def columns_of(study):
+    """List of the columns that a study names.
 
     Raises
     ------
@@ -58,23 +91,7 @@ def _listed(study, name):
 
 
 def compared(study, name):
-    """Header of the column that a tolerance names.
-
-    Parameters
-    ----------
-    study : Study
-    name : str
-        With its unit or without.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        The study has no such column, or it is never compared by a tolerance.
-    """
+    """Header of the column that a tolerance names; ValueError where it is not in the study, or never compared."""
     column = _listed(study, name)
     if column.name in ("status", NEVER_COMPARED):
         raise ValueError(f"{name} {'is text' if column.name == 'status' else 'is never compared'}")
@@ -82,22 +99,7 @@ def compared(study, name):
 
 
 def tolerances_of(study):
-    """The tolerances that a study file states.
-
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    dict
-        Header, or ALL_COLUMNS -> relative tolerance.
-
-    Raises
-    ------
-    SceneError
-        Unknown columns, or columns given twice.
-    """
+    """The relative tolerances that a study file states: header, or ALL_COLUMNS -> number; SceneError for mistakes."""
     found, mistakes = {}, []
     for name, value in study.tolerances.items():
         try:
@@ -121,48 +123,35 @@ def _printed_values(study, columns):
     messages = [f"column {name!r} is not among the study's columns" for name in names if name not in headers]
     if len(rows) != study.count:
         messages.append(f"{len(rows)} rows, and the study has {study.count} cases")
+    numbers = [{name: number(row[name]) for name in names} for row in rows]
     messages += [
         f"row {place}, {name}: not a number: {row[name]!r}"
-        for place, row in enumerate(rows, 1)
+        for place, (row, known) in enumerate(zip(rows, numbers, strict=True), 1)
         for name in names
-        if row[name].strip() and not _is_finite(row[name])
+        if row[name].strip() and (known[name] is None or not isfinite(known[name]))
     ]
     if messages:
         where = study.where(("reference",))
         raise SceneError(*(Mistake(where, "reference", f"{study.reference_path}: {text}") for text in messages))
-    return names, [{name: number(row[name]) for name in names} for row in rows]
+    return names, numbers
 
 
-def _is_finite(text):
-    value = number(text)
-    return value is not None and isfinite(value)
+def fields_of(study, columns, referenced):
+    """Tuple of the fields of a study's table; `referenced` are the headers of columns that have printed values."""
+    shown = {column.name for column in columns}
+    fields = [Field(key, key) for key in study.varied if not shown.intersection(SHOWN_BY.get(key, ()))]
+    for column in columns:
+        if column.name == "status":
+            continue
+        fields.append(column.field)
+        if column.header in referenced:
+            printed, difference = beside(column.header, "printed"), beside(column.header, "difference")
+            fields.append(Field(printed, "printed", column.unit, hidden=True))
+            fields.append(Field(difference, "printed (Δ)", "", beside=printed))
+    return (*fields, STATUS)
 
 
-def prepare(study):
-    """Check a study; return its columns and printed values.
-
-    Parameters
-    ----------
-    study : Study
-
-    Returns
-    -------
-    columns : list of Column
-    reference : tuple
-        Of the study's table of printed values: headers of its columns, and for each row a dict of header -> number or
-        None; two empty lists without such a table.
-
-    Raises
-    ------
-    SceneError
-        Every mistake of the first check that finds one: cases, columns, tolerances, plot, printed values.
-    """
-    study.check()
-    columns = columns_of(study)
-    tolerances_of(study)
-    for name in (study.plot.x, *study.plot.y) if study.plot else ():
-        try:
-            _listed(study, name)
-        except ValueError as error:
-            raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
-    return columns, _printed_values(study, columns)
+def beside(header, word):
+    """Name with a word before the unit: `sag_m` -> `sag_printed_m`."""
+    column = find(header)
+    return f"{column.name}_{word}{column.header[len(column.name) :]}"

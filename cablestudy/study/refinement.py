@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import ceil, inf, log10
 
 from cablestudy.errors import CablestudyError, ConvergenceError
-from cablestudy.study.columns import ROUNDING
+from cablestudy.study.columns import ROUNDING, relative
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,8 @@ class Settings:
         Safety factor on the error extrapolated from three levels, and the least share of their last difference.
     modal_rounding : float
         Least error of numbers that sum many modes, whose rounding neighbouring levels may share.
+    omitted_near_limit : float
+        Least error of the largest gain with damped strain, over the accuracy: all levels leave out the same modes.
     numbers : int
         In the models that are solved at once: 2.4 MB, what a processor's cache holds.
     """
@@ -71,10 +73,12 @@ class Settings:
     three_levels: float = 10
     least_of_three: float = 0.03
     modal_rounding: float = 1e-10
+    omitted_near_limit: float = 0.3
     numbers: int = 300_000
 
 
 SETTINGS = Settings()
+REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 
 
 def levels(first):
@@ -117,6 +121,8 @@ class AccuracyNeeds:
         Whether damping matters: rounding shared by two levels is possible, and three are compared.
     single : bool
         Whether one model gives the errors of all values by itself.
+    near_limit : frozenset of str
+        Headers of columns whose modes left out are the same at all levels: see `Settings.omitted_near_limit`.
     """
 
     waves: float
@@ -124,6 +130,7 @@ class AccuracyNeeds:
     least: Callable = lambda case: 0.0
     damped: bool = False
     single: bool = False
+    near_limit: frozenset = frozenset()
 
 
 def needs_of(case, required):
@@ -163,7 +170,10 @@ def needs_of(case, required):
         alone = axial * axial_waves / (4 * travel_time) if axial else 0.0
         return max(alone, finer.gondola_frequency) if body else alone
 
-    return AccuracyNeeds(waves, highest, least, required.damped, not body)
+    near_limit = [c.header for c in required.motion if c.name in ("largest_gain", "gain_margin")]
+    if case.scene.cable.damping.model == "modal":
+        near_limit = []
+    return AccuracyNeeds(waves, highest, least, required.damped, not body, frozenset(near_limit))
 
 
 @dataclass
@@ -310,6 +320,8 @@ class Search:
             return None
         left = left_of_two if count == 2 else left_of_three
         least = max(SETTINGS.modal_rounding, self.finer.omitted)
+        if header in self.needs.near_limit:
+            least = max(least, SETTINGS.omitted_near_limit * self._accuracy)
         return max(least, left([(orders, values[header]) for orders, values in self._history[-3:]]))
 
     def _refuse(self, failures):
@@ -383,8 +395,7 @@ def left_of_three(history):
     return last * max(SETTINGS.three_levels * rest, SETTINGS.least_of_three if last > SETTINGS.noise else 1.0)
 
 
-def relative(value, reference):
-    """Relative difference; 1 where only one of the two is there. [-]"""
-    if value is None or reference is None:
-        return float(value is not reference)
-    return abs(value - reference) / abs(reference) if reference else float(value != reference)
+def reference_scene(scene):
+    """The same scene with a model to an accuracy of REFERENCE, against which fixed elements are held."""
+    model = scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
+    return scene.model_copy(update={"model": model})

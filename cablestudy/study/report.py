@@ -8,44 +8,26 @@ from cablestudy.scene.document import apply_sets, read_file, resolve_base
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
-from cablestudy.study.columns import COLUMNS, FAMILIES, lacks
-from cablestudy.study.fields import STATUS, field_of
+from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
 
+PARTICIPATION = "N/(m sqrt(kg))"  # unit
 SHAPE_POINTS = 41  # along a cable in closed form
 
 
 def static_table(scene):
-    """The table of every static and stiffness column that a scene has the keys for.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    Table
-    Row
-    """
+    """`Table` and `Row` of every static and stiffness column that a scene has the keys for."""
     kinds = ("scene", "statics", "stiffness")
     columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
     row = evaluate(scene, columns)
-    return Table((*map(field_of, columns), STATUS), [row.cells], single=True, errors=row.known_errors), row
+    fields = (*(column.field for column in columns), STATUS)
+    return Table(fields, [row.cells], single=True, errors=row.known_errors), row
 
 
 def shape_table(case):
-    """The static shape of a case, point by point; with loads, also the deflections.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    Table
-    """
+    """Table of the static shape of a case, point by point; with loads, also of the deflections."""
     moved = {}
     if len(case.span.load_positions):
         from cablestudy.study.deflection import nodal_deflections
@@ -76,46 +58,33 @@ def shape(case, positions):
 
 
 def mode_table(case, modes):
-    """Modes as rows.
-
-    Parameters
-    ----------
-    case : Case
-    modes : Modes
-
-    Returns
-    -------
-    Table
-    """
+    """Table of the `Modes` of a case."""
     participation = np.abs(case.participation(modes))
     # a participation is rounding relative to the largest of all modes and to the largest that its mode could have
     largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
     floor = 1e-12 * np.maximum(largest, participation.max(initial=0.0))
+    field = Field("participation", "participation", PARTICIPATION)
+    return modes_as_rows(modes, range(len(modes)), {field: np.where(participation > floor, participation, 0.0)})
+
+
+def modes_as_rows(modes, chosen, more):
+    """Table of chosen modes, given by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
+    fields = (*(Field(name, name) for name in ("number", "type", "symmetry")), Field("frequency_Hz", "frequency", "Hz"))
     rows = [
         {
-            "number": i + 1,
-            "type": modes.kind[i],
-            "symmetry": modes.symmetry[i],
-            "frequency_Hz": float(modes.frequency[i]),
-            "participation": float(participation[i]) if participation[i] > floor[i] else 0.0,
+            "number": int(k) + 1,
+            "type": modes.kind[k],
+            "symmetry": modes.symmetry[k],
+            "frequency_Hz": float(modes.frequency[k]),
+            **{field.name: float(values[k]) for field, values in more.items()},
         }
-        for i in range(len(modes))
+        for k in chosen
     ]
-    plain = [Field(name, name) for name in ("number", "type", "symmetry")]
-    frequency, driven = (
-        Field("frequency_Hz", "frequency", "Hz"),
-        Field("participation", "participation", "N/(m sqrt(kg))"),
-    )
-    return Table((*plain, frequency, driven), rows)
+    return Table((*fields, *more), rows)
 
 
 def columns_table():
-    """The table of all columns: name, unit, meaning, what it needs.
-
-    Returns
-    -------
-    Table
-    """
+    """Table of all columns: name, unit, meaning, what it needs."""
     rows = [
         {"column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": c.key}
         for c in (*COLUMNS, *FAMILIES)
@@ -130,12 +99,7 @@ def shape_positions(case):
 
 
 def validate_table(files, sets=()):
-    """Read and check files.
-
-    Parameters
-    ----------
-    files : sequence of str
-    sets : sequence of str
+    """Read and check files, with `--set` options.
 
     Returns
     -------

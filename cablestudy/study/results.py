@@ -1,33 +1,32 @@
 """Results of many cases in closed form, as arrays with an axis of cases."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable import initial_length
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.element import pieces
+from cablestudy.cable.span import Span
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
-from cablestudy.study.spans import spans_of
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
+STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
 
 class Results:
-    """Closed-form results of a batch of cases, each computed when it is first asked for.
+    """Closed-form results of a batch of n cases, each computed when it is first needed.
 
-    A single case is a batch of one. Numbers of a case in `failures` mean nothing.
-
-    Parameters
-    ----------
-    values : SceneValues
-        Of n scenes whose cables carry loads at equally many places.
+    A single case is a batch of one. `values` are `SceneValues` or a `CaseTable`. Numbers of a case in `failures` mean
+    nothing.
     """
 
     def __init__(self, values):
@@ -39,23 +38,37 @@ class Results:
         return self.values.given(path)
 
     @cached_property
-    def _spans(self):
-        return spans_of(self.values)
+    def _span_and_reasons(self):
+        """The cables, and case -> why its cable does not exist; a taut one takes its place."""
+        values = self.values
+        positions, forces = values.loads
+        span = Span.between(
+            *values.ends,
+            values.given("cable.axial_stiffness"),
+            values.given("cable.mass_per_length"),
+            values.given("gravity"),
+            load_positions=positions,
+            load_forces=forces,
+            chord=values.given("cable.chord_length"),
+        )
+        strain, reasons = _chord_strain(span, values)
+        return _loads_on_cable(span.with_chord_strain(strain), reasons), reasons
 
     @property
     def span(self):
-        """The cables, fields of shape (n,)."""
-        return self._spans[0]
+        """The cables, fields of shape (n,), their unstretched lengths found where a preload or a sag is given."""
+        return self._span_and_reasons[0]
 
     @cached_property
     def catenary(self):
         """The equilibria of the elastic catenary."""
-        return solve(self.span)
+        return solve(self._span_and_reasons[0])
 
     @cached_property
     def failures(self):
         """Case -> NoSolutionError or ConvergenceError of a case without an equilibrium."""
-        reasons, record, span = self._spans[1], self.catenary.record, self.span
+        span, reasons = self._span_and_reasons
+        record = self.catenary.record
         failures = {}
         for case in np.flatnonzero(~record.converged).tolist():
             if span.weight[case] == 0 and not span.load_forces[case].any():
@@ -193,10 +206,7 @@ class Results:
     def pieces(self, case):
         """Edges of the pieces along which one cable bends little, shares of its length; see `element.pieces`.
 
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            It has no equilibrium, or hangs folded and has no motion.
+        NoSolutionError or ConvergenceError where it has no equilibrium, or hangs folded and has no motion.
         """
         self.check(case)
         if self.folded[case]:
@@ -220,40 +230,55 @@ class Results:
         return (time / time.max()).tolist()
 
 
+def _chord_strain(span, values):
+    """Chord strain of each cable, and reasons where there is none."""
+    strain, reasons = np.zeros(len(values)), {}
+    length = values.given("cable.unstretched_length")
+    given = np.isfinite(length)
+    strain[given] = (span.chord[given] - length[given]) / length[given]
+    for key, search, search_one in (
+        ("cable.preload", initial_length.strains_for_tension, initial_length.closer_strain_for_tension),
+        ("cable.sag", initial_length.strains_for_sag, initial_length.no_strain_for_sag),
+    ):
+        target = values.given(key)
+        chosen = np.flatnonzero(np.isfinite(target))
+        if not len(chosen):
+            continue
+        strain[chosen] = search(span.take(chosen), target[chosen])
+        for case in chosen[~np.isfinite(strain[chosen])].tolist():
+            try:
+                strain[case] = search_one(span.take(case), target[case])
+            except NoSolutionError as error:
+                reasons[case], strain[case] = str(error), STAND_IN_STRAIN
+    return strain, reasons
+
+
+def _loads_on_cable(span, reasons):
+    """The span with the loads of stand-ins on the cable; adds the cables that end before a load to the reasons."""
+    count = span.load_positions.shape[-1]
+    if not count:
+        return span
+    length, last = span.unstretched_length, span.load_positions[:, -1]
+    for case in np.flatnonzero(last >= length).tolist():
+        reasons.setdefault(case, f"the load at {last[case]:.6g} m is beyond the cable's end, at {length[case]:.6g} m")
+    if not reasons:
+        return span
+    positions, absent = span.load_positions.copy(), list(reasons)
+    positions[absent] = length[absent, None] * np.arange(1, count + 1) / (count + 1)
+    return replace(span, load_positions=positions)
+
+
 def along(span, stiffness, axis):
-    """Stiffness along a global axis from one in the chord frame.
+    """Stiffness along the global axis 0, 1 or 2 (x, y, z) from one in the chord frame, shape (..., 3, 3). [N/m]
 
     Without a matrix product, whose rounding would depend on the number of cables.
-
-    Parameters
-    ----------
-    span : Span
-        Fields of shape (...).
-    stiffness : ndarray, shape (..., 3, 3)
-        Chord frame. [N/m]
-    axis : int
-        0, 1, 2 for x, y, z.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        [N/m]
     """
     turn = span.frame[..., axis]
     return sum(turn[..., i] * stiffness[..., i, j] * turn[..., j] for i in range(3) for j in range(3))
 
 
 class ClosedStatics:
-    """Statics of the elastic catenary, of one cable or with an axis of cases.
-
-    Attributes
-    ----------
-    mean_tension, max_tension, min_tension, horizontal_tension : ndarray, shape (...)
-        [N]
-    stretched_length : ndarray, shape (...)
-        [m]
-    iterations : ndarray of int, shape (...)
-    """
+    """Statics of the elastic catenary, of one cable or with an axis of cases: tensions [N], length [m], iterations."""
 
     def __init__(self, catenary):
         self._catenary = catenary
@@ -272,24 +297,10 @@ class ClosedStatics:
         return self._catenary.sag
 
     def shape(self, positions):
-        """Form of one cable.
+        """Displacement from the chord, shape (j, 3), and tension, shape (j,) [N], of one cable.
 
-        Parameters
-        ----------
-        positions : ndarray, shape (j,)
-            Arc lengths over unstretched length. [-]
-
-        Returns
-        -------
-        displacement : ndarray, shape (j, 3)
-            From the chord, in unstretched lengths, chord frame. [-]
-        tension : ndarray, shape (j,)
-            [N]
-
-        Raises
-        ------
-        NoSolutionError
-            A part of the cable is slack.
+        Displacements are in unstretched lengths, in the chord frame; `positions`, shape (j,), are arc lengths over
+        unstretched length. NoSolutionError where a part of the cable is slack.
         """
         if np.any(self._catenary.slack):
             raise NoSolutionError(SHAPELESS)

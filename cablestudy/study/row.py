@@ -3,27 +3,18 @@
 import time
 from dataclasses import dataclass
 
-import numpy as np
-
-from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
-from cablestudy.study import loops, models
+from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import closed_form, evaluate_table, status_of
-from cablestudy.study.column_requirements import ColumnRequirements
-from cablestudy.study.columns import ROUNDING, broken, value
-from cablestudy.study.refinement import SETTINGS, AccuracyNeeds, Search, needs_of, refine, relative
+from cablestudy.study.closed_form import ColumnRequirements, closed_form, evaluate_table, status_of
+from cablestudy.study.columns import ROUNDING, broken, relative, value
+from cablestudy.study.refinement import SETTINGS, Search, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 
-REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
-POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
-FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
-CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
-NOTHING = ("nothing to model",)
-STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
 
 
 @dataclass(frozen=True)
@@ -119,8 +110,8 @@ def evaluate_cases(scenes, columns, estimate=False):
     scenes : sequence of Scene
     columns : sequence of Column
     estimate : bool
-        Whether the errors of fixed elements are wanted though they are no column: those of the motion need a finer
-        model.
+        Whether to estimate the errors of fixed elements though they are no column, and to write notes: a scene alone
+        has notes anyway.
 
     Returns
     -------
@@ -205,13 +196,13 @@ def _solver(required, exact):
 
 def _closed_rows(results, closed, cells, required, cache):
     """Yield the rows of cases of which nothing but closed forms is wanted."""
-    notes = NOTHING if required.scene_only else STATIC
+    about = notes.NOTHING if required.scene_only else notes.STATIC
     for index in range(len(results.values)):
         failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
         if failures:
             errors = {name: error for name, error in errors.items() if name not in failures}
         row = {**required.empty, **cells[index], "status": status_of(failures) if failures else "ok"}
-        yield Row(row, Case(results.values.scenes[index], results, index, cache=cache), notes, errors)
+        yield Row(row, Case(results.values.scenes[index], results, index, cache=cache), about, errors)
 
 
 def _answer(case, closed, cells, required):
@@ -219,7 +210,7 @@ def _answer(case, closed, cells, required):
     failures = dict(closed.failures.get(case.index, {}))
     values = {header: number for header, number in cells.items() if header not in failures}
     errors = dict(closed.errors_of(case.index))
-    return _Answer(case, values, failures, errors, NOTHING if required.scene_only else STATIC)
+    return _Answer(case, values, failures, errors, notes.NOTHING if required.scene_only else notes.STATIC)
 
 
 def _solve_models(cases, required):
@@ -268,23 +259,9 @@ def _take_over(answer, needed, search):
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
         worst = max(answer.errors[name] for name in search.values)
-        answer.notes = (CLOSED_FORM, *_about(search.used, worst, search.tried))
+        answer.notes = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
         if "gondola_frequency_Hz" in search.values:
-            answer.notes += tuple(loops.gondola_notes(search.used))
-
-
-def _about(case, error, tried):
-    """Notes: the model of the motion, what it leaves out, and what it cost."""
-    mesh = case.model.mesh
-    yield (
-        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
-        f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
-    )
-    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.known]
-    if case.planar and planes in (["in_plane"], ["out_of_plane"]):
-        there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
-        yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
-    yield f"compared: {tried} models, coarse to fine"
+            answer.notes += tuple(notes.gondola_notes(search.used))
 
 
 # -------------------------------------------------------------------------------------------------- fixed elements
@@ -301,13 +278,13 @@ def _solve_fixed(answers, required, estimate):
         if len(block) > 1:
             _solve_models([answer.case for answer in block], required)
         for answer in block:
-            _fixed_answer(answer, required)
+            _fixed_answer(answer, required, estimate or len(answers) == 1)
     if estimate and (required.motion or required.single):
         _estimate_motion(alive, required)
 
 
-def _fixed_answer(answer, required):
-    """The values of one case, and the errors of its statics against the closed form."""
+def _fixed_answer(answer, required, noted):
+    """The values of one case, and the errors of its statics against the closed form; notes on request."""
     case, closed = answer.case, answer.values
     answer.values = {name: number for name, number in closed.items() if name not in required.of_equilibrium}
     answer.errors = dict.fromkeys(answer.values, 0.0)
@@ -326,59 +303,18 @@ def _fixed_answer(answer, required):
         if column.least_error is not None and name in answer.values:
             answer.errors[name] = relative(answer.values[name], closed[name]) if name in closed else None
     answer.dof = case.dof if required.motion else (2 if case.planar else 3) * (model.mesh.nodes - 2)
-    answer.notes, answer.warnings = _about_fixed(case)
-    if "gondola_frequency_Hz" in answer.values:
-        answer.notes += tuple(loops.gondola_notes(case))
-    if required.damped:
-        answer.notes += assumed_damping(case.scene)
-
-
-def _about_fixed(case):
-    """Notes on fixed elements, and a warning where their statics are far from those of the continuous cable."""
-    model, error = case.scene.model, statics_error(case)
-    notes = (
-        f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
-        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
-    )
-    if error <= POOR_STATICS:
-        return notes, ()
-    return notes, (
-        f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
-        " those of the continuous cable; take more elements, or model.accuracy instead",
-    )
-
-
-def assumed_damping(scene):
-    """Notes, at most one: a scene without damping gets the default. Returns a tuple of str."""
-    if "damping" in scene.cable.model_fields_set:
-        return ()
-    damping = scene.cable.damping
-    return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
-
-
-def statics_error(case):
-    """Relative error of the statics of fixed elements against the closed form, the largest of three. [-]
-
-    Of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to that.
-    """
-    own, closed, index = case.statics, case.results.statics, case.index
-    mean, largest, sag = (float(part[index]) for part in (closed.mean_tension, closed.max_tension, closed.sag))
-    errors = [
-        abs(float(own.sag) - sag) / max(abs(sag), FLAT * float(case.results.span.chord[index])),
-        relative(float(own.mean_tension), mean),
-        relative(float(own.max_tension), largest),
-    ]
-    return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
+    if noted:
+        answer.notes, answer.warnings = notes.of_fixed(case)
+        if "gondola_frequency_Hz" in answer.values:
+            answer.notes += tuple(notes.gondola_notes(case))
+        if required.damped:
+            answer.notes += notes.assumed_damping(case.scene)
 
 
 def _estimate_motion(answers, required):
-    """Add the errors of what is no closed form of many cases, against the continuous cable to REFERENCE."""
+    """Add the errors of what is no closed form of many cases, against the continuous cable."""
     columns = [*required.motion, *required.single]
-    scenes = []
-    for answer in answers:
-        scene = answer.case.scene
-        model = scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
-        scenes.append(scene.model_copy(update={"model": model}))
+    scenes = [reference_scene(answer.case.scene) for answer in answers]
     for answer, exact in zip(answers, evaluate_cases(scenes, columns), strict=True):
         for column in columns:
             name, truth = column.header, exact.cells[column.header]
@@ -387,73 +323,3 @@ def _estimate_motion(answers, required):
         known = [answer.errors[c.header] for c in columns if answer.errors.get(c.header) is not None]
         if known:
             answer.notes += (f"motion: estimated error {max(known):.1e}",)
-
-
-# ------------------------------------------------------------------------------------------------------------ modes
-
-
-def modes(case, count=None, upto=None, estimate=False):
-    """The modes of a case, to its accuracy.
-
-    Parameters
-    ----------
-    case : Case
-    count : int, optional
-        How many, from the lowest; fewer when a fixed model has no more.
-    upto : float, optional
-        All up to this frequency instead. [Hz]
-    estimate : bool
-        Whether the error of fixed elements is to be estimated, for the notes.
-
-    Returns
-    -------
-    case : Case
-        With the discretisation that was used.
-    modes : Modes
-    notes, warnings : tuple of str
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-    """
-    reason = broken(case)
-    if reason:
-        raise NoSolutionError(reason)
-
-    def found_by(other):
-        if upto is not None:
-            found = other.dynamics.up_to(upto)
-            return found.first(int(np.searchsorted(found.frequency, upto, side="right")))
-        found = other.dynamics.modes(count)
-        if other.exact_statics and len(found) < count:
-            raise ConvergenceError(f"{count} modes are too many: the finest model has {len(found)}")
-        return found.first(count)
-
-    if not case.exact_statics:
-        found, (notes, warnings) = found_by(case), _about_fixed(case)
-        return case, found, (*notes, *(_about_frequencies(case, found) if estimate else ())), warnings
-
-    def sample(finer, _):
-        found = found_by(finer)
-        return dict(enumerate(found.frequency.tolist())), dict(enumerate(found.errors.tolist())), {}
-
-    waves = count or 2 * upto * float(case.results.travel_time[case.index])
-    needs = AccuracyNeeds(waves, lambda _, values: max(values.values(), default=0.0), single=True)
-    search = Search(case, sample, needs)
-    refine([search], _solve_models)
-    for error in search.failures.values():
-        raise error
-    finer, error = search.used, max(search.errors.values(), default=0.0)
-    return finer, found_by(finer), tuple(_about(finer, error, search.tried)), ()
-
-
-def _about_frequencies(case, found):
-    """Note on the error of the frequencies of fixed elements, against a finer model."""
-    model = case.scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
-    try:
-        _, exact, *_ = modes(Case(case.scene.model_copy(update={"model": model})), len(found))
-    except CablestudyError as error:
-        return (f"motion: the error is not known: {error}",)
-    errors = np.abs(found.frequency / exact.frequency - 1)
-    worst = int(np.argmax(errors))
-    return (f"motion: estimated error {errors[worst]:.1e}, of mode {worst + 1}",)

@@ -1,18 +1,27 @@
-"""Values of many scenes as arrays with an axis of cases."""
+"""Values of many scenes as arrays with an axis of cases, and the tables of cases that a study describes.
+
+Cases that differ in plain numbers only are one scene whose varied numbers are arrays: each key is read and checked once
+for all of them.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
+from pydantic_core import PydanticCustomError
 
 from cablestudy.cable.span import merged_loads
-from cablestudy.study.columns import lacks, without
+from cablestudy.errors import SceneError
+from cablestudy.scene.fields import Table
+from cablestudy.scene.layers import split_key
+from cablestudy.scene.sampling import Sampled
+from cablestudy.scene.scene import Scene, quantity_of
+from cablestudy.study.columns import attribute, lacks, without
+
+NOT_COLUMNS = ("cable.inclination",)  # quantities of which a scene takes functions that numpy has no equal of
 
 
 class SceneValues:
-    """Values of scenes whose cables carry loads at equally many places.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-    """
+    """Values of scenes whose cables carry loads at equally many places."""
 
     def __init__(self, scenes):
         self.scenes, self._known = scenes, {}
@@ -21,21 +30,9 @@ class SceneValues:
         return len(self.scenes)
 
     def given(self, path):
-        """A number of each scene.
-
-        Parameters
-        ----------
-        path : str
-            Attribute of `Scene` with dots, for example `cable.section_area`.
-
-        Returns
-        -------
-        ndarray of float, shape (n,)
-            In SI; not a number where a scene has none.
-        """
+        """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._known:
-            names = path.split(".")
-            self._known[path] = np.array([_value(scene, names) for scene in self.scenes], dtype=float)
+            self._known[path] = np.array([attribute(scene, path) for scene in self.scenes], dtype=float)
         return self._known[path]
 
     def lacking(self, column):
@@ -61,26 +58,28 @@ class SceneValues:
         return np.array(positions), np.array(forces)
 
 
-class TableValues:
-    """Values of many scenes that differ in numbers only; attributes as of `SceneValues`.
+def load_count(scene):
+    """At how many places the cable of a scene carries loads. [-]"""
+    return len({load.at for load in scene.cable.loads})
 
-    Parameters
-    ----------
-    scene : Scene
-        Each number that varies is an array of shape (n,), in SI; so are the properties that follow from it.
-    count : int
-        n.
-    """
 
-    def __init__(self, scene, count):
-        self.scene, self._count = scene, count
+# ------------------------------------------------------------------------------------------------- cases of a study
+
+
+@dataclass(frozen=True)
+class CaseTable:
+    """Cases of a study that differ in plain numbers only; their values as of `SceneValues`."""
+
+    cases: np.ndarray  # their numbers, from 0, shape (n,)
+    scene: Scene  # what they share; each varied number is an array, shape (n,), in SI, and so are its properties
+    values: dict  # dotted key -> that array
 
     def __len__(self):
-        return self._count
+        return len(self.cases)
 
     def given(self, path):
         """See `SceneValues.given`."""
-        return self._array(_value(self.scene, path.split(".")))
+        return self._array(attribute(self.scene, path))
 
     def lacking(self, column):
         """See `SceneValues.lacking`."""
@@ -100,13 +99,124 @@ class TableValues:
     def _array(self, value):
         return np.broadcast_to(np.array(np.nan if value is None else value, dtype=float), (len(self),))
 
+    def scene_of(self, place):
+        """The scene of the case at an index into `cases`, numbers only."""
+        return _with_values(self.scene, {key: float(values[place]) for key, values in self.values.items()})
 
-def _value(scene, names):
-    for name in names:
-        scene = getattr(scene, name, None)
+
+def tables_of(study, cases):
+    """Read many cases of a study.
+
+    Cases share a table when they differ only in keys that are quantities. What the study varies beside them (a
+    material, a mapping, a gain that is sometimes `auto`) divides the cases; a case unlike all others is read alone.
+
+    Parameters
+    ----------
+    study : Study
+    cases : sequence of int
+        From 0 to study.count - 1.
+
+    Returns
+    -------
+    tables : list of CaseTable
+        Each case with a valid scene once, with the same numbers as `study.case` gives.
+    refused : dict
+        Case -> SceneError of each other one.
+    """
+    cases = np.asarray(cases, dtype=int)
+    steps = np.array(np.unravel_index(cases, [len(entry) for entry in study.entries] or [1])).T
+    numeric = [place for place, entry in enumerate(study.entries) if all(map(_is_column, entry.keys))]
+    groups = np.unique(np.delete(steps, numeric, axis=1), axis=0, return_inverse=True)[1].ravel()
+    tables, alone = [], []
+    for group in range(groups.max(initial=-1) + 1):
+        here = np.flatnonzero(groups == group)
+        values = {}
+        for place in numeric:
+            values |= _numbers(study.entries[place], steps[here, place])
+        table = _table(study, cases[here], values) if len(here) > 1 and values else None
+        tables += [table] if table else []
+        alone += np.setdiff1d(cases[here], table.cases if table else []).tolist()
+    refused = {}
+    for case in alone:
+        try:
+            tables.append(CaseTable(np.array([case]), study.case(case)[1], {}))
+        except SceneError as error:
+            refused[case] = error
+    return tables, refused
+
+
+def _is_column(key):
+    return quantity_of(key) is not None and key not in NOT_COLUMNS
+
+
+def _numbers(entry, steps):
+    """Dotted key -> values in SI at the steps of an entry; not a number where a value is none."""
+    unique, place = np.unique(steps, return_inverse=True)
+    found = {}
+    for key, written, _ in entry.columns:
+        read = quantity_of(key).read
+        chosen = written.at(unique) if isinstance(written, Sampled) else [written[step] for step in unique.tolist()]
+        found[key] = np.array([_number(read, value) for value in chosen])[place]
+    return found
+
+
+def _number(read, written):
+    try:
+        value = read(written)
+    except (PydanticCustomError, ValueError):
+        return np.nan
+    return value if isinstance(value, float) else np.nan
+
+
+def _table(study, cases, values):
+    """The table of the cases whose numbers are valid, alone and together; None when there is none."""
+    valid = ~np.isnan(list(values.values())).any(axis=0)
+    scene = _first_scene(study, cases[valid])
+    if scene is None or not all(isinstance(attribute(scene, key), float) for key in values):
+        return None
+    table = _chosen(scene, cases, values, valid)
+    holds = np.ones(len(table.cases), dtype=bool)
+    for part in _tables_in(table.scene):
+        for together in part.relations():
+            for _, one_holds, _ in together:
+                holds &= one_holds
+    if holds.all():
+        return table
+    return _chosen(scene, table.cases, table.values, holds) if holds.any() else None
+
+
+def _first_scene(study, cases):
+    """The scene of the first, the middle or the last of some cases; None when all three are wrong."""
+    for case in cases[[0, len(cases) // 2, -1]].tolist() if len(cases) else ():
+        try:
+            return study.case(case)[1]
+        except SceneError:
+            continue
+    return None
+
+
+def _chosen(scene, cases, values, chosen):
+    """The table of chosen cases."""
+    values = {key: numbers[chosen] for key, numbers in values.items()}
+    return CaseTable(cases[chosen], _with_values(scene, values), values)
+
+
+def _with_values(scene, values):
+    """Copy of a scene with other numbers at some dotted keys."""
+    for key, value in values.items():
+        scene = _with_value(scene, split_key(key), value)
     return scene
 
 
-def load_count(scene):
-    """At how many places the cable of a scene carries loads. [-]"""
-    return len({load.at for load in scene.cable.loads})
+def _with_value(table, path, value):
+    name, *rest = path
+    return table.model_copy(update={name: _with_value(getattr(table, name), rest, value) if rest else value})
+
+
+def _tables_in(table):
+    """A table and all tables in it."""
+    yield table
+    for value in table.__dict__.values():
+        for inside in value if isinstance(value, tuple) else (value,):
+            if isinstance(inside, Table):
+                yield from _tables_in(inside)

@@ -8,82 +8,39 @@ from math import isfinite
 import numpy as np
 
 from cablestudy.control import response
-from cablestudy.study.ssm import PLACES
+from cablestudy.study.report import PARTICIPATION, modes_as_rows
 from cablestudy.study.table import Field, Table
 from cablestudy.system.superelement import GONDOLA, GROUND
 
+PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 DRAWN = 5000  # groups of neighbouring frequencies in a picture
 
 
 def mode_table(choice):
-    """Table of the modes that are kept.
-
-    Parameters
-    ----------
-    choice : Choice
-
-    Returns
-    -------
-    Table
-    """
-    unit = "N/(m sqrt(kg))"
-    fields = (
-        *(Field(name, name) for name in ("number", "type", "symmetry")),
-        Field("frequency_Hz", "frequency", "Hz"),
-        Field("damping_ratio", "damping ratio"),
-        Field("participation_end_1", "participation end 1", unit),
-        Field("participation_end_2", "participation end 2", unit),
-    )
-    model, modes = choice.case.end_model, choice.modes
+    """Table of the modes that a `Choice` keeps."""
+    model = choice.case.end_model
     participation = np.abs(model.participation[:, [GROUND, GONDOLA]])
-    rounding = 1e-12 * participation.max(initial=0.0)
-    participation = np.where(participation > rounding, participation, 0.0)
-    rows = [
-        {
-            "number": int(k) + 1,
-            "type": modes.kind[k],
-            "symmetry": modes.symmetry[k],
-            "frequency_Hz": float(modes.frequency[k]),
-            "damping_ratio": float(model.damping_ratio[k]),
-            "participation_end_1": float(participation[k, 0]),
-            "participation_end_2": float(participation[k, 1]),
-        }
-        for k in choice.chosen
-    ]
-    return Table(fields, rows)
+    participation = np.where(participation > 1e-12 * participation.max(initial=0.0), participation, 0.0)
+    more = {
+        Field("damping_ratio", "damping ratio"): model.damping_ratio,
+        Field("participation_end_1", "participation end 1", PARTICIPATION): participation[:, 0],
+        Field("participation_end_2", "participation end 2", PARTICIPATION): participation[:, 1],
+    }
+    return modes_as_rows(choice.modes, choice.chosen, more)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One frequency response.
+    """One frequency response."""
 
-    Attributes
-    ----------
-    name : str
-        Prefix of its columns; empty for the only curve of a table.
-    label, unit : str
-    value : callable
-        Frequencies, shape (m,) [Hz] -> complex, shape (m,). [unit]
-    """
-
-    name: str
+    name: str  # prefix of its columns; empty for the only curve of a table
     label: str
     unit: str
-    value: Callable
+    value: Callable  # frequencies, shape (m,) [Hz] -> complex, shape (m,) [unit]
 
 
 def curves(choice):
-    """The frequency responses to show: curves A and B with a gondola, x/F with a loop, else force over displacement.
-
-    Parameters
-    ----------
-    choice : Choice
-
-    Returns
-    -------
-    list of Curve
-        All of one unit.
-    """
+    """List of `Curve` of one unit: A and B with a gondola, x/F with a loop, else force over displacement."""
     case, options, model = choice.case, choice.options, choice.kept
     if options.attached == "gondola":
         mass = case.scene.gondola.mass
@@ -99,18 +56,13 @@ def curves(choice):
 
 
 def numbers(span, shown):
-    """Yields a response in blocks of frequencies.
+    """Yield a response in blocks: frequency [Hz], then magnitude [unit] and phase [deg] of each curve, shape (m,) each.
 
     Parameters
     ----------
     span : (float, float, int)
         From `ssm.read_span`.
     shown : list of Curve
-
-    Yields
-    ------
-    list of ndarray, shape (m,)
-        Frequency [Hz], then magnitude [unit] and phase [deg] of each curve.
     """
     phases = [response.Phase() for _ in shown]
     for frequency in response.frequencies(*span):
@@ -122,18 +74,10 @@ def numbers(span, shown):
 
 
 def drawn(span, shown):
-    """The points of a response that a picture shows, resonances included.
+    """The points of a response that a picture shows, resonances included: arrays as of `numbers`.
 
-    Parameters
-    ----------
-    span : (float, float, int)
-    shown : list of Curve
-
-    Returns
-    -------
-    list of ndarray, shape (n,)
-        As `numbers` yields them. Of a long response, of each group of neighbouring frequencies the first and those with
-        the smallest and the largest magnitude of each curve.
+    Of a long response, of each group of neighbouring frequencies the first and those with the smallest and the largest
+    magnitude of each curve.
     """
     neighbours = -(-span[2] // DRAWN)
     kept, left = [], None
@@ -157,17 +101,9 @@ def _extremes(block, neighbours):
 
 
 def response_table(span, shown):
-    """Table of frequency, and magnitude and phase of each curve.
+    """Table of frequency, and magnitude and phase of each curve; arguments as of `numbers`.
 
-    Parameters
-    ----------
-    span : (float, float, int)
-    shown : list of Curve
-
-    Returns
-    -------
-    Table
-        Cells are empty where a response is not finite, for example at the pole of an undamped mode.
+    Cells are empty where a response is not finite, for example at the pole of an undamped mode.
     """
     fields = [Field("frequency_Hz", "frequency", "Hz")]
     for curve in shown:

@@ -1,10 +1,13 @@
-"""Tables as Markdown, CSV, JSON and JSON lines; files written atomically; stored tables read."""
+"""Tables as Markdown, CSV, JSON and JSON lines; their files, written atomically; stored tables read."""
 
 import csv
+import glob
 import json
 import os
+import re
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from cablestudy.errors import SceneError
@@ -27,23 +30,12 @@ class Field:
 
 @dataclass(frozen=True)
 class Table:
-    """Fields and rows.
+    """Fields and rows."""
 
-    Attributes
-    ----------
-    fields : tuple of Field
-    rows : sequence of dict
-        Name -> number, text or None. With a method `csv_lines` it writes the CSV by itself; see `sweep.rows`.
-    single : bool
-        Whether the table has one row by nature: Markdown then has one line for each quantity.
-    errors : callable or None
-        Yields for each row the estimated relative errors of its cells, for JSON; takes row indices for some rows only.
-    """
-
-    fields: tuple
-    rows: list
-    single: bool = False
-    errors: Callable | None = None
+    fields: tuple  # of Field
+    rows: list  # dicts of name -> number, text or None; if they have a method `csv_lines`, it writes the CSV
+    single: bool = False  # one row by nature: Markdown then has one line for each quantity
+    errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
 
     def render(self, style):
         """The table as one text; see `pieces`."""
@@ -58,10 +50,6 @@ class Table:
             Markdown: four significant digits, first and last rows of a long table. CSV: all digits. JSON: one object
             with columns and units, rows, and the estimated errors of their cells where they are known. JSON lines: one
             object for each row.
-
-        Yields
-        ------
-        str
         """
         return {"md": self._markdown, "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
 
@@ -185,16 +173,7 @@ def signed(value):
 def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
-    Parameters
-    ----------
-    path : str
-    text : str, bytes or iterable of str
-        Pieces are written as they come.
-
-    Raises
-    ------
-    SceneError
-        The folder cannot be written to.
+    `text` is a str, bytes, or an iterable of str, written piece by piece; SceneError where the file cannot be written.
     """
     pieces = [text] if isinstance(text, str | bytes) else text
     temporary = None
@@ -219,23 +198,76 @@ def leftovers(path):
     return f".{os.path.basename(path)}-"
 
 
+class TableFiles:
+    """Paths of the files of a study in a folder: `csv` and `md` its table, `run` the provenance, `rows` as computed."""
+
+    def __init__(self, folder, study):
+        stem = os.path.splitext(os.path.basename(study))[0]
+        self.folder = folder
+        self.stem = "stdin" if study == "<stdin>" else stem
+        self.csv, self.md, self.run, self.rows = (
+            os.path.join(folder, self.stem + end) for end in (".csv", ".md", ".run.yaml", ".rows.sqlite")
+        )
+
+    def shard(self, number, count):
+        """The rows of one shard, numbered from 1."""
+        return os.path.join(self.folder, f"{self.stem}.shard-{number}-of-{count}.sqlite")
+
+    def shards(self):
+        """The shards that are there: (number, count) -> path."""
+        pattern = re.compile(re.escape(self.stem) + r"\.shard-(\d+)-of-(\d+)\.sqlite")
+        paths = glob.glob(os.path.join(glob.escape(self.folder), glob.escape(self.stem) + ".shard-*.sqlite"))
+        found = [(pattern.fullmatch(os.path.basename(path)), path) for path in paths]
+        return dict(sorted(((int(match[1]), int(match[2])), path) for match, path in found if match))
+
+    def check_writable(self):
+        """Raise SceneError unless the folder is there or can be made, and the files be written; make nothing yet."""
+        there = os.path.abspath(self.folder)
+        while not os.path.lexists(there):
+            there = os.path.dirname(there)
+        if not os.path.isdir(there):
+            raise SceneError(f"--out {self.folder}: {os.path.relpath(there)} is a file, not a folder")
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise SceneError(f"--out {self.folder}: cannot be written to")
+        folders = [path for path in (self.csv, self.md, self.run, self.rows) if os.path.isdir(path)]
+        if folders:
+            raise SceneError(*(f"{path}: cannot be written (a folder is there)" for path in folders))
+
+    def check_stored(self):
+        """Raise SceneError when there is no stored table to compare with."""
+        if not os.path.isfile(self.csv):
+            raise SceneError(f"{self.csv}: no such file to compare with (run the sweep without --check first)")
+
+    def write_texts(self, csv, markdown):
+        """Write both files, each whole or not at all; make the folder if need be."""
+        self.make()
+        write_whole(self.csv, csv)
+        write_whole(self.md, markdown)
+
+    def make(self):
+        """Make the folder if need be."""
+        try:
+            os.makedirs(self.folder, exist_ok=True)
+        except OSError as error:
+            raise SceneError(f"--out {self.folder}: cannot be made ({error.strerror})") from None
+
+    def clear(self):
+        """Remove what a run that was killed while it wrote a table left; the rows must be locked."""
+        for path in (self.csv, self.md, self.run):
+            for left in glob.glob(os.path.join(glob.escape(self.folder), glob.escape(leftovers(path)) + "*")):
+                with suppress(OSError):
+                    os.unlink(left)
+
+    def write(self, study, table, provenance):
+        """Write the table and its provenance, each file whole or not at all."""
+        self.write_texts(table.pieces("csv"), f"# {study.title or self.stem}\n\n{table.render('md')}")
+        write_whole(self.run, provenance)
+
+
 def read_csv(path):
-    """A stored table; lines that begin with # are comments.
+    """Names and rows of a stored table, each row a dict of name -> text; lines that begin with # are comments.
 
-    Parameters
-    ----------
-    path : str
-
-    Returns
-    -------
-    names : list of str
-    rows : list of dict
-        Name -> text.
-
-    Raises
-    ------
-    SceneError
-        Missing, empty, or not a table.
+    SceneError for a file that is missing, empty, or no table.
     """
     names, rows = stream_csv(path)
     return names, list(rows)

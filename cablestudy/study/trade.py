@@ -4,9 +4,12 @@ The error is relative to the continuous cable (`reference_of`). The time is what
 processor time from the scene to the numbers, statics included, on one thread, after all imports and cached constants.
 """
 
+import os
+import platform
 import time
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib.metadata import version
 
 import numpy as np
 
@@ -14,9 +17,10 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.column_requirements import DISCRETE
-from cablestudy.study.columns import ROUNDING, broken, find, lacks, value
+from cablestudy.study.closed_form import DISCRETE
+from cablestudy.study.columns import ROUNDING, STATUS, broken, find, lacks, relative, value
 from cablestudy.study.row import MODAL
+from cablestudy.study.table import Field, Table, short
 from cablestudy.study.trade_models import integrate_by, models_of, one_line, with_accuracy
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
@@ -28,6 +32,64 @@ AGREED = 1e-12  # relative difference of two levels at which a value is not refi
 ROUNDED = 1e-8  # a difference that grows again from below this is rounding
 NO_REFERENCE = 1e-3  # smallest relative difference of two levels above which there is no reference
 INTEGRATION_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # of the RMS integrals: the first that converges is taken
+TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # errors below which the fastest model is named
+CONTINUOUS = "continuous cable"
+
+
+# ------------------------------------------------------------------------------------------------------------ columns
+
+
+def columns_to_compare(document, scene, names=None):
+    """The columns to compare, and notes which of the default ones are left out, and why: two lists.
+
+    Parameters
+    ----------
+    document : Document
+        Of the scene, for the places of mistakes.
+    scene : Scene
+    names : str, optional
+        Columns, separated by commas; default: those of DEFAULT that the scene has keys for.
+
+    Raises
+    ------
+    SceneError
+        Unknown or repeated columns, or one that needs a key which the scene lacks.
+    """
+    if names is None:
+        reasons = {column: _why_not(scene, column) for column in map(find, DEFAULT)}
+        notes = [f"left out: {column.name}: {reason}" for column, reason in reasons.items() if reason]
+        return [column for column, reason in reasons.items() if not reason], notes
+    columns = []
+    for name in names.split(","):
+        column = _named(name.strip())
+        if column.name in [other.name for other in columns]:
+            raise SceneError(f"--columns: {column.name} is listed twice")
+        if lacks(scene, column):
+            raise missing(document, lacks(scene, column), "trade")
+        columns.append(column)
+    return columns, []
+
+
+def _why_not(scene, column):
+    """Why a default column is left out, or an empty text."""
+    key = lacks(scene, column)
+    return f"needs the key {key}" if key else _why_no_reference(scene, column)
+
+
+def _named(name):
+    """The column of a name in --columns."""
+    if not name:
+        raise SceneError("--columns: names separated by commas, e.g. end_stiffness,cable_frequency")
+    try:
+        column = find(name)
+    except ValueError as error:
+        raise SceneError(f"--columns: {error}") from None
+    if column.needs in ("run", "scene") or column.name == "iterations":
+        raise SceneError(f"--columns: {column.name} does not depend on the model")
+    return column
+
+
+# ---------------------------------------------------------------------------------------------------------- reference
 
 
 @dataclass(frozen=True)
@@ -40,20 +102,84 @@ class Reference:
     failures: dict = field(default_factory=dict)  # why there is no value
 
 
-class Measurement:
-    """Errors and times of one model.
+def reference_of(scene, columns):
+    """`Reference` of some columns of a scene.
 
-    Parameters
-    ----------
-    model : Model
-    scene : Scene
-    columns : sequence of Column
-        Those that have a reference.
-    reference : Reference
+    Statics and end stiffness have a closed form. For everything that moves, elements of high order about that closed
+    form are refined until the values of two successive levels agree.
+    """
+    case = Case(with_accuracy(scene, AGREED))
+    levels = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    reference = Reference()
+    for column in columns:
+        name = column.name
+        try:
+            reason = _why_no_reference(scene, column)
+            if reason:
+                raise NoSolutionError(reason)
+            if column.needs in DISCRETE:
+                error, number, note = _converged(levels, column)
+            else:
+                error, number, note = ROUNDING, value(column, case), "closed form"
+        except CablestudyError as failure:
+            reference.failures[name] = one_line(failure)
+        else:
+            reference.values[name], reference.errors[name], reference.notes[name] = number, error, note
+    return reference
+
+
+def _why_no_reference(scene, column):
+    """Why a column has no value for the continuous cable, or an empty text."""
+    modal = column.needs in ("loop", "wind") and scene.cable.damping.model == "modal"
+    return MODAL.partition(", or fixed")[0] if modal else ""
+
+
+def _converged(levels, column):
+    """Estimated error of a value that moves, the value, and its model: where two successive levels differ least."""
+    steps, before, failure = [], (), "none"
+    for note, case in levels:
+        try:
+            integration = _integrate(case, column) if column.needs == "wind" else 0.0
+            now = (value(column, case),)
+        except CablestudyError as error:
+            before, failure = (), one_line(error)
+            continue
+        if before:
+            difference = max(relative(now[0], before[0]), ROUNDING)
+            steps.append((difference, max(difference, integration), now[0], note))
+            if difference <= AGREED or min(steps)[0] < min(difference, ROUNDED):
+                break
+        before, failure = now, "none"
+    if not steps:
+        raise ConvergenceError(f"no reference: {failure}")
+    difference, *best = min(steps)
+    if difference > NO_REFERENCE:
+        raise ConvergenceError(f"no reference: the finest models differ by {difference:.1e}")
+    return best
+
+
+def _integrate(case, column):
+    """Integrate the response to the wind as accurately as converges; relative error of the RMS. [-]"""
+    for tolerance in INTEGRATION_TOLERANCES:
+        try:
+            integrate_by(case, [column], lambda c, loop, t=tolerance: windrms.response_of(c, loop, t))
+        except ConvergenceError:
+            continue
+        return tolerance / 2  # an RMS is the square root of an integral
+    return windrms.TOLERANCE / 2
+
+
+# -------------------------------------------------------------------------------------------------------- measurement
+
+
+class Measurement:
+    """Errors and times of one `Model`, for the columns that have a `Reference`.
 
     Attributes
     ----------
     family, name : str
+    dof : int or None
+        Number of free displacements, None where the model cannot be made.
     errors : dict
         Column name -> relative error, of the columns that have a value; at least the reference's own. [-]
     status : str
@@ -63,17 +189,20 @@ class Measurement:
     def __init__(self, model, scene, columns, reference):
         self.family, self.name = model.family, model.name
         self._model, self._scene, self._columns = model, scene, columns
-        self._answer, seconds = self._run(columns)  # to warm up; this time counts where the model is slow
-        values = self._answer.values
+        (case, values, failures), seconds = self._run(columns)  # to warm up; this time counts where the model is slow
+        try:
+            self.dof = None if case is None else model.count_dof(case)
+        except CablestudyError:
+            self.dof = None
         self._seconds = {"": [seconds] if seconds > BUDGET else []}  # all columns together, then each alone
         if len(columns) > 1:
-            self._seconds |= {column.name: [] for column in columns if column.name in values and model.concerns(column)}
+            self._seconds |= {c.name: [] for c in columns if c.name in values and c.needs in model.needs}
         self.errors = {
-            name: max(relative_error(number, reference.values[name]), reference.errors[name])
+            name: max(relative(number, reference.values[name]), reference.errors[name])
             for name, number in values.items()
         }
         reasons = {}
-        for name, reason in self._answer.failures.items():
+        for name, reason in failures.items():
             reasons.setdefault(reason, []).append(name)
         self.status = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items()) or "ok"
 
@@ -88,15 +217,10 @@ class Measurement:
                 times.append(seconds)
 
     def _run(self, columns):
-        """The answer, and its processor time [s], which other programs on the machine do not change."""
+        """What the model computes, and its processor time [s], which other programs on the machine do not change."""
         begin = time.process_time()
-        answer = self._model.solve(self._scene, columns)
-        return answer, time.process_time() - begin
-
-    @cached_property
-    def dof(self):
-        """Number of free displacements, or None. [-]"""
-        return self._answer.dof
+        found = self._model.solve(self._scene, columns)
+        return found, time.process_time() - begin
 
     @cached_property
     def time(self):
@@ -137,25 +261,18 @@ class Trade:
         return sorted((able[k] for k in chosen), key=lambda entry: entry.times[column.name])
 
     def fastest(self, column, target):
-        """The fastest model whose error in one column is at most a target, or None; of equals the first."""
+        """Name and time of the fastest model whose error in one column is at most a target; of equals the first."""
         name = column.name
         able = [entry for entry in self.entries if name in entry.times and entry.errors[name] <= target]
         least = min((entry.times[name] for entry in able), default=None)
-        return next((entry for entry in able if entry.times[name] <= EQUAL * least), None)
+        for entry in able:
+            if entry.times[name] <= EQUAL * least:
+                return f"{entry.name} ({1e3 * entry.times[name]:.2g} ms)"
+        return "none"
 
 
 def pareto(times, errors):
-    """Which points are on the Pareto front: no other is at most as large in both, and smaller in one.
-
-    Parameters
-    ----------
-    times, errors : sequence of float
-
-    Returns
-    -------
-    list of int
-        Their indices, ascending.
-    """
+    """Ascending indices of the points on the Pareto front: no other is at most as large in both, smaller in one."""
     points = list(zip(times, errors, strict=True))
     return [
         k
@@ -164,151 +281,8 @@ def pareto(times, errors):
     ]
 
 
-# ------------------------------------------------------------------------------------------------------------ columns
-
-
-def columns_to_compare(document, scene, names=None):
-    """The columns to compare.
-
-    Parameters
-    ----------
-    document : Document
-        Of the scene, for the places of mistakes.
-    scene : Scene
-    names : str, optional
-        Columns, separated by commas; default: those of DEFAULT that the scene has keys for.
-
-    Returns
-    -------
-    columns : list of Column
-    notes : list of str
-        Which defaults were left out, and why.
-
-    Raises
-    ------
-    SceneError
-        Unknown or repeated columns, or one that needs a key which the scene lacks.
-    """
-    columns, notes = [], []
-    for name in DEFAULT if names is None else names.split(","):
-        column = find(name) if names is None else _named(name.strip())
-        key = lacks(scene, column)
-        if names is None:
-            reason = f"needs the key {key}" if key else _why_no_reference(scene, column)
-            if reason:
-                notes.append(f"left out: {name}: {reason}")
-                continue
-        elif column.name in [other.name for other in columns]:
-            raise SceneError(f"--columns: {column.name} is listed twice")
-        elif key:
-            raise missing(document, key, "trade")
-        columns.append(column)
-    return columns, notes
-
-
-def _named(name):
-    """The column of a name in --columns."""
-    if not name:
-        raise SceneError("--columns: names separated by commas, e.g. end_stiffness,cable_frequency")
-    try:
-        column = find(name)
-    except ValueError as error:
-        raise SceneError(f"--columns: {error}") from None
-    if column.needs in ("run", "scene") or column.name == "iterations":
-        raise SceneError(f"--columns: {column.name} does not depend on the model")
-    return column
-
-
-# ---------------------------------------------------------------------------------------------------------- reference
-
-
-def reference_of(scene, columns):
-    """Values of the continuous cable.
-
-    Statics and end stiffness have a closed form. For everything that moves, elements of high order about that closed
-    form are refined until the values of two successive levels agree.
-
-    Parameters
-    ----------
-    scene : Scene
-    columns : sequence of Column
-
-    Returns
-    -------
-    Reference
-    """
-    case = Case(with_accuracy(scene, AGREED))
-    levels = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
-    reference = Reference()
-    for column in columns:
-        name = column.name
-        try:
-            if _why_no_reference(scene, column):
-                raise NoSolutionError(_why_no_reference(scene, column))
-            if column.needs in DISCRETE:
-                error, number, note = _converged(levels, column)
-            else:
-                error, number, note = ROUNDING, value(column, case), "closed form"
-        except CablestudyError as failure:
-            reference.failures[name] = one_line(failure)
-        else:
-            reference.values[name], reference.errors[name], reference.notes[name] = number, error, note
-    return reference
-
-
-def _why_no_reference(scene, column):
-    """Why a column has no value for the continuous cable, or an empty text."""
-    modal = column.needs in ("loop", "wind") and scene.cable.damping.model == "modal"
-    return MODAL.partition(", or fixed")[0] if modal else ""
-
-
-def _converged(levels, column):
-    """Estimated error of a value that moves, the value, and its model: where two successive levels differ least."""
-    steps, before, failure = [], (), "none"
-    for note, case in levels:
-        try:
-            integration = _integrate(case, column) if column.needs == "wind" else 0.0
-            now = (value(column, case),)
-        except CablestudyError as error:
-            before, failure = (), one_line(error)
-            continue
-        if before:
-            difference = max(relative_error(now[0], before[0]), ROUNDING)
-            steps.append((difference, max(difference, integration), now[0], note))
-            if difference <= AGREED or min(steps)[0] < min(difference, ROUNDED):
-                break
-        before, failure = now, "none"
-    if not steps:
-        raise ConvergenceError(f"no reference: {failure}")
-    difference, *best = min(steps)
-    if difference > NO_REFERENCE:
-        raise ConvergenceError(f"no reference: the finest models differ by {difference:.1e}")
-    return best
-
-
-def _integrate(case, column):
-    """Integrate the response to the wind as accurately as converges; relative error of the RMS. [-]"""
-    for tolerance in INTEGRATION_TOLERANCES:
-        try:
-            integrate_by(case, [column], lambda c, loop, t=tolerance: windrms.response_of(c, loop, t))
-        except ConvergenceError:
-            continue
-        return tolerance / 2  # an RMS is the square root of an integral
-    return windrms.TOLERANCE / 2
-
-
-def relative_error(value, truth):
-    """Error relative to the truth; where that is zero or None, 0 for the same value and 1 for any other. [-]"""
-    if value is None or truth is None or truth == 0:
-        return float(value != truth)
-    return abs(value - truth) / abs(truth)
-
-
-# -------------------------------------------------------------------------------------------------------- measurement
-
-
 def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
-    """Measure models.
+    """`Trade` of models.
 
     Parameters
     ----------
@@ -320,10 +294,6 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
         Default: `models_of(columns)`.
     progress : callable, optional
         Called with 1 after each of `repeats + 1` runs of each model.
-
-    Returns
-    -------
-    Trade
 
     Raises
     ------
@@ -346,3 +316,90 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
             entry.repeat()
             progress(1)
     return Trade(known, reference, entries)
+
+
+# ------------------------------------------------------------------------------------------------------------- tables
+
+
+def table_of(trade, shown=False):
+    """Table with one row for each model, the reference first.
+
+    `shown`, for Markdown: errors and times are rounded, errors below the reference's own are `< 1e-12`.
+    """
+    fields = [Field("family", "family"), Field("model", "model"), Field("dof", "dof"), Field("time_ms", "time", "ms")]
+    for column in trade.columns:
+        fields.append(Field(f"{column.name}_error", f"{column.name.replace('_', ' ')} error"))
+        fields.append(Field(f"{column.name}_time_ms", f"{column.name} time", "ms", hidden=True))
+    fields += [Field("largest_error", "largest error"), Field("pareto", "pareto"), STATUS]
+    limits = {f"{column.name}_error": trade.reference.errors[column.name] for column in trade.columns}
+    limits["largest_error"] = max(limits.values())
+    rows = [{"family": "reference", "model": CONTINUOUS, **limits, "status": "ok"}]
+    rows += [_row(entry, trade.front) for entry in trade.entries]
+    return Table(tuple(fields), [_rounded(row, limits) for row in rows] if shown else rows)
+
+
+def _row(entry, front):
+    """Cells of one model."""
+    return {
+        "family": entry.family,
+        "model": entry.name,
+        "dof": entry.dof,
+        "time_ms": None if entry.time is None else 1e3 * entry.time,
+        **{f"{name}_error": error for name, error in entry.errors.items()},
+        **{f"{name}_time_ms": 1e3 * seconds for name, seconds in entry.times.items()},
+        "largest_error": entry.largest,
+        "pareto": "yes" if entry.name in front else "no",
+        "status": entry.status,
+    }
+
+
+def _rounded(row, limits):
+    """A row for Markdown; limits: error column -> the reference's own error."""
+    texts = dict(row)
+    for name, limit in limits.items():
+        error = row.get(name)
+        if error is not None:
+            texts[name] = f"< {limit:.0e}" if error <= limit else f"{error:.1e}"
+    if row.get("time_ms") is not None:
+        texts["time_ms"] = short(float(f"{row['time_ms']:.2g}"))
+    texts["pareto"] = "yes" if row.get("pareto") == "yes" else None
+    return texts
+
+
+def notes_of(trade):
+    """List of lines: how the reference was computed, and which model is the fastest below an error."""
+    reference = trade.reference
+    lines = [
+        f"reference: {c.name} {reference.values[c.name]!r} {c.unit}, {reference.notes[c.name]}; "
+        f"estimated error {reference.errors[c.name]:.1e}"
+        for c in trade.columns
+    ]
+    lines.append(
+        "time: processor time from the scene to the numbers, statics included, one thread, imports and constants cached"
+    )
+    for column in trade.columns:
+        lines += [f"fastest below {target:.0e}: {column.name}: {trade.fastest(column, target)}" for target in TARGETS]
+    return lines
+
+
+def file_name(scene):
+    """File name of a scene's tables, for example `trade-carlina.yaml` for configs/carlina.yaml."""
+    return f"trade-{'stdin' if scene == '-' else os.path.basename(scene)}"
+
+
+def write(trade, place, title):
+    """Write the table to `TableFiles`; the title has the scene and its changes."""
+    names = [f"{target:.0e}" for target in TARGETS]
+    fields = (Field("column", "column"), *(Field(name, f"error below {name}") for name in names))
+    rows = [
+        {"column": column.name, **{name: trade.fastest(column, float(name)) for name in names}}
+        for column in trade.columns
+    ]
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy"))
+    text = (
+        f"# Error against time: {title}\n\n{table_of(trade, shown=True).render('md')}\n"
+        f"Times: Python {platform.python_version()}, {libraries}, {platform.machine()}, one thread; "
+        f"processor time. Read the ratios: another machine has other milliseconds.\n\n"
+        f"## The fastest model below an error\n\n{Table(fields, rows).render('md')}"
+    )
+    place.write_texts(table_of(trade).render("csv"), text)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -13,10 +13,11 @@ from cablestudy.control.plant import Plant
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.column_requirements import DISCRETE
+from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import find, value
 from cablestudy.study.row import evaluate
-from cablestudy.system.superelement import Ends
+from cablestudy.study.scene_values import load_count
+from cablestudy.system.ends import Ends
 
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
@@ -32,57 +33,50 @@ GRID = (1e-5, 1e2)  # ends of a frequency grid, over the static frequency of the
 BLOCK = 4096  # frequencies at once, to limit memory
 
 
-@dataclass(frozen=True)
-class Answer:
-    """What a model computes, by names of columns."""
-
-    values: dict  # numbers, of the columns that it has
-    failures: dict = field(default_factory=dict)  # reasons, of the others
-    count_dof: Callable = lambda: 0  # not called while timed; returns None where no model was made
-
-    @property
-    def dof(self):
-        """Number of free displacements, or None. [-]"""
-        try:
-            return self.count_dof()
-        except CablestudyError:
-            return None
+def one_line(text):
+    """A message without line breaks."""
+    return " ".join(str(text).split())
 
 
 @dataclass(frozen=True)
 class Model:
-    """A model that a user can choose."""
+    """A model that a user can choose; models of one family differ in one number."""
 
-    family: str  # models of one family differ in one number
+    family: str
     name: str
-    solve: Callable  # scene, columns -> Answer; everything from the scene on, nothing cached
-    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns (`Column.needs`) that depend on it
+    build: Callable  # scene, columns -> Case, with nothing cached
+    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
+    compute: Callable = value  # column, Case -> float
+    count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
 
-    def concerns(self, column):
-        """Whether the value of a column depends on the model."""
-        return column.needs in self.needs
+    def solve(self, scene, columns):
+        """Case, None where it cannot be built; column name -> value; and name -> reason of a column without one."""
+        values, failures = {}, {}
+        try:
+            case = self.build(scene, columns)
+        except CablestudyError as failure:
+            return None, values, {column.name: one_line(failure) for column in columns}
+        for column in columns:
+            try:
+                values[column.name] = self.compute(column, case)
+            except CablestudyError as failure:
+                failures[column.name] = one_line(failure)
+        return case, values, failures
 
 
 def models_of(columns):
-    """Every model on which some of the columns depend.
-
-    Parameters
-    ----------
-    columns : sequence of Column
-
-    Returns
-    -------
-    list of Model
-    """
+    """List of every `Model` on which the value of some column depends."""
     found = [
-        Model("closed form", "catenary", _catenary, ("statics", "stiffness")),
-        Model("closed form", "Irvine", _irvine, ("modes",)),
-        *(Model("error control", f"accuracy {_power(a)}", partial(_controlled, a)) for a in ACCURACIES),
+        Model("closed form", "catenary", _accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
+        Model("closed form", "Irvine", _accurate, ("modes",), _irvine_frequency, lambda _: 0),
     ]
 
-    def add(family, name, build, *needs):
-        found.append(Model(family, name, partial(solve_case, build), *needs))
+    def add(family, name, build, **options):
+        found.append(Model(family, name, build, **options))
 
+    row = {"compute": lambda column, row: row.cells[column.header], "count_dof": lambda row: row.cells["dof"]}
+    for accuracy in ACCURACIES:
+        add("error control", f"accuracy {_power(accuracy)}", partial(_controlled, accuracy), **row)
     for mass in MASSES:
         for n in BARS:
             add(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass))
@@ -90,66 +84,26 @@ def models_of(columns):
         add("high order" if n == 1 else "several of high order", f"{n} x order {p}", partial(_spectral, n, p))
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         for n in MODES:
-            add(family, f"{n} {family}", partial(build, n), DISCRETE[1:])
-    rules = [("adaptive", f"adaptive {_power(t)}", partial(windrms.response_of, tolerance=t)) for t in TOLERANCES]
-    for family, space in (("uniform grid", np.linspace), ("log grid", np.geomspace)):
-        rules += [(family, f"{family.split()[0]} {n} points", partial(_on_grid, space, n)) for n in POINTS]
-    for family, name, rule in rules:
-        add(family, name, partial(_integrated, rule), DISCRETE[-1:])
-    return [model for model in found if any(model.concerns(column) for column in columns)]
+            add(family, f"{n} {family}", partial(build, n), needs=DISCRETE[1:])
+    for tolerance in TOLERANCES:
+        rule = partial(windrms.response_of, tolerance=tolerance)
+        add("adaptive", f"adaptive {_power(tolerance)}", partial(_integrated, rule), needs=("wind",))
+    for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
+        for n in POINTS:
+            rule = partial(_on_grid, space, n)
+            add(f"{kind} grid", f"{kind} {n} points", partial(_integrated, rule), needs=("wind",))
+    return [model for model in found if any(column.needs in model.needs for column in columns)]
 
 
 def _power(number):
     return f"{number:.0e}".replace("e-0", "e-")
 
 
-def one_line(text):
-    """A message without line breaks."""
-    return " ".join(str(text).split())
-
-
-def _answer(columns, case, compute=value, count_dof=lambda: 0):
-    """The answer of a function of a column and a case; columns without a value fail."""
-    values, failures = {}, {}
-    for column in columns:
-        try:
-            values[column.name] = compute(column, case)
-        except CablestudyError as failure:
-            failures[column.name] = one_line(failure)
-    return Answer(values, failures, count_dof)
-
-
-def _no_answer(columns, reason):
-    """Answer of a model that cannot be made."""
-    return Answer({}, dict.fromkeys([column.name for column in columns], one_line(reason)), lambda: None)
-
-
 # ------------------------------------------------------------------------------------------------ models of elements
 
 
-def solve_case(build, scene, columns):
-    """Answer of a case.
-
-    Parameters
-    ----------
-    build : callable
-        Scene, columns -> Case.
-    scene : Scene
-    columns : sequence of Column
-
-    Returns
-    -------
-    Answer
-    """
-    try:
-        case = build(scene, columns)
-    except CablestudyError as failure:
-        return _no_answer(columns, failure)
-    return _answer(columns, case, count_dof=lambda: case.dof or case.dynamics.dof)
-
-
 def fixed(elements, order, mass, scene, _=()):
-    """The case of so many elements, as `model: {elements: ..., order: ..., mass: ...}` asks for."""
+    """The case of a scene with `model: {elements: ..., order: ..., mass: ...}`."""
     return Case(_modelled(scene, accuracy=None, elements=elements, order=order, mass=mass))
 
 
@@ -163,35 +117,28 @@ def _modelled(scene, **model):
 
 
 def _spectral(elements, order, scene, _):
-    segments = 1 + len({load.at for load in scene.cable.loads})
-    return fixed(elements * segments, order, "lumped", scene)
+    return fixed(elements * (1 + load_count(scene)), order, "lumped", scene)
 
 
 def _controlled(accuracy, scene, columns):
+    """The row to an accuracy."""
     row = evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
     if row.failed:
-        return _no_answer(columns, row.cells["status"])
-    return Answer({column.name: row.cells[column.header] for column in columns}, {}, lambda: row.cells["dof"])
+        raise NoSolutionError(row.cells["status"])
+    return row
 
 
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 
-def _accurate(scene):
+def _accurate(scene, _=()):
     return Case(with_accuracy(scene, ACCURACIES[-1]))
 
 
-def _catenary(scene, columns):
-    def compute(column, case):
-        if column.needs in DISCRETE:
-            raise NoSolutionError("statics alone")
-        return value(column, case)
-
-    return _answer(columns, _accurate(scene), compute)
-
-
-def _irvine(scene, columns):
-    return _answer(columns, _accurate(scene), _irvine_frequency)
+def _static_value(column, case):
+    if column.needs in DISCRETE:
+        raise NoSolutionError("statics alone")
+    return value(column, case)
 
 
 def _irvine_frequency(column, case):
@@ -218,13 +165,9 @@ def _irvine_frequency(column, case):
 # ----------------------------------------------------------------------------------------------------- reduced modes
 
 
-def _base(scene):
-    return _accurate(scene).refined(*BASE)
-
-
 def _with_residual(count, scene, _):
     """The lowest modes and the static part of all others, as by `ssm --modes`."""
-    case = _base(scene)
+    case = _accurate(scene).refined(*BASE)
     return _with_ends(case, Ends(case.dynamics, case.frame, count).model(scene.cable.damping))
 
 
@@ -236,7 +179,7 @@ def _without_residual(count, scene, _):
 
 
 def _with_ends(case, model):
-    """The case with another end model in the place of its own."""
+    """The case with another `Superelement` in the place of its own."""
     case.end_model = case.end_model_along_x = model
     case.end_stiffness_along = lambda axis: float(model.stiffness[3 + axis, 3 + axis])
     if case.scene.gondola is not None and case.scene.gondola.mass is not None:
@@ -248,21 +191,15 @@ def _with_ends(case, model):
 
 
 def _integrated(rule, scene, columns):
-    case = _base(scene)
+    case = _accurate(scene).refined(*BASE)
     integrate_by(case, columns, rule)
     return case
 
 
 def integrate_by(case, columns, rule):
-    """Integrate the response to the wind by a rule, and store it in the case.
+    """Integrate the response to the wind that columns need by a rule (case, loop -> Response), and keep it in the case.
 
-    Parameters
-    ----------
-    case : Case
-    columns : sequence of Column
-        Those of the open loop alone do not need a stable loop.
-    rule : callable
-        Case, loop -> Response.
+    Columns of the open loop alone do not need a stable loop.
     """
     names = [column.name for column in columns if column.needs == "wind"]
     if any("open_loop" not in name for name in names):
@@ -277,24 +214,9 @@ def _on_grid(space, points, case, loop):
 
 
 def by_trapezoids(case, loop, frequency):
-    """RMS of the gondola by the trapezoidal rule.
+    """`Response` of the gondola by the trapezoidal rule, without an estimate of its error.
 
-    Parameters
-    ----------
-    case : Case
-    loop : Loop
-    frequency : ndarray, shape (n,)
-        Ascending. [Hz]
-
-    Returns
-    -------
-    Response
-        Without an estimate of its error.
-
-    Raises
-    ------
-    NoSolutionError
-        The loop is unstable.
+    NoSolutionError for an unstable loop; `frequency`, shape (n,), ascends. [Hz]
     """
     loop.check_stable()
     spectra = windrms.spectra_of(loop, windrms.force_of(case))

@@ -7,10 +7,10 @@ from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
 from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
-from cablestudy.study.columns import find, lacks
-from cablestudy.study.fields import STATUS, field_of
-from cablestudy.study.loops import gondola_notes
-from cablestudy.study.row import evaluate, modes
+from cablestudy.study.case_modes import modes
+from cablestudy.study.columns import STATUS, find, lacks
+from cablestudy.study.notes import gondola_notes
+from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, combine
 from cablestudy.wind.drag import shedding_frequencies
@@ -25,7 +25,7 @@ GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_rat
 COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
-    "cable's vertical plane, whichever moves the gondola more; nothing in common with the force on the gondola"
+    "cable's vertical plane, whichever moves the gondola more; uncorrelated with the force on the gondola"
 )
 
 
@@ -35,6 +35,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
     Parameters
     ----------
     document : Document
+        Of the scene, for the places of mistakes.
     scene : Scene
     on : {"gondola", "cable", "both"}
         What the wind acts on.
@@ -47,7 +48,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
         One row.
     row : Row
     remarks : tuple of str
-        What the reader should know though it is in no column.
+        Lines on what is in no column.
 
     Raises
     ------
@@ -63,7 +64,7 @@ def wind_table(document, scene, on="gondola", estimate=False):
         if lacks(scene, column):
             raise missing(document, lacks(scene, column), "windrms")
     row = evaluate(scene, columns, estimate)
-    fields, cells, remarks = [field_of(column) for column in columns], dict(row.cells), ()
+    fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
     if not row.failed:
         response = _response(row.case, on)
         for limit, share in zip(BELOW, response.shares, strict=True):
@@ -104,24 +105,10 @@ def _vortices(case):
 
 
 def modes_between(case, low, high):
-    """Modes of the cable, axial ones not counted, in a range of frequencies.
+    """Number of modes of a case in a range of frequencies [Hz], of both planes, axial ones not counted; and a spacing.
 
-    Parameters
-    ----------
-    case : Case
-    low, high : float
-        [Hz]
-
-    Returns
-    -------
-    count : int
-        Both planes together.
-    spacing : float or None
-        Distance of neighbours in one plane, where the count is an estimate from the travel time of waves. [Hz]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
+    The spacing is the distance of neighbours in one plane [Hz] where the count is an estimate from the travel time of
+    waves, else None. NoSolutionError or ConvergenceError where the modes cannot be computed.
     """
     time = transverse_travel_time(case)
     if 2 * high * time > COUNTED:

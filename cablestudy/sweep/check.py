@@ -91,11 +91,11 @@ def compare(table, path, tolerance):
         Text for columns and rows that only one of them has.
     """
     names, stored = stream_csv(path)
-    wanted = [field.name for field in table.fields]
-    yield from (f"column {name}: stored, not computed" for name in names if name not in wanted)
-    yield from (f"column {name}: computed, not stored" for name in wanted if name not in names)
-    owner = _owners(table.fields)
-    cells = [(name, owner[name]) for name in wanted if name in names and name != find(NEVER_COMPARED).header]
+    columns = _tolerance_columns(table.fields)
+    yield from (f"column {name}: stored, not computed" for name in names if name not in columns)
+    yield from (f"column {name}: computed, not stored" for name in columns if name not in names)
+    never = find(NEVER_COMPARED).header
+    cells = [(name, column) for name, column in columns.items() if name in names and name != never]
     count = 0
     for count, (row, old_row) in enumerate(zip(table.rows, stored, strict=False), 1):
         for name, column in cells:
@@ -106,7 +106,7 @@ def compare(table, path, tolerance):
         yield f"{count} rows stored, {len(table.rows)} computed"
 
 
-def _owners(fields):
+def _tolerance_columns(fields):
     """Field name -> the column whose tolerance holds: of a difference from a printed value, the column before it."""
     found, last = {}, None
     for field in fields:

@@ -12,9 +12,9 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.case_table import CaseTable, tables_of
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate_tables
+from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.sweep.fingerprint import versions
 from cablestudy.sweep.record import OK, pack
 
@@ -55,7 +55,7 @@ class Chunks:
     count : int
         How many cases that are.
     explain : bool
-
+        Whether rows keep their notes.
     """
 
     def __init__(self, study, work, count, explain=False):
@@ -83,11 +83,7 @@ class Chunks:
     def put_back(self, chunk):
         """Take back a chunk that was not computed."""
         self.left += len(chunk.cases)
-        if self._work and self._work[0][1] == chunk.columns:
-            cases, columns = self._work[0]
-            self._work[0] = (chain(chunk.cases, cases), columns)
-        else:
-            self._work.insert(0, (iter(chunk.cases), chunk.columns))
+        self._work.insert(0, (iter(chunk.cases), chunk.columns))
 
 
 def compute(chunk):
@@ -130,16 +126,9 @@ def _study(pickled):
 
 
 def keys_of(table):
-    """Hashes of the scenes of many cases, which identify them in later runs.
+    """Hashes of the scenes of a CaseTable, which identify them in later runs: list of str.
 
-    Parameters
-    ----------
-    table : CaseTable
-
-    Returns
-    -------
-    list of str
-        Of the JSON of each scene: the varied numbers are put into that of one scene.
+    Each is of the JSON of a scene: the varied numbers are put into that of one of them.
     """
     marks = {key: np.array([-1e-300 / (place + 1)]) for place, key in enumerate(table.values)}
     text = CaseTable(table.cases[:1], table.scene, marks).scene_of(0).model_dump_json().encode()

@@ -4,7 +4,7 @@ import json
 import logging
 import re
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.sweep.driver import WorkerDeathError, retry
@@ -14,7 +14,7 @@ ADDRESS = re.compile(r"(?:tcp://)?(?:[^\s:/\[\]]+|\[[0-9a-f:.%]+\]):\d{1,5}")
 SAME_VERSIONS = "the scheduler and its workers need the same cablestudy, Python and dask as this machine"
 
 
-def compute_on_cluster(chunks, address, say=None):
+def compute_on_cluster(chunks, address, notify=None):
     """Compute chunks on the workers of a dask scheduler, those of a lost worker on another: yields Done, in any order.
 
     Parameters
@@ -22,8 +22,8 @@ def compute_on_cluster(chunks, address, say=None):
     chunks : Chunks
     address : str
         `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
-    say : callable, optional
-        Is called with notes for the user.
+    notify : callable, optional
+        Called with each note for the user.
 
     Raises
     ------
@@ -33,8 +33,8 @@ def compute_on_cluster(chunks, address, say=None):
         The scheduler is gone, or a chunk ends every worker that takes it.
     """
     with _client(address) as client:
-        if say and not client.nthreads():
-            say(f"{address}: no workers yet, waiting for them")
+        if notify and not client.nthreads():
+            notify(f"{address}: no workers yet, waiting for them")
 
         def workers():
             return max(1, sum(client.nthreads().values()))
@@ -73,22 +73,19 @@ def _client(address):
     except ImportError:
         raise SceneError("--scheduler: dask is not installed (pip install 'cablestudy[cluster]')") from None
     where = _address_in(address) if address.endswith(".json") else address
-    if not ADDRESS.fullmatch(where):  # dask itself says so in a traceback
+    if not ADDRESS.fullmatch(where):  # dask would report it in a traceback
         raise SceneError(f"--scheduler {address}: expected tcp://host:port, or a scheduler file FILE.json")
     disabled = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
-    try:
+    with ExitStack() as at_end:
+        at_end.callback(logging.disable, disabled)
         try:
             client = Client(where, timeout=TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None
-        try:
-            yield client
-        finally:
-            client.close(timeout=TIMEOUT)
-    finally:
-        logging.disable(disabled)
+        at_end.callback(client.close, timeout=TIMEOUT)
+        yield client
 
 
 def _address_in(path):

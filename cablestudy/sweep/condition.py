@@ -20,8 +20,8 @@ from typing import NamedTuple
 import pandas
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.units import common_factor, factor, show, split
-from cablestudy.sweep.variable import Variable, si_unit, variable
+from cablestudy.scene.units import common_factor, show, split
+from cablestudy.sweep.variable import Variable, variable
 
 MAX_DEPTH = 50
 MAX_LENGTH = 10_000
@@ -206,11 +206,11 @@ class _Translator:
             _refuse(token.column, f"not a number: {show(token.text)}")
 
     def getter(self, operand, token, unit):
-        """Function of a frame: the value in a unit (None: SI), as a Series."""
+        """Function of a frame: the value in a unit, as a Series."""
         try:
             if isinstance(operand, Variable):
                 return operand.getter(unit)
-            value = operand if isinstance(operand, str) else _number(*operand, unit)
+            value = operand if isinstance(operand, str) else in_unit(*operand, unit)
         except ValueError as error:
             _refuse(token.column, str(error).replace('""', "no unit"))
         except OverflowError:
@@ -236,17 +236,15 @@ def check_kinds(operands, tokens):
 
 
 def common_unit(operands):
-    """The unit in which operands are compared: that of the first column, else of the first varied key, else None."""
+    """The unit in which operands are compared: that of the first column, else of the first varied key."""
     numeric = [operand for operand in operands if isinstance(operand, Variable) and not operand.is_text]
     units = [known.unit for known in sorted(numeric, key=lambda known: known.is_varied) if known.unit is not None]
-    return units[0] if units else None
+    return units[0] if units else ""
 
 
-def _number(number, own, unit):
-    """A number with a unit as a float in another unit (None: SI)."""
-    if own:
-        number *= common_factor(own, unit) if unit is not None else factor(own, si_unit(own))
-    return float(number)
+def in_unit(number, own, unit):
+    """A number with its own unit as a float in another unit; without one it is in that unit already."""
+    return float(number * common_factor(own, unit) if own else number)
 
 
 def chain(getters, tests):

@@ -15,6 +15,8 @@ MAGIC = b"SQLite format 3\0"
 APPLICATION = 0x63616273  # application_id of SQLite: tells our databases from those of other programs
 SIDE_FILES = ("-wal", "-shm", "-journal")
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+WAIT = 0.2  # for a lock: of several sweeps that begin at once, one succeeds [s]
+AT_WORK = "another sweep is at work on it"
 
 
 class Database:
@@ -40,34 +42,33 @@ class Database:
         if self.path:
             _check_beginning(self.path)
         try:
-            self._connection = sqlite3.connect(self.path, timeout=0, isolation_level=None)
+            self._connection = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
             self.execute("PRAGMA locking_mode = EXCLUSIVE")
             self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
             if not self.value("PRAGMA page_count"):
                 self.execute(f"PRAGMA application_id = {APPLICATION}")
             if self.value("PRAGMA application_id") != APPLICATION:
+                self._connection.close()
                 raise SceneError(f"{self.path}: is a database of another program; move it away")
             self.execute("PRAGMA journal_mode = WAL")
             self.execute("PRAGMA synchronous = NORMAL")
             self.execute("SELECT count(*) FROM sqlite_master")
         except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode & 0xFF in BUSY:
-                raise SceneError(f"{self.path}: another sweep is at work on it") from None
-            raise SceneError(f"{self.path}: cannot be written ({error})") from None
+            busy = error.sqlite_errorcode & 0xFF in BUSY
+            reason = AT_WORK if busy else f"cannot be written ({error})"
+            raise SceneError(f"{self.path}: {reason}") from None
         except sqlite3.DatabaseError:
             return
-        except SceneError:
-            self._connection.close()
-            raise
 
     def recreate(self):
         """Begin with an empty file."""
         self._connection.close()
-        if self.path:
-            for end in ("", *SIDE_FILES):
-                with suppress(FileNotFoundError):
-                    os.unlink(self.path + end)
+        for end in ("", *SIDE_FILES) if self.path else ():
+            with suppress(FileNotFoundError):
+                os.unlink(self.path + end)
         self._connect()
+        if self.value("SELECT count(*) FROM sqlite_master"):  # of another one, which began between the two steps
+            raise SceneError(f"{self.path}: {AT_WORK}")
 
     def execute(self, statement, values=()):
         """Execute a statement: cursor of its rows."""
@@ -84,15 +85,9 @@ class Database:
     @contextmanager
     def transaction(self):
         """All statements inside take effect together, or none; SceneError if the disk is full or the file damaged."""
-        with self.reported():
+        with self.reported(), self._connection:
             self.execute("BEGIN")
-            try:
-                yield
-                self.execute("COMMIT")
-            except BaseException:
-                with suppress(sqlite3.Error):
-                    self.execute("ROLLBACK")
-                raise
+            yield
 
     @contextmanager
     def reported(self):

@@ -24,13 +24,9 @@ class WorkerDeathError(Exception):
 
 
 def compute_here(chunks, jobs=None):
-    """Compute chunks on this machine: yields Done, in any order.
+    """Compute Chunks on this machine: yields Done, in any order.
 
-    Parameters
-    ----------
-    chunks : Chunks
-    jobs : int, optional
-        Processes, at most PER_CORE for each core. Default: all cores if the estimated work is worth their start.
+    `jobs` are processes, at most PER_CORE for each core; by default one for each, if the work is worth their start.
 
     Raises
     ------

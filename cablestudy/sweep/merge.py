@@ -8,7 +8,7 @@ from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
 from cablestudy.sweep.record import unpack
 from cablestudy.sweep.run import Options, Run, command
-from cablestudy.sweep.store import COLUMNS, MISSING, is_empty, open_store, stored_description
+from cablestudy.sweep.store import COLUMNS, MISSING, open_store, stored_description
 
 SHOWN = 10  # missing rows that are named
 
@@ -67,9 +67,10 @@ def _take(path, merged):
     """Add the rows of a shard that are as they were written to a store; list of lines why they do not belong to it."""
     with closing(Database(path)) as shard:
         try:
-            if is_empty(shard):
+            stored = stored_description(shard)
+            if stored is None:
                 return [f"{path}: is empty"]
-            identity, _ = stored_description(shard)
+            identity, _ = stored
             if digest(identity) == digest(merged.identity):
                 rows = shard.execute(f"SELECT {COLUMNS} FROM rows WHERE status IS NOT NULL")
                 merged.insert([row for row in rows if unpack(row, len(merged.headers))])

@@ -15,38 +15,18 @@ NOTES = TypeAdapter(list[StrictStr])
 
 
 class Record(NamedTuple):
-    """One row of a table, read back.
+    """One row of a table, read back."""
 
-    Attributes
-    ----------
-    case : int
-        From 0.
-    key : str
-        Hash of the resolved scene; empty where the case is no valid scene.
-    status : str or None
-        "ok", or why there is no answer; None while some columns are still to be computed.
-    cells : list
-        Number or None of each column but `status`, in their order.
-    errors : dict
-        Header -> estimated relative error, where it exceeds that of a closed form; a None is not known.
-    notes : list of str
-    """
-
-    case: int
-    key: str
-    status: str | None
-    cells: list
-    errors: dict
-    notes: list
+    case: int  # from 0
+    key: str  # hash of the resolved scene; empty where the case is no valid scene
+    status: str | None  # "ok", or why there is no answer; None while some columns are still to be computed
+    cells: list  # number or None of each column but `status`, in their order
+    errors: dict  # header -> estimated relative error, where it exceeds that of a closed form; a None is not known
+    notes: list  # of str
 
 
 def pack(case, key, status, cells, errors=(), notes=()):
-    """A row as it is stored.
-
-    Parameters
-    ----------
-    case, key, status, cells, errors, notes
-        As in `Record`.
+    """A row, given as in `Record`, as it is stored.
 
     Returns
     -------
@@ -72,20 +52,7 @@ def check_sum(row, key, status, cells, errors, notes):
 
 
 def unpack(stored, width):
-    """A row as it was before `pack`.
-
-    Parameters
-    ----------
-    stored : tuple
-        What a file holds, which may be anything.
-    width : int
-        How many cells a row has.
-
-    Returns
-    -------
-    Record or None
-        None if it is not a row as `pack` makes them.
-    """
+    """The Record of a row of so many cells, or None if what is stored, which may be anything, is none of `pack`."""
     row, key, status, cells, errors, notes, total = stored
     if check_sum(*stored[:-1]) != total:
         return None

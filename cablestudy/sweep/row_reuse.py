@@ -1,7 +1,7 @@
 """Which rows of an earlier run an edited study can use: more cases, fewer, in another order, other columns."""
 
-from cablestudy.study.case_table import tables_of
 from cablestudy.study.columns import find
+from cablestudy.study.scene_values import tables_of
 from cablestudy.sweep.chunks import MAX_CASES, keys_of
 from cablestudy.sweep.record import OK, pack, unpack
 
@@ -10,7 +10,7 @@ CLOSED_FORM = ("scene", "statics", "stiffness")
 
 
 def usable(old, new):
-    """Columns whose stored values are those that the new run would compute.
+    """Columns whose stored values are those that the new run would compute; none if rows are to be computed as a whole.
 
     The model of the motion is refined until all columns that need it are accurate: their values belong together. What a
     row says about its own computation (dof, error estimate) belongs to all of its columns.
@@ -23,7 +23,7 @@ def usable(old, new):
     Returns
     -------
     frozenset of str
-        Without `status`; empty when a row is to be computed as a whole.
+        Without `status`.
     """
     stored, asked = ({name: find(name).needs for name in names if name != "status"} for names in (old, new))
     if stored == asked:
@@ -59,15 +59,15 @@ def _records(store, study, cases, headers, names):
 
 def _matches(store, study, cases):
     """Yield (case, stored row) where a complete row has the key of the case's scene."""
-    store.database.execute("CREATE TEMP TABLE wanted (row INTEGER PRIMARY KEY, key TEXT)")
-    store.database.execute_many("INSERT INTO wanted VALUES (?, ?)", _keys(study, cases))
+    store.database.execute("CREATE TEMP TABLE cases (row INTEGER PRIMARY KEY, key TEXT)")
+    store.database.execute_many("INSERT INTO cases VALUES (?, ?)", _keys(study, cases))
     found = store.database.execute(
-        "SELECT wanted.row, rows.row, rows.key, status, cells, errors, notes, sum FROM wanted JOIN rows USING (key)"
+        "SELECT cases.row, rows.row, rows.key, status, cells, errors, notes, sum FROM cases JOIN rows USING (key)"
         " WHERE status IS NOT NULL"
     )
     for row, *stored in found:
         yield row - 1, stored
-    store.database.execute("DROP TABLE wanted")
+    store.database.execute("DROP TABLE cases")
 
 
 def _keys(study, cases):

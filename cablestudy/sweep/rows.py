@@ -9,7 +9,9 @@ from itertools import islice, product
 
 import numpy as np
 
-from cablestudy.study.fields import beside, fields_of
+from cablestudy.scene.scene import quantity_of
+from cablestudy.scene.units import to_si
+from cablestudy.study.prepare import beside, fields_of
 from cablestudy.study.table import Field, Table, exact
 from cablestudy.sweep.record import OK
 
@@ -57,7 +59,7 @@ class Rows(LazyRows):
             yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
 
     def frame(self):
-        """The rows as a pandas.DataFrame: numbers as floats, what varies as it is written, the status."""
+        """The rows as a pandas.DataFrame: numbers as floats, of varied quantities in SI; other values as text."""
         import pandas
 
         texts = list(self._store.read_texts(self._cases))
@@ -68,7 +70,7 @@ class Rows(LazyRows):
         for entry, taken in zip(self._study.entries, steps, strict=False):
             unique, places = np.unique(taken, return_inverse=True)
             for key, values, _ in entry.columns:
-                plain = [written({key: values[step]})[key] for step in unique.tolist()]
+                plain = [_number_or_text(key, values[step]) for step in unique.tolist()]
                 frame[key] = [plain[place] for place in places.tolist()]
         return frame
 
@@ -117,6 +119,15 @@ def written(overrides):
         number_or_text = isinstance(value, (str, int, float)) and not isinstance(value, bool)
         plain[key] = value if number_or_text else json.dumps(value, ensure_ascii=False)
     return plain
+
+
+def _number_or_text(key, value):
+    """A varied value: a quantity in SI, any other number as it is, else text."""
+    quantity = quantity_of(key)
+    try:
+        return to_si(value, quantity.unit if quantity else "")
+    except ValueError:
+        return written({key: value})[key]
 
 
 def _csv_text(cells):

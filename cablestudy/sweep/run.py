@@ -5,7 +5,6 @@ import platform
 import re
 import shlex
 import sys
-import time
 from collections import Counter
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
@@ -58,7 +57,7 @@ class Options:
 
 
 class Run:
-    """A study on its way to its table. Use it in a `with`.
+    """One run of a study, a context manager.
 
     Raises
     ------
@@ -73,7 +72,7 @@ class Run:
         self.identity = identity(study, self.columns)
         self.path = files.shard(*options.shard) if options.shard else files.rows
         self.store = None
-        self._begin, self._started = time.monotonic(), time.time()
+        self._started = datetime.now(UTC)
 
     def __enter__(self):
         with ExitStack() as on_error:
@@ -136,8 +135,8 @@ class Run:
             return compute_here(chunks, self.options.jobs)
         from cablestudy.sweep.cluster import compute_on_cluster
 
-        say = None if self.options.quiet else partial(print, file=sys.stderr, flush=True)
-        return compute_on_cluster(chunks, self.options.scheduler, say)
+        notify = None if self.options.quiet else partial(print, file=sys.stderr, flush=True)
+        return compute_on_cluster(chunks, self.options.scheduler, notify)
 
     def _resumable(self):
         return f"; --resume goes on: {self.done} rows are done" if self.options.keep else ""
@@ -185,8 +184,8 @@ class Run:
         content = {
             "command": command,
             "fingerprint": digest(self.identity),
-            "started": datetime.fromtimestamp(self._started, UTC).isoformat(timespec="seconds"),
-            "duration_s": round(time.monotonic() - self._begin, 3),  # of a run that was resumed, the last part
+            "started": self._started.isoformat(timespec="seconds"),
+            "duration_s": (datetime.now(UTC) - self._started).total_seconds(),  # of a resumed run, the last part
             "rows": {"total": len(self.cases), "reused": self._known, "failed": self.failed},
             "versions": versions,
             "platform": platform.platform(),
@@ -205,10 +204,8 @@ class Run:
     def failures(self, words):
         """Lines about the rows without an answer: the first of them, how many of each kind, how to see one alone.
 
-        Parameters
-        ----------
-        words : sequence of str
-            The command without what says how to compute; `--row` is added. Empty where nothing can be typed again.
+        `words` are the command, `sweep STUDY ...`, without what says how to compute; a study that is standard input
+        cannot be read again.
         """
         first = list(islice(self.store.failures(), SHOWN))
         kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
@@ -219,7 +216,7 @@ class Run:
         others = kinds.total() - sum(often for _, often in kinds.most_common(KINDS))
         counted += [f"{others} x others"] if others else []
         lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counted))
-        for case, _ in first[: REPLAYED if words else 0]:
+        for case, _ in first[: 0 if words[1] == "-" else REPLAYED]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
 

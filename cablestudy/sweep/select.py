@@ -58,7 +58,7 @@ class Selection:
 
 
 def read_selection(study, where=None, sort=None, best=None):
-    """The selection that the options ask for. Columns that the study does not have are added to it.
+    """The selection that the options ask for, or None. Columns that the study does not have are added to it.
 
     Parameters
     ----------

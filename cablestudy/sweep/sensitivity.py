@@ -94,8 +94,8 @@ class Sensitivity:
         sample = study.sample
         if sample is None or sample.method != "saltelli":
             where = study.where(("sample",) if sample is None else ("sample", "method"))
-            wanted = "--sensitivity needs a sample of the method saltelli, which gives count x (keys + 2) cases"
-            raise SceneError(Mistake(where, "", wanted))
+            message = "--sensitivity needs a sample of the method saltelli, which gives count x (keys + 2) cases"
+            raise SceneError(Mistake(where, "", message))
         if sample.count < FEWEST:
             message = f"--sensitivity needs at least {FEWEST} points, got {sample.count}"
             raise SceneError(Mistake(study.where(("sample", "count")), "", message))
@@ -111,36 +111,23 @@ class Sensitivity:
         It has one row for each step of the other entries, each column, each sampled key; cells without an index are
         empty.
         """
+        study, sample, frame = self.study, self.study.sample, table.rows.frame()
+        cases = np.arange(study.count).reshape([len(entry) for entry in study.entries])
+        groups = np.moveaxis(cases, study.sample_entry, -1).reshape(-1, sample.count, sample.pages)
         found, notes = [], []
-        groups, values = self._groups(), self._values(table.rows)
-        for group, shown in enumerate(groups):
+        for group in groups:
+            varied = written(study.overrides(int(group[0, 0])))
+            shown = {key: value for key, value in varied.items() if key not in sample.over}
             among = ", ".join(f"{key}={value}" for key, value in shown.items())
-            for column, cells in zip(self.columns, values[:, group], strict=True):
-                estimate, reason = self._estimate(cells)
+            for column in self.columns:
+                estimate, reason = self._estimate(frame[column.header].to_numpy()[group])
                 if reason:
                     notes.append(f"{column.header}{f' ({among})' if among else ''}: no indices, {reason}")
-                for key, name in enumerate(self.study.sample.over):
+                for key, name in enumerate(sample.over):
                     found.append({**shown, "column": column.header, "parameter": name, **_cells(estimate, key)})
-        names = [*groups[0], "column", "parameter", *_cells(None, 0)]
-        fields = [Field(name, name if name in groups[0] else name.replace("_", " ")) for name in names]
+        names = [*shown, "column", "parameter", *_cells(None, 0)]
+        fields = [Field(name, name if name in shown else name.replace("_", " ")) for name in names]
         return Table(tuple(fields), found), notes
-
-    def _values(self, rows):
-        """Cells of the columns, shape (columns, groups, points, pages); nan where they are empty."""
-        study, sample = self.study, self.study.sample
-        values = rows.frame()[[column.header for column in self.columns]].to_numpy().T
-        values = values.reshape(-1, *(len(entry) for entry in study.entries))
-        values = np.moveaxis(values, 1 + study.sample_entry, -1)
-        return values.reshape(len(self.columns), -1, sample.count, sample.pages)
-
-    def _groups(self):
-        """Varied values beside the sample, one dict for each of their combinations."""
-        study, lengths = self.study, [len(entry) for entry in self.study.entries]
-        cases = np.arange(study.count).reshape(lengths).take([0], axis=study.sample_entry).reshape(-1)
-        return [
-            {key: value for key, value in written(study.overrides(int(case))).items() if key not in study.sample.over}
-            for case in cases
-        ]
 
     def _estimate(self, cells):
         """Indices of one column in one group, or None and the reason."""

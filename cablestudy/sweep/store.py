@@ -12,6 +12,7 @@ SQLite keeps its own structure intact; each row has a check sum because a change
 
 import json
 import sqlite3
+from contextlib import suppress
 
 from cablestudy.errors import SceneError
 from cablestudy.study.columns import find
@@ -32,12 +33,10 @@ MAX_LISTED = 5  # rows that are named in a message
 
 
 class RowStore:
-    """The rows of one run; `open_store` makes one.
+    """The rows of one run; `open_store` makes one, and says what its parameters are.
 
     Attributes
     ----------
-    path : str
-        Of the database; "" for one that vanishes with the process.
     identity : dict
         What the rows that are there depend on, from `fingerprint.identity`.
     headers, partial : list of str
@@ -68,7 +67,6 @@ class RowStore:
         self._known = bytearray(self.count)
 
     def _write_description(self, finished=False):
-        """Write the table `about`."""
         about = {"study": json.dumps(self.identity), "fingerprint": digest(self.identity)}
         about |= {"finished": int(finished), "partial": json.dumps(list(self.partial))}
         self.database.execute_many("INSERT OR REPLACE INTO about VALUES (?, ?)", about.items())
@@ -82,9 +80,9 @@ class RowStore:
         """Take over the rows that the file has."""
         self._known = bytearray(self.count)
         with self.database.reported():
-            for row, complete in self.database.execute("SELECT row, status IS NOT NULL FROM rows"):
-                if row <= self.count:
-                    self._known[row - 1] = COMPLETE if complete else PARTIAL
+            query = f"SELECT row, status IS NOT NULL FROM rows WHERE row <= {self.count}"
+            for row, complete in self.database.execute(query):
+                self._known[row - 1] = COMPLETE if complete else PARTIAL
 
     def select(self, cases, known):
         """Iterate over those of some cases of which so much is known: MISSING, PARTIAL or COMPLETE."""
@@ -107,16 +105,13 @@ class RowStore:
             The file was changed while this run used it.
         """
         for stored in self.stored(cases):
-            record = unpack(stored, len(self.headers))
-            if record is None:
-                raise self._changed(stored[0])
-            yield record
+            yield unpack(stored, len(self.headers)) or self._refuse_changed(stored[0])
 
     def read_texts(self, cases):
         """Yield status and cells, these as JSON, of a range of cases: faster than `read`."""
         for stored in self.stored(cases):
             if check_sum(*stored[:-1]) != stored[-1]:
-                raise self._changed(stored[0])
+                self._refuse_changed(stored[0])
             yield stored[2], stored[3]
 
     def stored(self, cases):
@@ -127,13 +122,13 @@ class RowStore:
             for stored in self.database.execute(query, (cases.start, cases.stop)):
                 row += 1
                 if stored[0] != row:
-                    raise self._changed(row)
+                    self._refuse_changed(row)
                 yield stored
         if row != cases.stop:
-            raise self._changed(row + 1)
+            self._refuse_changed(row + 1)
 
-    def _changed(self, row):
-        return SceneError(f"{self.path}: row {row} was changed while the sweep ran; --resume computes it again")
+    def _refuse_changed(self, row):
+        raise SceneError(f"{self.path}: row {row} was changed while the sweep ran; --resume computes it again")
 
     def failures(self):
         """Yield case and status of each row without an answer, in order."""
@@ -141,14 +136,9 @@ class RowStore:
             yield from self.database.execute(f"SELECT row - 1, status FROM rows WHERE status != '{OK}' ORDER BY row")
 
     def add(self, headers, records):
-        """Add the rows of a chunk: all of them, or none.
+        """Add the rows of a chunk, from `record.pack`: all of them, or none.
 
-        Parameters
-        ----------
-        headers : list of str
-            Of the cells that the records have; of partial rows those that were missing.
-        records : list of tuple
-            From `record.pack`.
+        `headers` are those of their cells; of partial rows those that were missing.
         """
         if headers != self.headers:
             records = [self._completed(headers, unpack(stored, len(headers))) for stored in records]
@@ -169,7 +159,7 @@ class RowStore:
             self.database.execute_many(INSERT, records)
 
     def replace(self, identity, partial, records):
-        """Put rows of another study in place of those that are there.
+        """Put the records of another study in the place of all rows: completely, or not at all.
 
         Parameters
         ----------
@@ -200,7 +190,7 @@ class RowStore:
             The rows are of another scene or version.
         """
         try:
-            stored = None if is_empty(self.database) else stored_description(self.database)
+            stored = stored_description(self.database)
         except sqlite3.Error as error:
             stored = None
             self.warnings.append(f"{self.path}: is damaged ({error}); none of its rows could be read")
@@ -219,23 +209,22 @@ class RowStore:
 
     def _keep_valid_rows(self, highest):
         """Check all rows; if something is wrong, begin anew with those that are as they were written."""
-        wrong, damage = [], None
+        wrong, damage, valid = [], None, {}
         try:
             tables = dict(self.database.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL"))
             structure = self.database.value("PRAGMA quick_check(1)")
-            if structure != "ok" or tables != SCHEMA:
-                damage = "its tables were changed" if structure == "ok" else " ".join(structure.split())
+            if structure != "ok":
+                damage = " ".join(structure.split())
+            elif tables != SCHEMA:
+                damage = "its tables were changed"
             wrong = [row for row, stored in self._checked_rows("ASC", highest) if stored is None]
         except sqlite3.Error as error:
             damage = str(error)
         if not (damage or wrong):
             return
-        valid = {}
         for order in ("ASC", "DESC"):  # from both ends to where it is damaged
-            try:
+            with suppress(sqlite3.Error):
                 valid.update((row, stored) for row, stored in self._checked_rows(order, highest) if stored)
-            except sqlite3.Error:
-                continue
         self.begin()
         self.insert(valid.values())
         if damage:
@@ -270,10 +259,6 @@ def open_store(path, identity, count, resume=False, restart=False):
     resume, restart : bool
         Go on with what is there, or begin anew even if it is unfinished.
 
-    Returns
-    -------
-    RowStore
-
     Raises
     ------
     SceneError
@@ -294,7 +279,7 @@ def open_store(path, identity, count, resume=False, restart=False):
     return store
 
 
-def is_empty(database):
+def _is_empty(database):
     """Whether a database has no tables; raises SceneError for one of another version."""
     if not database.value("SELECT count(*) FROM sqlite_master"):
         return True
@@ -305,11 +290,9 @@ def is_empty(database):
 
 def _check_finished(database):
     """Raise SceneError if there are rows of which no table is written, or which cannot be read."""
+    query = "SELECT count(*) FROM rows WHERE NOT EXISTS (SELECT 1 FROM about WHERE name = 'finished' AND value = '1')"
     try:
-        if is_empty(database):
-            return
-        finished = database.execute("SELECT value FROM about WHERE name = 'finished'").fetchone()
-        rows = 0 if finished == ("1",) else database.value("SELECT count(*) FROM rows")
+        rows = 0 if _is_empty(database) else database.value(query)
     except sqlite3.Error as error:
         hint = "--resume keeps the rows that can be read, --restart begins anew"
         raise SceneError(f"{database.path}: is damaged ({error}): {hint}") from None
@@ -319,30 +302,31 @@ def _check_finished(database):
 
 
 def stored_description(database):
-    """What the rows of a database depend on, and which columns are known of its partial rows.
+    """What the rows of a database depend on.
 
     Returns
     -------
-    identity : dict
-    partial : list of str
+    tuple of (dict, list of str), or None
+        Their identity, and the columns that are known of partial rows; None for a database without tables.
 
     Raises
     ------
     SceneError
-        It is not as it was written.
+        It is not as it was written, or of another version.
     sqlite3.Error
         It cannot be read.
     """
+    if _is_empty(database):
+        return None
     try:
         about = dict(database.execute("SELECT name, value FROM about"))
         identity, partial = json.loads(about["study"]), json.loads(about["partial"])
         kinds = [type(identity[name]) for name in ("versions", "scene", "vary", "columns")]
         headers = [find(header).header for header in identity["columns"]]
         intact = kinds == [dict, dict, list, list] and set(partial) <= set(headers)
-        intact = intact and digest(identity) == about["fingerprint"]
+        if intact and digest(identity) == about["fingerprint"]:
+            return identity, partial
     except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
-        intact = False
-    if not intact:
-        what = "the description of the study that its rows belong to was changed"
-        raise SceneError(f"{database.path}: {what}; --restart begins anew")
-    return identity, partial
+        pass
+    what = "the description of the study that its rows belong to was changed"
+    raise SceneError(f"{database.path}: {what}; --restart begins anew")

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import lru_cache
 
 from pandas.api.types import is_numeric_dtype
 
 from cablestudy.scene.scene import quantity_of
-from cablestudy.scene.units import DIMENSIONS, common_factor, factor, split
+from cablestudy.scene.units import common_factor
 from cablestudy.study.columns import find
 
 
@@ -16,9 +15,9 @@ class Variable:
     """A column or a varied key, as an operand."""
 
     name: str  # of its cells in a frame
-    unit: str | None  # of its numbers, SI for a varied key; None for a varied key that is no quantity
+    unit: str | None  # of its numbers; None for a varied key that is no quantity
     is_text: bool = False  # never numbers
-    is_varied: bool = False  # its cells are as written
+    is_varied: bool = False  # numbers, or text
 
     def getter(self, unit=None):
         """Function of a frame, from `rows.Rows.frame`, that returns its cells.
@@ -26,7 +25,7 @@ class Variable:
         Parameters
         ----------
         unit : str or None
-            Of the numbers returned; None for the column's own unit, and for SI of a varied key.
+            Of the numbers returned; None for its own.
 
         Returns
         -------
@@ -44,9 +43,8 @@ class Variable:
             column = frame[self.name]
             if self.is_text:
                 return column
-            if self.is_varied:
-                column = column.map(lambda cell: _varied_value(cell, unit))
-                return column.astype("Float64") if is_numeric_dtype(column) else column
+            if self.is_varied and not is_numeric_dtype(column):
+                return column.map(lambda cell: cell if isinstance(cell, str) else cell * ratio)
             return column.astype("Float64") * ratio
 
         return cells
@@ -71,26 +69,3 @@ def variable(name, study, option):
     if column.name != "status" and not {column.name, column.header}.intersection(study.columns):
         study.ask(column.name, option)
     return Variable(column.header, column.unit, is_text=column.name == "status")
-
-
-@lru_cache(maxsize=65536)
-def _varied_value(cell, unit):
-    """A varied value as a float in a unit (None: SI), or unchanged when it is no quantity."""
-    try:
-        number, own = split(cell) if isinstance(cell, str) else (None, "")
-        ratio = common_factor(own or si_unit(unit), unit) if unit is not None else factor(own, si_unit(own))
-        return float(ratio) * float(cell) if number is None else float(number * ratio)
-    except (ValueError, OverflowError):
-        return cell
-
-
-@lru_cache(maxsize=256)
-def si_unit(unit):
-    """The SI unit of the same dimension; the unit itself when none of DIMENSIONS fits."""
-    for known in DIMENSIONS if unit else ():
-        try:
-            factor(unit, known)
-        except ValueError:
-            continue
-        return known
-    return unit

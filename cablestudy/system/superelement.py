@@ -24,7 +24,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.assembly import joined
 from cablestudy.errors import NoSolutionError
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
@@ -33,6 +32,7 @@ TRUSTED = 1e-11  # difference between the sum over poles and solved systems up t
 MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
 FEW = 4  # places up to which solving is cheaper than finding the poles
 AT_ONCE = 64  # systems of equations that are solved in one call
+BLOCK = 128  # frequencies for which the modes are summed in one call: arrays that stay in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -202,24 +202,26 @@ class Superelement:
         s = np.asarray(s, dtype=complex)
         if self.strain is not None:
             return self._strained(s, rows, columns)
-        inertial = s**2 + self.viscous * s
-        square = self.omega**2
-        left, right = self.participation[:, rows], self.participation[:, columns] / square[:, None]
-        products = left[:, :, None] * right[:, None, :]
+        inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
         value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
         if np.any(self.residual_damping):
             value = value + s[:, None, None] * self.residual_damping[rows][:, columns]
-        products = products.reshape(len(square), left.shape[1] * right.shape[1])
-        rate = self.viscous + 2 * self.damping_ratio * self.omega
+        products = left[:, :, None] * (right / self.omega[:, None] ** 2)[:, None, :]
+        products = products.reshape(len(self.omega), left.shape[1] * right.shape[1])
+        modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
+        return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
+
+    def _modal(self, s, products):
+        """Sum over the modes of r/(W^2 + r) times some products."""
+        square, rate = self.omega**2, self.viscous + 2 * self.damping_ratio * self.omega
         if s.real.any():
             inertial = s[:, None] * (s[:, None] + rate)
-            modal = (inertial / (inertial + square)) @ products
-        else:  # on the imaginary axis in real numbers, which are several times faster
-            lost, gone = s.imag[:, None] * rate, s.imag[:, None] ** 2
-            left_over = square - gone
-            size = left_over**2 + lost**2
-            modal = ((lost**2 - gone * left_over) / size) @ products + 1j * ((lost * square / size) @ products)
-        return value + modal.reshape(value.shape)
+            return (inertial / (inertial + square)) @ products
+        # on the imaginary axis in real numbers, which are several times faster
+        gone, lost = s.imag[:, None] ** 2, s.imag[:, None] * rate
+        left_over = square - gone
+        size = left_over**2 + lost**2
+        return ((lost**2 - gone * left_over) / size) @ products + 1j * ((lost / size) @ (square[:, None] * products))
 
     def _strained(self, s, rows, columns):
         if np.abs(self.strain.factor(1j * self.omega.min(initial=np.inf))) > MOST_DAMPED and len(self.omega):
@@ -230,35 +232,45 @@ class Superelement:
         strain, below = self.strain, (np.imag(s) < 0) & (self.strain.law == "hysteretic")
         s = np.where(below, np.conj(s), s)
         factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
-        inertia, ends = self.inertia[rows][:, columns], strain.ends[rows][:, columns]
-        value = self.stiffness[rows][:, columns] + factor * ends + inertial * inertia
+        value = (
+            self.stiffness[rows][:, columns]
+            + factor * strain.ends[rows][:, columns]
+            + inertial * self.inertia[rows][:, columns]
+        )
         if len(self.omega):
-            left, right = ((strain.coupling[:, part], self.coupling[:, part]) for part in (rows, columns))
             few = len(s) <= FEW and "resolvent" not in self.__dict__
             if few or self.resolvent is None:
-                value = value - self._by_solving(s, factor, inertial, left, right)
+                value = value - self._by_solving(s, factor, inertial, rows, columns)
             else:
-                value = value - self._by_poles(self.resolvent, s, factor, inertial, left, right)
+                value = value - self._by_poles(self.resolvent, s, factor, inertial, rows, columns)
         return np.where(below[:, None, None], value.conj(), value)
 
-    def _by_poles(self, poles, s, factor, inertial, left, right):
+    def _drives(self, ends):
+        """R and m of some ends."""
+        return self.strain.coupling[:, ends], self.coupling[:, ends]
+
+    def _by_poles(self, poles, s, factor, inertial, rows, columns):
         """(c R + g m)^T (W^2 + c E + g)^-1 (c R + g m), as a sum over the poles of the inverse."""
         value, vectors, inverse = poles
+        left, right = self._drives(rows), self._drives(columns)
+        left, right = [part.T @ vectors for part in left], [inverse @ part for part in right]
+
+        def residues(one, other):
+            return one.T[:, :, None] * other[:, None, :]
+
+        by_power = np.stack([
+            residues(left[0], right[0]),
+            residues(left[0], right[1]) + residues(left[1], right[0]),
+            residues(left[1], right[1]),
+        ])  # fmt: skip
         weight = 1 / (inertial[:, 0] + value if self.strain.law == "hysteretic" else s[:, None] - value)
-        shape = len(s), left[0].shape[1], right[0].shape[1]
+        strained, mixed, inert = (weight @ by_power.reshape(3, len(value), -1)).reshape(3, len(s), *by_power.shape[2:])
+        return factor**2 * strained + factor * inertial * mixed + inertial**2 * inert
 
-        def summed(one, other):
-            products = (one.T @ vectors).T[:, :, None] * (inverse @ other)[:, None, :]
-            return (weight @ products.reshape(len(value), shape[1] * shape[2])).reshape(shape)
-
-        mixed = summed(left[0], right[1]) + summed(left[1], right[0])
-        return (
-            factor**2 * summed(left[0], right[0]) + factor * inertial * mixed + inertial**2 * summed(left[1], right[1])
-        )
-
-    def _by_solving(self, s, factor, inertial, left, right):
+    def _by_solving(self, s, factor, inertial, rows, columns):
         """The same by a system of equations for each s."""
         found, unit = [], np.eye(len(self.omega))
+        left, right = self._drives(rows), self._drives(columns)
         for i in range(0, len(s), AT_ONCE):
             c, g = factor[i : i + AT_ONCE], inertial[i : i + AT_ONCE]
             matrix = np.diag(self.omega**2) + c * self.strain.modes + g * unit
@@ -280,10 +292,9 @@ class Superelement:
         s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
         factor, inertial = self.strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
         columns = [GROUND, GONDOLA]
-        sides = (self.strain.coupling[:, columns], self.coupling[:, columns])
         with np.errstate(all="ignore"):
-            summed = self._by_poles(poles, s, factor, inertial, sides, sides)
-            solved = self._by_solving(s, factor, inertial, sides, sides)
+            summed = self._by_poles(poles, s, factor, inertial, columns, columns)
+            solved = self._by_solving(s, factor, inertial, columns, columns)
             size = np.abs(inertial) * np.diagonal(self.inertia)[columns] + np.diagonal(self.stiffness)[columns]
             size = np.sqrt(size.swapaxes(1, 2) * size)
             error = (np.abs(summed - solved) / np.where(size > 0, size, 1.0)).max()
@@ -333,127 +344,3 @@ def damped_poles(omega, ratio):
     bend = np.sqrt(ratio**2 - 1)
     poles = np.concatenate([omega * (bend - ratio), -omega * (bend + ratio)])
     return poles[poles.imag >= 0]
-
-
-class Ends:
-    """The superelements of a cable, or of many on one mesh, but for damping.
-
-    Parameters
-    ----------
-    dynamics : Dynamics
-        Of one cable, or with a leading axis of many.
-    frame : ndarray, shape (..., 3, 3)
-        Rows: the chord frame in global coordinates. [-]
-    count : int
-        How many modes to keep.
-    """
-
-    def __init__(self, dynamics, frame, count):
-        self._dynamics, self._frame, self._count = dynamics, frame, count
-
-    def model(self, damping, place=()):
-        """The superelement of one cable.
-
-        Parameters
-        ----------
-        damping : Damping
-            model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
-        place : int
-            Of the cable among many.
-
-        Returns
-        -------
-        Superelement
-        """
-        omega, participation, stiffness, inertia = (part[place] for part in self._undamped)
-        viscous = damping.viscous / float(self._dynamics.mass[place])
-        if damping.model == "modal":
-            ratio = np.full(len(omega), damping.ratio)
-            return Superelement(omega, participation, ratio, stiffness, inertia, viscous=viscous)
-        amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
-        strain = Strain(damping.model, amount, *(part[place] for part in self._elastic))
-        ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
-        return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous)
-
-    @cached_property
-    def moments(self):
-        """How the cables' mass weighs on end 2 moving along x, shape (..., 3): s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
-
-        With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
-        s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
-        """
-        dynamics, along, moments = self._dynamics, self._frame[..., 0], 0.0
-        for system in dynamics.systems:
-            axes = len(system.axes)
-            shape = (system.end_shapes * along[..., None, None, system.axes]).sum(axis=-1)
-            shape = shape.reshape(*shape.shape[:-2], -1)
-            weighted = _times(system.full_mass(), shape[..., None])[..., 0]
-            inner = weighted[..., axes:-axes]
-            moved = system.solve(inner[..., None])
-            heavy, moved = _times(system.mass, moved)[..., 0], moved[..., 0]
-            products = shape * weighted, inner * moved, moved * heavy
-            moments = moments + np.stack([product.sum(axis=-1) for product in products], axis=-1)
-        mass = np.asarray(dynamics.mass * dynamics.length)[..., None]
-        slow = np.asarray(dynamics.length / dynamics.state.force)[..., None]
-        return moments * mass * (mass * slow) ** np.arange(3)
-
-    @cached_property
-    def _modes(self):
-        return self._dynamics.modes(self._count).first(self._count)
-
-    @cached_property
-    def _shapes(self):
-        """System, the places of its axes among the six, and its static shapes for movements of either end."""
-        for_each = []
-        for system in self._dynamics.systems:
-            # a movement of end 1 is one of the whole cable less one of end 2
-            second = system.end_shapes
-            both = np.concatenate([np.eye(len(system.axes)) - second, second], axis=-1)
-            for_each.append((system, [*system.axes, *(axis + 3 for axis in system.axes)], both))
-        return for_each
-
-    @property
-    def _turn(self):
-        none = np.zeros_like(self._frame)
-        return np.block([[self._frame, none], [none, self._frame]])
-
-    @cached_property
-    def _undamped(self):
-        """Angular frequencies, participation, static stiffness and inertia, as in `Superelement`."""
-        dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
-        participation = np.concatenate([(modes.rigid - modes.driven) @ frame, modes.driven @ frame], axis=-1)
-        static, inertia = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame, np.zeros(turn.shape)
-        for system, places, both in self._shapes:
-            flat = joined(both)
-            inertia[..., np.array(places)[:, None], places] = flat.swapaxes(-1, -2) @ _times(system.full_mass(), flat)
-        inertia *= np.asarray(dynamics.mass * dynamics.length)[..., None, None]
-        return (
-            2 * np.pi * modes.frequency,
-            participation,
-            np.block([[static, -static], [-static, static]]),
-            turn.swapaxes(-1, -2) @ inertia @ turn,
-        )
-
-    @cached_property
-    def _elastic(self):
-        """E, R and S of `Strain`."""
-        dynamics, shapes, turn = self._dynamics, self._modes.shapes, self._turn
-        n = shapes.shape[-1]
-        elastic = np.zeros((*shapes.shape[:-3], n + 6, n + 6))
-        for system, places, both in self._shapes:
-            index = np.array([*range(n), *(n + place for place in places)])
-            parts = np.concatenate([shapes[..., list(system.axes), :], both], axis=-1)
-            elastic[..., index[:, None], index] += system.elastic_energy(parts)
-        elastic *= np.asarray(dynamics.state.force / dynamics.length)[..., None, None]
-        return (
-            elastic[..., :n, :n],
-            elastic[..., :n, n:] @ turn,
-            turn.swapaxes(-1, -2) @ elastic[..., n:, n:] @ turn,
-        )
-
-
-def _times(matrix, flat):
-    """A sparse matrix times stacked dense ones, shape (..., n, r), whose columns do not meet."""
-    columns = np.moveaxis(flat, -2, 0)
-    product = matrix @ columns.reshape(len(columns), flat.size // max(len(columns), 1))
-    return np.moveaxis(product.reshape(columns.shape), 0, -2)

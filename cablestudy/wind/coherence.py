@@ -1,4 +1,4 @@
-"""Turbulence along a cable: how alike it is at two of its points, and what then becomes of a sum of forces.
+"""Coherence of turbulence along a cable, and the variance of a sum of forces under it.
 
 The cross-spectrum of the wind at two points a distance r apart along the cable is S exp(-r/l), with a coherence length
 l that falls with frequency. The variance of an integral of g over the cable is then
@@ -16,37 +16,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.assembly import add_elements
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.errors import NoSolutionError
 
 DECAY, LARGE_SCALE = 12.0, 0.12  # of the exponential model of IEC 61400-1
 MOST_FUNCTIONS = 800  # of a cable with more nodes the smoothest ones
-SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length: numbers with squares
+SMALLEST, LARGEST = 1e-200, 1e150  # cable's length over coherence length, whose squares must be finite
 
 
 @dataclass(frozen=True)
 class Rod:
-    """Functions in which loads along a cable are expanded, orthonormal over its stretched length, counted as 1.
+    """Functions in which loads along a cable are expanded, orthonormal over its stretched length, counted as 1."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (n, q)
-        Gauss points of each element on [0, 1]. [-]
-    collect : ndarray, shape (r, n q)
-        Value of each function at each point, times the point's share of the length. [-]
-    square : ndarray, shape (r,)
-        Integral of the squared slope of each. [-]
-    ends : ndarray, shape (r, 2)
-        Values at both ends. [-]
-    length : float
-        Stretched over unstretched length. [-]
-    """
-
-    points: np.ndarray
-    collect: np.ndarray
-    square: np.ndarray
-    ends: np.ndarray
-    length: float
+    points: np.ndarray  # Gauss points of each element on [0, 1], shape (n, q)
+    collect: np.ndarray  # value of each function at each point, times the point's share of the length, shape (r, n q)
+    square: np.ndarray  # integral of the squared slope of each function, shape (r,)
+    ends: np.ndarray  # values of each function at both ends, shape (r, 2)
+    length: float  # stretched over unstretched length
 
     def variance(self, load, ratio):
         """I for loads that are coherent over some length.
@@ -54,7 +41,7 @@ class Rod:
         Parameters
         ----------
         load : ndarray, complex, shape (c, m, r)
-            `collect` of g: c loads that have nothing to do with one another, at m frequencies.
+            `collect` of g: c uncorrelated loads, at m frequencies.
         ratio : ndarray, shape (m,)
             The cable's length over the coherence length. [-]
 
@@ -65,35 +52,23 @@ class Rod:
         """
         ratio = np.maximum(ratio, SMALLEST)[:, None]
         constant, others = load[..., 0], load[..., 1:]
-        soft = 1 / (self.square[1:] / ratio + ratio)  # the rod's inverse without its ends
+        inner = 1 / (self.square[1:] / ratio + ratio)  # the rod's inverse without its ends
         near, far = self.ends[1:].T
-        plus, minus = (near + far) / np.sqrt(2), (near - far) / np.sqrt(2)
-        # what both ends take, by Woodbury's formula; the constant apart, since it alone is held by nothing else
-        first, second, mixed = 1 + soft @ plus**2, 1 + soft @ minus**2, soft @ (plus * minus)
-        size = first * second - mixed**2
-        held, turned = (others * soft) @ plus, (others * soft) @ minus
-        left = constant - self.ends[0, 0] * np.sqrt(2) * (second * held - mixed * turned) / size
-        whole = np.abs(left) ** 2 / (ratio[:, 0] + 2 * self.ends[0, 0] ** 2 * second / size)
-        taken = second * np.abs(held) ** 2 + first * np.abs(turned) ** 2 - 2 * mixed * (held.conj() * turned).real
-        rest = (np.abs(others) ** 2 * soft).sum(axis=-1) - taken / size
-        return 2 * (whole + np.maximum(rest, 0.0)).sum(axis=0)
+        even, odd = (near + far) / np.sqrt(2), (near - far) / np.sqrt(2)
+        # the ends by Woodbury's formula; the constant apart, since only the ends restrain it
+        first, second, mixed = 1 + inner @ even**2, 1 + inner @ odd**2, inner @ (even * odd)
+        determinant, end = first * second - mixed**2, self.ends[0, 0]
+        f, g = (others * inner) @ even, (others * inner) @ odd
+        left = constant - end * np.sqrt(2) * (second * f - mixed * g) / determinant
+        by_constant = np.abs(left) ** 2 / (ratio[:, 0] + 2 * end**2 * second / determinant)
+        by_ends = second * np.abs(f) ** 2 + first * np.abs(g) ** 2 - 2 * mixed * (f.conj() * g).real
+        by_others = (np.abs(others) ** 2 * inner).sum(axis=-1) - by_ends / determinant
+        return 2 * (by_constant + np.maximum(by_others, 0.0)).sum(axis=0)
 
 
 def rod(mesh, stretch):
-    """The `Rod` of a cable.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    stretch : ndarray, shape (n, p)
-        |r'| at the Gauss points of the elements. [-]
-
-    Returns
-    -------
-    Rod
-    """
+    """The `Rod` of a cable with the stretch |r'| at the Gauss points of its elements, shape (n, p). [-]"""
     from scipy.linalg import eigh
-    from scipy.sparse import coo_array
 
     element = basis(mesh.order)
     points, weights = basis(mesh.order + 1).points, basis(mesh.order + 1).weights
@@ -102,14 +77,8 @@ def rod(mesh, stretch):
     length = float((mesh.sizes[:, None] * weights * stretched).sum())
     share = mesh.sizes[:, None] * weights * stretched / length
     flat = weights / (mesh.sizes[:, None] * stretched) * length
-    index = mesh.element_nodes
-
-    def gathered(weight, functions):
-        blocks = functions.T @ (weight[..., None] * functions)
-        rows, columns = (np.broadcast_to(part, blocks.shape).ravel() for part in (index[:, :, None], index[:, None, :]))
-        return coo_array((blocks.ravel(), (rows, columns)), shape=(mesh.nodes, mesh.nodes)).tocsr()
-
-    stiffness, mass = gathered(flat, slopes), gathered(share, values)
+    stiffness = add_elements(mesh, 1, slopes.T @ (flat[..., None] * slopes))
+    mass = add_elements(mesh, 1, values.T @ (share[..., None] * values))
     if mesh.nodes <= MOST_FUNCTIONS:
         square, shapes = eigh(stiffness.toarray(), mass.toarray())
     else:
@@ -121,13 +90,13 @@ def rod(mesh, stretch):
         shapes = smooth @ shapes
     square = np.maximum(square, 0.0)
     square[0] = 0.0  # the constant
-    at_points = values @ shapes[index]
+    at_points = values @ shapes[mesh.element_nodes]
     collect = (share[..., None] * at_points).reshape(-1, len(square)).T
     return Rod(np.broadcast_to(points, share.shape), collect, square, shapes[[0, -1]].T, length)
 
 
 def ratio_of(wind, length):
-    """The cable's length over the coherence length of the wind along it.
+    """The cable's length [m] over the coherence length of the wind along it, as a function of frequencies [Hz].
 
     Parameters
     ----------
@@ -136,26 +105,22 @@ def ratio_of(wind, length):
     length : float
         Of the cable. [m]
 
-    Returns
-    -------
-    callable
-        Frequencies, shape (m,) [Hz] -> shape (m,). [-]
-
     Raises
     ------
     NoSolutionError
-        A coherence length that is nothing beside the cable's.
+        A coherence length that is negligible beside the cable's.
 
     Notes
     -----
     Without a given length the coherence is exp(-12 sqrt((f r/v)^2 + (0.12 r/L)^2)): IEC 61400-1, ed. 3 (2005), annex B.
     """
-    if wind.coherence_length is not None:
-        whole = length / wind.coherence_length
-        rate = lambda frequency: np.full(len(frequency), whole)  # noqa: E731
-    else:
-        whole, slow = DECAY * length / wind.speed, LARGE_SCALE * wind.speed / wind.length_scale
-        rate = lambda frequency: whole * np.hypot(frequency, slow)  # noqa: E731
+    given = wind.coherence_length is not None
+    whole = length / wind.coherence_length if given else DECAY * length / wind.speed
     if not whole < LARGEST:
         raise NoSolutionError("the wind is coherent over too small a part of the cable for a number")
-    return rate
+    slow = LARGE_SCALE * wind.speed / wind.length_scale
+
+    def ratio(frequency):
+        return whole * (np.ones(len(frequency)) if given else np.hypot(frequency, slow))
+
+    return ratio

@@ -1,4 +1,4 @@
-"""Drag of the wind on a cable, linear in the turbulence; and the vortices that it sheds.
+"""Drag of the wind on a cable, linear in the turbulence; and vortex shedding frequencies.
 
 Only the wind across the cable counts (the independence principle of a round cylinder). With U_n what of the mean wind
 is normal to the cable, a = |U_n| and t the tangent, the drag rho C_d d/2 |u_n| u_n per length changes with the
@@ -12,7 +12,7 @@ along the mean normal wind by rho C_d d a, across it by half as much.
 import numpy as np
 
 STROUHAL = 0.2  # of a round cylinder at Reynolds numbers from 3e2 to 2e5 (Blevins, Flow-Induced Vibration, 1990)
-GUSTS = 3.0  # standard deviations of the speed that a range of shedding frequencies reaches to either side
+GUSTS = 3.0  # standard deviations of the speed on either side in a range of shedding frequencies
 
 
 def drag_matrices(tangent, blowing):
@@ -38,19 +38,9 @@ def drag_matrices(tangent, blowing):
 
 
 def shedding_frequencies(wind, diameter):
-    """Frequencies at which a cable sheds vortices.
+    """Vortex shedding frequencies St v/d of a cable in a `Wind`: lowest, mean and highest. [Hz]
 
-    Parameters
-    ----------
-    wind : Wind
-        Has speed and turbulence.
-    diameter : float
-        [m]
-
-    Returns
-    -------
-    low, mean, high : float
-        St v/d at the mean speed, and at three standard deviations below (0 at least) and above it. [Hz]
+    At the mean speed, and at three standard deviations below (0 at least) and above it; the diameter in m.
     """
     speeds = (wind.speed - GUSTS * wind.turbulence, wind.speed, wind.speed + GUSTS * wind.turbulence)
     return tuple(STROUHAL * np.maximum(speed, 0.0) / diameter for speed in speeds)

@@ -1,4 +1,4 @@
-"""Wind: spectra of its speed, how much of it a body feels at once, the force on the body.
+"""Spectra of the wind speed, aerodynamic admittance of a body, and spectra of the force on it.
 
 One-sided spectra: their integral over f from 0 to infinity is the variance.
 """
@@ -9,11 +9,11 @@ import numpy as np
 
 # 4 B(1/2, 1/3)^2: with it the von Karman spectrum has exactly the variance that it is given
 VON_KARMAN_EXACT = 70.78012763381717
-LARGEST = 1e150  # of a ratio, whose powers shall still be numbers
+LARGEST = 1e150  # of a ratio whose powers must not overflow
 
 
 def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
-    """Spectrum of the longitudinal turbulence.
+    """Spectrum of the longitudinal turbulence, shape (n,). [m^2/s^2/Hz]
 
     Parameters
     ----------
@@ -22,11 +22,6 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
     speed, rms, length_scale : float
         Mean speed [m/s], RMS of its fluctuation [m/s], integral scale [m].
     kind : {"von_karman", "von_karman_exact", "davenport", "kaimal"}
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [m^2/s^2/Hz]
 
     Notes
     -----
@@ -48,7 +43,7 @@ def speed_spectrum(frequency, speed, rms, length_scale, kind="von_karman"):
 
 
 def admittance(frequency, speed, area, kind="vickery"):
-    """How much of the turbulence acts on a whole body at once.
+    """Aerodynamic admittance: the part of the spectrum that acts on a whole body at once, shape (n,). [-]
 
     Parameters
     ----------
@@ -57,11 +52,6 @@ def admittance(frequency, speed, area, kind="vickery"):
     speed, area : float
         [m/s], [m^2].
     kind : {"vickery", "vickery_squared", "none"}
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Factor of the spectrum. [-]
 
     Notes
     -----
@@ -75,7 +65,7 @@ def admittance(frequency, speed, area, kind="vickery"):
 
 
 def force_spectrum(frequency, wind, area, drag_coefficient):
-    """Spectrum of the drag on a body, linear in the fluctuation.
+    """Spectrum (rho C_d A v)^2 chi S_v of the drag on a body, linear in the fluctuation, shape (n,). [N^2/Hz]
 
     Parameters
     ----------
@@ -85,11 +75,6 @@ def force_spectrum(frequency, wind, area, drag_coefficient):
         Has speed, turbulence, length_scale, air_density, spectrum, admittance.
     area, drag_coefficient : float
         [m^2], [-].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        (rho C_d A v)^2 chi S_v. [N^2/Hz]
     """
     turbulence = speed_spectrum(frequency, wind.speed, wind.turbulence, wind.length_scale, wind.spectrum)
     share = admittance(frequency, wind.speed, area, wind.admittance)

@@ -9,6 +9,10 @@ bars
 taut_string
     Textbook formulas: string, Irvine, axial waves.
 
-Conventions of all of them: SI units; end 1 at the origin, end 2 at (a, 0, b); s is the unstretched arc length from
-end 1; z points up; the tension vector at s is the force that the part beyond s exerts on the part before s.
+Conventions of all of them: SI units; end 1 at the origin, end 2 at (a, 0, b) with a > 0; s is the unstretched arc
+length from end 1; z points up; the tension vector at s is the force that the part beyond s exerts on the part before s.
+
+Parameters that all of them share: L unstretched length [m]; EA axial stiffness [N]; m mass [kg/m] and w weight [N/m],
+both per unstretched length; g gravity [m/s^2]; omega angular frequency [rad/s]; loads: dead forces as (s, (fx, fy, fz))
+[m], [N].
 """

@@ -46,16 +46,9 @@ def _chain(force0, weights, length, inverse_EA):
 class Chain:
     """Equilibrium of n bars.
 
-    Attributes
-    ----------
-    tensions : ndarray, shape (n,)
-        Of the bars. [N]
-    nodes : ndarray, shape (n + 1, 3)
-        Positions. [m]
-    vectors : ndarray, shape (n, 3)
-        From each bar's first to its second node (rounded from 50 digits, not a difference of `nodes`). [m]
-    end_stiffness : ndarray, shape (3, 3)
-        Static, of end 2 with end 1 fixed, inverse of the summed bar flexibilities. [N/m]
+    tensions (n,) [N]; nodes (n + 1, 3) [m]; vectors (n, 3): from each bar's first to its second node, rounded from 50
+    digits, not a difference of `nodes` [m]; end_stiffness (3, 3): static, of end 2 with end 1 fixed, the inverse of
+    the summed bar flexibilities [N/m].
     """
 
     tensions: np.ndarray
@@ -66,22 +59,10 @@ class Chain:
 
 @mp.workdps(_WORK)
 def solve_spatial(span, L, EA, w, n, loads=()):
-    """Equilibrium of n equal bars in space, with forces at the nodes.
+    """Equilibrium of n equal bars in space as a `Chain`.
 
-    Parameters
-    ----------
-    span : sequence of 3 floats
-        End 2 relative to end 1, horizontal distance > 0. [m]
-    L, EA, w : float
-        Unstretched length [m], axial stiffness [N], weight per unstretched length [N/m].
-    n : int
-        Bars; each has unstretched length L/n and half its weight on either node. [-]
-    loads : sequence of (node, (fx, fy, fz))
-        Dead forces [N] on interior nodes, 1 to n - 1.
-
-    Returns
-    -------
-    Chain
+    `span`: end 2 from end 1 [m]. Each bar has unstretched length L/n and half its weight on either node; `loads` are
+    dead forces on interior nodes, (node from 1 to n - 1, (fx, fy, fz)) [N].
     """
     span, L, EA, w = [mp.mpf(x) for x in span], mp.mpf(L), mp.mpf(EA), mp.mpf(w)
     weights = [[mp.mpf(0), mp.mpf(0), -w * L / n] for _ in range(n - 1)]
@@ -103,44 +84,16 @@ def solve_spatial(span, L, EA, w, n, loads=()):
 
 
 def solve(a, b, L, EA, w, n):
-    """Equilibrium of n equal bars in the plane.
-
-    Parameters
-    ----------
-    a, b : float
-        Horizontal span > 0 and rise of end 2. [m]
-    L, EA, w, n
-        As in `solve_spatial`. [m], [N], [N/m], [-]
-
-    Returns
-    -------
-    tensions : ndarray, shape (n,)
-        [N]
-    nodes : ndarray, shape (n + 1, 2)
-        (x, z). [m]
-    """
+    """Equilibrium of n equal bars in the plane: tensions (n,) [N] and nodes (n + 1, 2) as (x, z) [m]."""
     chain = solve_spatial((a, 0, b), L, EA, w, n)
     return chain.tensions, chain.nodes[:, [0, 2]]
 
 
 def matrices(chain, L, EA, m):
-    """Dense K and lumped M of all nodes, dof ordered (x, y, z) node by node.
+    """Dense K (3 n + 3, 3 n + 3) [N/m] and the diagonal of the lumped M [kg], ordered (x, y, z) node by node.
 
-    K_e = EA/L0e n n^T + F/|r| (I - n n^T) with +- signs to the two nodes; mass m L0e/2 on each (the paper's section 2).
-
-    Parameters
-    ----------
-    chain : Chain
-        Equilibrium.
-    L, EA, m : float
-        Unstretched length [m], axial stiffness [N], mass per unstretched length [kg/m].
-
-    Returns
-    -------
-    K : ndarray, shape (3(n + 1), 3(n + 1))
-        [N/m]
-    M : ndarray, shape (3(n + 1),)
-        Its diagonal. [kg]
+    K_e = EA/L0e n n^T + F/|r| (I - n n^T) with +- signs to the two nodes; mass m L0e/2 on each (the paper's section
+    2).
     """
     n = len(chain.tensions)
     K, M = np.zeros((3 * n + 3, 3 * n + 3)), np.zeros(3 * n + 3)
@@ -160,18 +113,10 @@ def matrices(chain, L, EA, m):
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes of the interior nodes, both ends fixed.
+    """Modes of the 3 (n - 1) movements of the interior nodes, both ends fixed.
 
-    Attributes
-    ----------
-    frequencies : ndarray, shape (3(n - 1),)
-        Ascending. [Hz]
-    vectors : ndarray, shape (3(n - 1), 3(n - 1))
-        Columns, mass-normalised. [1/sqrt(kg)]
-    participation : ndarray, shape (3(n - 1), 3)
-        |psi^T K21 e_j| for x, y, z motions of end 2. [N/(m sqrt(kg))]
-    axial : ndarray, shape (3(n - 1),)
-        Share of the modal mass that moves along the chord. [-]
+    frequencies, ascending [Hz]; vectors: columns, mass-normalised [1/sqrt(kg)]; participation (.., 3): |psi^T K21 e_j|
+    for x, y, z motions of end 2 [N/(m sqrt(kg))]; axial: share of the modal mass that moves along the chord [-].
     """
 
     frequencies: np.ndarray
@@ -181,17 +126,7 @@ class Modes:
 
 
 def modes(chain, L, EA, m):
-    """All modes of the chain between fixed ends by dense scipy.linalg.eigh.
-
-    Parameters
-    ----------
-    chain, L, EA, m
-        As in `matrices`.
-
-    Returns
-    -------
-    Modes
-    """
+    """All `Modes` of the chain between fixed ends by dense scipy.linalg.eigh."""
     K, M = matrices(chain, L, EA, m)
     inner, end = slice(3, -3), slice(-3, None)
     root = np.sqrt(M[inner])
@@ -203,19 +138,9 @@ def modes(chain, L, EA, m):
 
 
 def dynamic_end_stiffness(chain, L, EA, m, omega=0.0):
-    """K11 - K12 (K22 - w^2 M22)^-1 K21 of end 2, end 1 fixed; the mass lumped on end 2 is not in it (as in the paper).
+    """K11 - K12 (K22 - w^2 M22)^-1 K21 of end 2, end 1 fixed, (3, 3) [N/m]; omega = 0: static.
 
-    Parameters
-    ----------
-    chain, L, EA, m
-        As in `matrices`.
-    omega : float
-        Angular frequency; 0 gives the static end stiffness. [rad/s]
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
-        [N/m]
+    The mass lumped on end 2 is not in it (as in the paper).
     """
     K, M = matrices(chain, L, EA, m)
     inner, end = slice(3, -3), slice(-3, None)
@@ -224,19 +149,9 @@ def dynamic_end_stiffness(chain, L, EA, m, omega=0.0):
 
 
 def end_blocks(chain, L, EA, m, s, c):
-    """Stiffness of the ends at s, the elastic part times (1 + c): node after node eliminated in the working precision.
+    """Blocks (near, between, far) of the stiffness of the ends at s [rad/s], each 3 x 3 [N/m].
 
-    Parameters
-    ----------
-    chain, L, EA, m
-        As in `matrices`.
-    s, c : mpf or mpc
-        Laplace variable [rad/s]; what damping adds to the elastic stiffness [-].
-
-    Returns
-    -------
-    near, between, far : mp.matrix (3, 3)
-        [N/m]
+    The elastic part is taken (1 + c) times; node after node is eliminated in the working precision.
     """
     first = mp.mpf(L) / len(chain.tensions)
     half = mp.mpf(m) * first / 2 * s**2 * mp.eye(3)
@@ -272,23 +187,9 @@ def eliminated(chain, L, EA, m, s, c, digits=60):
 
 
 def damped_pole(chain, L, EA, m, mass, begin, loss, digits=40):
-    """Pole of a mass on end 2, free along x, by the secant method in long arithmetic.
+    """Pole [rad/s] of a mass [kg] on end 2, free along x, by the secant method in long arithmetic.
 
-    Parameters
-    ----------
-    chain, L, EA, m
-        As in `matrices`.
-    mass : float
-        [kg]
-    begin : complex
-        Near the pole. [rad/s]
-    loss : callable
-        s -> what damping adds to the elastic stiffness.
-
-    Returns
-    -------
-    mpc
-        [rad/s]
+    `begin` is near the pole; `loss`: s -> what damping adds to the elastic stiffness.
     """
     with mp.workdps(digits):
         return mp.findroot(
@@ -298,19 +199,7 @@ def damped_pole(chain, L, EA, m, mass, begin, loss, digits=40):
 
 
 def elastic_matrix(chain, L, EA):
-    """The elastic part of the stiffness of `matrices`: EA/l0 n n^T of each bar.
-
-    Parameters
-    ----------
-    chain : Chain
-    L, EA : float
-        Unstretched length [m] and axial stiffness [N].
-
-    Returns
-    -------
-    ndarray, shape (3 n + 3, 3 n + 3)
-        [N/m]
-    """
+    """The elastic part of the stiffness of `matrices`: EA/l0 n n^T of each bar."""
     n = len(chain.vectors)
     elastic = np.zeros((3 * n + 3, 3 * n + 3))
     for bar, along in enumerate(chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]):

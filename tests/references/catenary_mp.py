@@ -19,14 +19,8 @@ _WORK = 90  # digits carried: the closed forms below cancel when w L/T or H/T is
 def _integrals(force, length, w, inverse_EA):
     """Integrals over one smooth piece that starts with tension vector `force`.
 
-    Returns
-    -------
-    end : list of 3 mpf
-        Position change over the piece. [m]
-    flexibility : mp.matrix, shape (3, 3)
-        Its derivative with respect to `force`, integral of I/EA + (I - t t^T)/T. [m/N]
-    energy, tension : mpf
-        Integrals of T^2/(2 EA) + T, and of T. [J/N * N = N m]
+    Returns the change of position [m]; its derivative with respect to `force`, the integral of I/EA + (I - t t^T)/T
+    [m/N]; and the integrals of T^2/(2 EA) + T, and of T [N m].
     """
     Hx, Hy, V0 = force
     h2 = Hx**2 + Hy**2
@@ -109,28 +103,10 @@ def _start(span, L, EA, w):
 
 
 def minimise(totals, force, target, length):
-    """Damped Newton for the tension vector whose end position is `target`.
+    """Tension vector at end 1 whose end position is `target`, by damped Newton from `force`.
 
-    Parameters
-    ----------
-    totals : callable
-        force -> (end [m], flexibility [m/N], complementary energy [N m], ...), the first two the gradient and Hessian.
-    force : sequence of 3 mpf
-        Start. [N]
-    target : sequence of 3 mpf
-        Wanted end position. [m]
-    length : mpf
-        Scale for the residual. [m]
-
-    Returns
-    -------
-    tuple of 3 mpf
-        Tension vector at end 1. [N]
-
-    Raises
-    ------
-    ArithmeticError
-        No convergence in 300 steps.
+    `totals`: force -> (end [m], flexibility [m/N], complementary energy [N m], ...), the first two the gradient and
+    Hessian; `length` is the scale of the residual. ArithmeticError: no convergence in 300 steps.
     """
     for _ in range(300):
         end, flexibility, energy, *_ = totals(force)
@@ -173,28 +149,11 @@ def with_a_slack_piece(span, L, EA, loads):
 
 @mp.workdps(_WORK)
 def solve_loaded(span, L, EA, w, loads=(), start=None):
-    """Tension vector at end 1 of a cable under its weight and point loads.
+    """Tension vector (Hx, Hy, V0) at end 1 of a cable under its weight and point loads. [N]
 
-    Parameters
-    ----------
-    span : sequence of 3 numbers
-        End 2 relative to end 1, horizontal distance > 0. [m]
-    L, EA, w : number
-        Unstretched length [m], axial stiffness (mp.inf allowed if L > chord) [N], weight per unstretched length [N/m].
-    loads : sequence of (s, (fx, fy, fz))
-        Dead forces on the cable [N] at unstretched positions s in [0, L] [m].
-    start : sequence of 3 numbers, optional
-        Where the search begins: there is one answer only, but it can be long in coming near a kink of the energy. [N]
-
-    Returns
-    -------
-    tuple of 3 mpf
-        (Hx, Hy, V0). [N]
-
-    Raises
-    ------
-    ArithmeticError
-        No convergence (no equilibrium, e.g. weightless and slack).
+    `span`: end 2 from end 1, horizontal distance > 0 [m]; EA may be mp.inf if L > chord. The search begins at `start`
+    [N]: there is one answer only, but it can be long in coming near a kink of the energy. ArithmeticError: no
+    convergence (no equilibrium, e.g. weightless and slack).
     """
     span, L, EA, w = [mp.mpf(x) for x in span], mp.mpf(L), mp.mpf(EA), mp.mpf(w)
     if not (span[0] or span[1]) or not (L > 0 and EA > 0 and w >= 0):
@@ -213,40 +172,14 @@ def solve_loaded(span, L, EA, w, loads=(), start=None):
 
 
 def solve(a, b, L, EA, w):
-    """Horizontal and vertical tension (H, V0) at end 1 of the plain cable.
-
-    Parameters
-    ----------
-    a, b : number
-        Horizontal span > 0 and rise of end 2. [m]
-    L, EA, w : number
-        Unstretched length [m], axial stiffness [N], weight per unstretched length [N/m].
-
-    Returns
-    -------
-    H, V0 : mpf
-        Tension vector is (H, V0 + w s). [N]
-    """
+    """(H, V0) [N] of the plain cable, whose tension vector is (H, V0 + w s)."""
     H, _, V0 = solve_loaded((a, 0, b), L, EA, w)
     return H, V0
 
 
 @mp.workdps(_WORK)
 def shape_loaded(force0, s, L, EA, w, loads=()):
-    """Position (x, y, z) of the cable at unstretched arc length s.
-
-    Parameters
-    ----------
-    force0 : sequence of 3 numbers
-        Tension vector at end 1. [N]
-    s, L, EA, w, loads
-        As in `solve_loaded`. [m], [m], [N], [N/m], [N]
-
-    Returns
-    -------
-    tuple of 3 mpf
-        Relative to end 1. [m]
-    """
+    """Position (x, y, z) at s, from end 1 [m], of the cable with tension vector `force0` at end 1."""
     s, w, position = mp.mpf(s), mp.mpf(w), [mp.mpf(0)] * 3
     for start, force, length in _pieces(force0, mp.mpf(L), w, loads):
         if s <= start:
@@ -258,7 +191,7 @@ def shape_loaded(force0, s, L, EA, w, loads=()):
 
 @mp.workdps(_WORK)
 def tension_vector(force0, s, L, w, loads=()):
-    """Tension vector (Hx, Hy, V) [N] at s [m], just after a load at s; other arguments as in `solve_loaded`."""
+    """Tension vector (Hx, Hy, V) [N] at s, just after a load at s."""
     s, w = mp.mpf(s), mp.mpf(w)
     start, force, _ = [p for p in _pieces(force0, mp.mpf(L), w, loads) if p[0] <= s][-1]
     return force[0], force[1], force[2] + w * (s - start)
@@ -266,35 +199,23 @@ def tension_vector(force0, s, L, w, loads=()):
 
 @mp.workdps(_WORK)
 def mean_tension_loaded(force0, L, w, loads=()):
-    """Mean of T over the unstretched length, the paper's preload [N]; arguments as in `solve_loaded`."""
+    """Mean of T over the unstretched length, the paper's preload. [N]"""
     L, w = mp.mpf(L), mp.mpf(w)
     return _totals(force0, L, mp.inf, w, loads)[3] / L
 
 
 @mp.workdps(_WORK)
 def stretched_length_loaded(force0, L, EA, w, loads=()):
-    """Length under load, integral of 1 + T/EA [m]; arguments as in `solve_loaded`."""
+    """Length under load, integral of 1 + T/EA. [m]"""
     return mp.mpf(L) * (1 + mean_tension_loaded(force0, L, w, loads) / mp.mpf(EA))
 
 
 @mp.workdps(_WORK)
 def end_stiffness_loaded(force0, L, EA, w, loads=()):
-    """Static stiffness of end 2 in (x, y, z), end 1 fixed.
+    """Static stiffness of end 2 in (x, y, z), end 1 fixed: mp.matrix (3, 3). [N/m]
 
     The tension vector at end 2 differs from the one at end 1 by a constant, so the stiffness is the inverse of the
     flexibility dr(L)/dF0 = integral of I/EA + (I - t t^T)/T ds.
-
-    Parameters
-    ----------
-    force0 : sequence of 3 numbers
-        Tension vector at end 1. [N]
-    L, EA, w, loads
-        As in `solve_loaded`. [m], [N], [N/m], [N]
-
-    Returns
-    -------
-    mp.matrix, shape (3, 3)
-        [N/m]
     """
     return _totals(force0, mp.mpf(L), mp.mpf(EA), mp.mpf(w), loads)[1] ** -1
 
@@ -320,26 +241,26 @@ def sag_loaded(force0, L, EA, w, loads=()):
 
 
 def shape(H, V0, s, EA, w):
-    """Position (x, z) [m] at unstretched arc length s [m] of the plain cable with (H, V0) [N], EA [N], w [N/m]."""
+    """Position (x, z) at s of the plain cable. [m]"""
     x, _, z = shape_loaded((H, 0, V0), s, s, EA, w) if s > 0 else (mp.mpf(0),) * 3
     return x, z
 
 
 def mean_tension(H, V0, L, w):
-    """Mean of T over the unstretched length [N] of the plain cable with (H, V0) [N], L [m], w [N/m]."""
+    """`mean_tension_loaded` of the plain cable."""
     return mean_tension_loaded((H, 0, V0), L, w)
 
 
 def stretched_length(H, V0, L, EA, w):
-    """Length under load [m] of the plain cable with (H, V0) [N], L [m], EA [N], w [N/m]."""
+    """`stretched_length_loaded` of the plain cable."""
     return stretched_length_loaded((H, 0, V0), L, EA, w)
 
 
 def sag(H, V0, L, EA, w):
-    """Vertical distance chord to cable at x = a/2 [m] of the plain cable with (H, V0) [N], L [m], EA [N], w [N/m]."""
+    """`sag_loaded` of the plain cable."""
     return sag_loaded((H, 0, V0), L, EA, w)
 
 
 def end_stiffness(H, V0, L, EA, w):
-    """Stiffness of end 2 in (x, y, z), mp.matrix (3, 3) [N/m], of the plain cable with (H, V0), L, EA, w."""
+    """`end_stiffness_loaded` of the plain cable."""
     return end_stiffness_loaded((H, 0, V0), L, EA, w)

@@ -179,23 +179,11 @@ def _fixed_modes(mesh, count):
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes between fixed ends.
+    """Modes between fixed ends, at Gauss points s (N,) [m], of which each piece has `points`.
 
-    Attributes
-    ----------
-    frequencies : ndarray, shape (count,)
-        Ascending. [Hz]
-    end_forces : ndarray, shape (count, 2, 3)
-        Force on ends 1 and 2 per mass-normalised mode (integral of m u.u ds = 1), in x, y, z, up to one sign per mode;
-        its magnitude is the participation |psi^T K21 e_j|. [N/(m sqrt(kg))]
-    s : ndarray, shape (N,)
-        Gauss points. [m]
-    shapes : ndarray, shape (count, N, 3)
-        Mass-normalised displacement there. [1/sqrt(kg)]
-    error : float
-        Estimate of the largest relative error of the frequencies. [-]
-    points : int
-        Gauss points per piece that were used. [-]
+    frequencies (count,), ascending [Hz]; end_forces (count, 2, 3): force on ends 1 and 2 per mass-normalised mode
+    (integral of m u.u ds = 1), up to one sign per mode, of the size of the participation |psi^T K21 e_j| [N/(m
+    sqrt(kg))]; shapes (count, N, 3) [1/sqrt(kg)]; error: estimate of the largest relative error of the frequencies.
     """
 
     frequencies: np.ndarray
@@ -207,28 +195,10 @@ class Modes:
 
 
 def modes(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, tolerance=1e-12):
-    """Lowest modes of the continuous cable between fixed ends.
+    """Lowest `count` modes of the continuous cable between fixed ends, as `Modes`.
 
-    Parameters
-    ----------
-    a, b : float
-        Horizontal span > 0 and rise of end 2. [m]
-    L, EA, m, g : float
-        Unstretched length [m], axial stiffness [N], mass per unstretched length [kg/m], gravity [m/s^2].
-    count : int
-        How many modes of this plane. [-]
-    plane : str
-        "in" (transverse and axial together) or "out".
-    n : int, optional
-        Gauss points per piece; default: enough, and then n and n + 8 are compared until they agree. [-]
-    loads : sequence of (s, (fx, 0, fz)), optional
-        Dead point loads [N] in the plane at unstretched positions s [m].
-    tolerance : float
-        Required agreement when n is not given. [-]
-
-    Returns
-    -------
-    Modes
+    `plane`: "in" (transverse and axial together) or "out". `n`: Gauss points per piece; by default enough, and then n
+    and n + 8 are compared until they agree to `tolerance`. Loads lie in the plane.
     """
     cable = _equilibrium(a, b, L, EA, m, g, loads)
     pieces = len(_breaks(cable[0], cable[3], cable[6], cable[7])) - 1
@@ -249,20 +219,7 @@ def modes(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, tolerance=1e
 
 
 def frequencies(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, full_output=False):
-    """Lowest natural frequencies of the continuous cable between fixed ends.
-
-    Parameters
-    ----------
-    a, b, L, EA, m, g, count, plane, n, loads
-        As in `modes`. [m], [m], [m], [N], [kg/m], [m/s^2]
-    full_output : bool
-        Also return the estimated relative error.
-
-    Returns
-    -------
-    ndarray, shape (count,), or (ndarray, float)
-        Ascending [Hz], and the estimate [-].
-    """
+    """Frequencies of `modes`, ascending [Hz]; with full_output also their estimated relative error."""
     result = modes(a, b, L, EA, m, g, count, plane, n, loads)
     return (result.frequencies, result.error) if full_output else result.frequencies
 
@@ -294,25 +251,12 @@ def _ends(mesh, omega):
 def dynamic_stiffness_both_ends(
     a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0, axes="global", full_output=False
 ):
-    """Forces on (end 1, end 2) for harmonic motions of (end 1, end 2), all of the cable's own mass included.
+    """Forces on (end 1, end 2) for harmonic motions of both, the cable's own mass included.
 
-    Parameters
-    ----------
-    a, b, L, EA, m, g, n, loads
-        As in `modes`. [m], [m], [m], [N], [kg/m], [m/s^2]
-    omega : float or complex
-        Angular frequency; 0 is the static limit. [rad/s]
-    eta : float
-        Loss factor: EA (1 + i eta) in the elastic part of D (Kelvin-Voigt: eta = omega tau). [-]
-    axes : str
-        "global" (x, y, z) or "chord" (along, y, across in the vertical plane; keeps the digits of a stiff cable).
-    full_output : bool
-        Also return the estimated error, relative to sqrt(K_ii K_jj) of the static matrix.
-
-    Returns
-    -------
-    ndarray, shape (6, 6), or (ndarray, float)
-        [N/m], complex if omega or eta is.
+    Shape (6, 6), complex if omega or eta is [N/m]; omega = 0 is the static limit. `eta`: loss factor, EA (1 + i eta)
+    in the elastic part of D (Kelvin-Voigt: eta = omega tau). `axes`: "global" (x, y, z) or "chord" (along, y, across
+    in the vertical plane; keeps the digits of a stiff cable). With full_output also the estimated error, relative to
+    sqrt(K_ii K_jj) of the static matrix. `n`, `loads` as in `modes`.
     """
     cable = _equilibrium(a, b, L, EA, m, g, loads)
 
@@ -344,13 +288,7 @@ def dynamic_stiffness_both_ends(
 
 
 def dynamic_end_stiffness(a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0, axes="global", full_output=False):
-    """Dynamic stiffness of end 2, end 1 fixed; parameters as in `dynamic_stiffness_both_ends`.
-
-    Returns
-    -------
-    ndarray, shape (3, 3), or (ndarray, float)
-        [N/m]
-    """
+    """The part of `dynamic_stiffness_both_ends` that belongs to end 2, (3, 3), end 1 fixed. [N/m]"""
     K, error = dynamic_stiffness_both_ends(a, b, L, EA, m, g, omega, n, loads, eta, axes, full_output=True)
     return (K[3:, 3:], error) if full_output else K[3:, 3:]
 

@@ -14,20 +14,9 @@ START, END = 0, 3  # x of end 1, x of end 2
 
 
 def matrices(loop, gain):
-    """A of the closed loop, and the column of a force on the gondola. States: q, q', x, x', n, n', y.
+    """A of the closed loop of modal damping, and the column of a force on the gondola; gain in rad/s.
 
-    Parameters
-    ----------
-    loop : Loop
-        With modal damping.
-    gain : float
-        [rad/s]
-
-    Returns
-    -------
-    A : ndarray, shape (m, m)
-    B : ndarray, shape (m,)
-        The gondola's place is state `place(A)`, its velocity the next one.
+    States: q, q', x, x', n, n', y; the gondola's place is state `place(A)`, its velocity the next one.
     """
     cable, n = loop.cable, len(loop.cable.omega)
     D, R = cable.feedthrough, cable.residual_inertia
@@ -73,11 +62,3 @@ def place(A):
 def unstable(loop, gain):
     """How many eigenvalues lie to the right."""
     return int((np.linalg.eigvals(matrices(loop, gain)[0]).real > 0).sum())
-
-
-def bisected(loop, low, high, width):
-    """(stable gain, unstable gain) as close as bisection brings them. [rad/s]"""
-    while high > low * (1 + width):
-        middle = np.sqrt(low * high)
-        low, high = (low, middle) if unstable(loop, middle) else (middle, high)
-    return low, high

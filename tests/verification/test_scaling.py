@@ -12,14 +12,11 @@ from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.scene.cable_table import Damping
 from cablestudy.study.case import Case
-from cablestudy.system.superelement import Ends
+from cablestudy.system.ends import Ends
 
 SEEDS = range(24)
 SCALES = [(2.0**-20, 1, 1), (2.0**20, 1, 1), (1, 2.0**-20, 1), (1, 2.0**20, 1), (1, 1, 2.0**-20), (1, 1, 2.0**20)]
-DAMPINGS = (
-    Damping(model="modal", ratio=0.01),
-    Damping(model="hysteretic", loss_factor=0.02),
-)
+DAMPINGS = (Damping(model="modal", ratio=0.01), Damping(model="hysteretic", loss_factor=0.02))
 
 
 def scaled(span, length, mass, force):
@@ -61,7 +58,7 @@ def numbers(span, length, mass, force):
             modes.frequency / rate,
             modes.errors,
             modes.symmetries,
-            modes.driven * length * np.sqrt(mass) / force,
+            modes.participation * length * np.sqrt(mass) / force,
         ]
         ends = Ends(dynamics, span.frame, dynamics.dof)
         for damping in DAMPINGS:

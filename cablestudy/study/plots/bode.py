@@ -8,7 +8,7 @@ from cablestudy.study.plots.style import SERIES, WIDTH, panels, styled
 
 @styled
 def bode(curves, frequency, *numbers):
-    """Draws magnitude and phase of each curve against frequency.
+    """Figure with magnitude and phase of each curve against frequency.
 
     Parameters
     ----------
@@ -18,10 +18,6 @@ def bode(curves, frequency, *numbers):
         [Hz]
     numbers : ndarray, shape (m,)
         Magnitude [unit] and phase [deg] of each curve.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))

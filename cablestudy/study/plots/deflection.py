@@ -20,12 +20,7 @@ HEIGHT = 1.9  # of a panel [in]
 
 
 def deflections(form):
-    """Panels with the relevant components of the deflection, non-linear and linear, and with their difference.
-
-    Parameters
-    ----------
-    form : Form
-        With point loads.
+    """Panels with the relevant components of the deflection of a `Form`, non-linear and linear, and their difference.
 
     Returns
     -------

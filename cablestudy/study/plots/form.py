@@ -17,16 +17,7 @@ NAMED_LOADS = 6  # the labels of more would overlap
 
 @styled
 def static_form(case):
-    """Draws the static form with chord and sag, and below it the deflection by point loads, as in the paper's Fig. 4.
-
-    Parameters
-    ----------
-    case : Case
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Figure of the static form with chord and sag, and below it the deflection by point loads, as in Fig. 4."""
     form = Form(case)
     panels = [(4.2, partial(_paint_upright, form))] if form.upright else _leaning(form)
     if form.loaded:
@@ -46,12 +37,7 @@ def static_form(case):
 
 
 class Form:
-    """The static form in the vertical plane of the chord, with end 1 at the origin.
-
-    Parameters
-    ----------
-    case : Case
-    """
+    """The static form of a case in the vertical plane of the chord, with end 1 at the origin."""
 
     def __init__(self, case):
         span = case.span

@@ -19,18 +19,13 @@ LAYOUT = {1: (WIDTH, 0.6), 2: (WIDTH / 2, 0.45), 3: (9.5 / 3, 0.5)}  # columns: 
 
 @styled
 def mode_shapes(case, modes):
-    """Draws mode shapes on the static form, as in the paper's Fig. 5.
+    """Figure of the first 12 mode shapes on the static form, one panel each, as the paper's Fig. 5.
 
     Parameters
     ----------
     case : Case
         With the discretisation of the modes.
     modes : Modes
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel for each of the first 12 modes.
     """
     count = min(len(modes), PANELS)
     if not count:

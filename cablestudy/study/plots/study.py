@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
 from cablestudy.study.columns import find
-from cablestudy.study.fields import SHOWN_BY, beside
 from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
+from cablestudy.study.prepare import SHOWN_BY, beside
 from cablestudy.study.table import short
 
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
@@ -18,19 +18,11 @@ OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
 
 @styled
 def study_plot(study, table):
-    """Draws the computed and the printed values of a study, one panel for each column along y.
+    """Figure of the computed and the printed values of a study's table, one panel for each column along y.
 
-    Parameters
-    ----------
-    study : Study
-        Its `plot:` says what to draw; without one the first other columns are drawn against the first varied key.
-    table : Table
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `plot:` of the study states what is drawn; without it the first other columns against the first varied key.
     """
-    x, names, logx, logy = _wanted(study, table)
+    x, names, logx, logy = _columns_drawn(study, table)
     groups = _groups(study, table.rows, x)
     side = 1 if len(names) <= 4 else 2
     figure = Figure(figsize=(6.2 if side == 1 else 10, 2.1 * -(-len(names) // side) + 1.1), layout="constrained")
@@ -51,7 +43,7 @@ def study_plot(study, table):
     return figure
 
 
-def _wanted(study, table):
+def _columns_drawn(study, table):
     """Abscissa, columns along y, and whether x and y are logarithmic; None: decided by the values."""
     if study.plot:
         return _Abscissa(study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy

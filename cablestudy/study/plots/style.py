@@ -50,19 +50,7 @@ def styled(draw):
 
 @styled
 def save(figure, path):
-    """Writes a picture, completely or not at all; equal pictures give equal files.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    path : str
-        Ends with .png, .svg or .pdf.
-
-    Raises
-    ------
-    SceneError
-        The file cannot be written.
-    """
+    """Write a figure to a .png, .svg or .pdf file, completely or not at all; equal figures give equal files."""
     kind = os.path.splitext(path)[1].lower()
     data = io.BytesIO()
     figure.savefig(data, format=kind[1:], dpi=150, metadata=UNDATED[kind])
@@ -154,12 +142,7 @@ def round_ticks(count):
 
 
 def panels(figure, count, columns, **options):
-    """Axes row by row with a common scale along x, labelled at the lowest axes of each column.
-
-    Returns
-    -------
-    list of matplotlib.axes.Axes
-    """
+    """List of axes, row by row, with a common scale along x, labelled at the lowest axes of each column."""
     grid = figure.subplots(-(-count // columns), columns, sharex=True, squeeze=False, **options).ravel()
     for k, axes in enumerate(grid):
         if k < count:

@@ -38,17 +38,7 @@ CAPTION = (
 
 @styled
 def trade_plot(trade, title):
-    """Draws error against time, both logarithmic, one panel for each column, with the Pareto front in grey.
-
-    Parameters
-    ----------
-    trade : Trade
-    title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Figure of error against time, both logarithmic, one panel for each column, with the Pareto front in grey."""
     count = len(trade.columns)
     side = 1 if count == 1 else 2
     rows = -(-count // side)

@@ -16,7 +16,7 @@ WHAT = {"gondola": "a gondola of {mass:.4g} kg", "cable": "the cable of a gondol
 
 @styled
 def wind_response(case, on="gondola"):
-    """Draws wind speed with and without admittance, displacement and cumulative variance against frequency.
+    """Figure of wind speed with and without admittance, displacement and cumulative variance against frequency.
 
     Parameters
     ----------
@@ -24,10 +24,6 @@ def wind_response(case, on="gondola"):
         With gondola and wind; its loop is stable.
     on : {"gondola", "cable", "both"}
         What the wind acts on. Forces on the two are taken as uncorrelated: their spectra add.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
@@ -40,7 +36,7 @@ def wind_response(case, on="gondola"):
         parts = [spectra_of(case.loop, force(case))(frequency) for force in forces]
         held, _, alone, _ = sum(parts)
     if not alone.any():
-        raise NoSolutionError("the wind on the cable does not reach the gondola: there is nothing to draw")
+        raise NoSolutionError("the wind on the cable exerts no force on the gondola: there is nothing to draw")
     if not (np.isfinite(1e6 * held) & np.isfinite(1e6 * alone) & (alone > 0)).all():
         raise NoSolutionError("the response spectrum is too large or too small for a picture")
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
@@ -85,7 +81,7 @@ def _speed(axes, case, frequency, on):
     axes.loglog(frequency, bare, color=BLUE, label="wind speed")
     if wind.admittance != "none" and on != "cable":
         share = admittance(frequency, wind.speed, case.scene.gondola.area, wind.admittance)
-        axes.loglog(frequency, bare * share, color=BLUE, ls="--", label="felt by the whole gondola")
+        axes.loglog(frequency, bare * share, color=BLUE, ls="--", label="averaged over the gondola")
     axes.set_ylabel("wind speed\n[(m/s)²/Hz]")
     axes.legend()
 

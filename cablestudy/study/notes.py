@@ -1,0 +1,91 @@
+"""Notes and warnings of a row: what was modelled, what was left out, and how far it can be trusted."""
+
+import numpy as np
+
+from cablestudy.control.gondola import gondola_mode
+from cablestudy.study.columns import relative
+
+POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
+FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
+SHARED, SHOWN = 0.5, 0.05  # share of the gondola's compliance below which others are named, and of those
+CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
+NOTHING = ("nothing to model",)
+STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
+
+
+def of_refined(case, error, tried):
+    """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Search`."""
+    mesh = case.model.mesh
+    yield (
+        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
+        f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
+    )
+    planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.known]
+    if case.planar and planes in (["in_plane"], ["out_of_plane"]):
+        there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
+        yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
+    yield f"compared: {tried} models, coarse to fine"
+
+
+def of_fixed(case):
+    """Notes on fixed elements, and a warning where their statics are far from those of the continuous cable."""
+    model, error = case.scene.model, statics_error(case)
+    notes = (
+        f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
+        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
+    )
+    if error <= POOR_STATICS:
+        return notes, ()
+    return notes, (
+        f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
+        " those of the continuous cable; take more elements, or model.accuracy instead",
+    )
+
+
+def assumed_damping(scene):
+    """Notes, at most one: a scene without damping gets the default. Returns a tuple of str."""
+    if "damping" in scene.cable.model_fields_set:
+        return ()
+    damping = scene.cable.damping
+    return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
+
+
+def statics_error(case):
+    """Relative error of the statics of fixed elements against the closed form, the largest of three. [-]
+
+    Of mean tension, largest tension, and sag; a sag below a thousandth of the chord counts relative to that.
+    """
+    own, closed, index = case.statics, case.results.statics, case.index
+    mean, largest, sag = (float(part[index]) for part in (closed.mean_tension, closed.max_tension, closed.sag))
+    errors = [
+        abs(float(own.sag) - sag) / max(abs(sag), FLAT * float(case.results.span.chord[index])),
+        relative(float(own.mean_tension), mean),
+        relative(float(own.max_tension), largest),
+    ]
+    return max(error for error in errors if not np.isnan(error))  # a slack part without weight has no sag
+
+
+def gondola_notes(case):
+    """Lines on which modes share the gondola's motion, where none has half of its static compliance.
+
+    Parameters
+    ----------
+    case : Case
+
+    Yields
+    ------
+    str
+    """
+    frequency, share = case.coupled
+    first = gondola_mode(share)
+    if share[first] >= SHARED:
+        return
+    others = sorted((k for k in range(len(share)) if k != first and share[k] >= SHOWN), key=lambda k: -share[k])
+    listed = ", ".join(f"{frequency[k]:.4g} Hz ({share[k]:.3g})" for k in others[:6])
+    yield (
+        f"gondola: the mode of {frequency[first]:.4g} Hz has only {share[first]:.3g} of its static compliance; "
+        f"others move it too: {listed}"
+    )
+    tie = [k for k in others if share[k] >= share[first] * (1 - 10 * (case.scene.model.accuracy or 0.0))]
+    if tie:
+        yield f"gondola: a tie, within the error the mode of {frequency[tie[0]]:.4g} Hz has as large a share"

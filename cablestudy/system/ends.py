@@ -1,0 +1,119 @@
+"""Computes superelements of a cable, or of many on one mesh, from their modes with fixed ends and static shapes."""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.assembly import joined, sparse_product
+from cablestudy.system.superelement import Strain, Superelement
+
+
+class Ends:
+    """The superelements of a cable, or of many on one mesh, with any damping.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+        Of one cable, or with a leading axis of many.
+    frame : ndarray, shape (..., 3, 3)
+        Rows: the chord frame in global coordinates. [-]
+    count : int
+        How many modes to keep.
+    """
+
+    def __init__(self, dynamics, frame, count):
+        self._dynamics, self._frame, self._count = dynamics, frame, count
+
+    def model(self, damping, place=()):
+        """The `Superelement` of one cable.
+
+        Parameters
+        ----------
+        damping : Damping
+            model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
+        place : int
+            Of the cable among many.
+        """
+        omega, participation, stiffness, inertia = (part[place] for part in self._undamped)
+        viscous = damping.viscous / float(self._dynamics.mass[place])
+        if damping.model == "modal":
+            ratio = np.full(len(omega), damping.ratio)
+            return Superelement(omega, participation, ratio, stiffness, inertia, viscous=viscous)
+        amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
+        strain = Strain(damping.model, amount, *(part[place] for part in self._elastic))
+        ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
+        return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous)
+
+    @cached_property
+    def moments(self):
+        """Static share of the cables' mass at end 2 along x, shape (..., 3): s_0 [kg], s_1 [kg s^2], s_2 [kg s^4].
+
+        With u the static shape of that movement and g = M u inside: s_0 = u^T M u, s_1 = g^T K^-1 g,
+        s_2 = g^T K^-1 M K^-1 g. The mode k has the share p^2/W^(4 + 2 j) of s_j.
+        """
+        dynamics, along, moments = self._dynamics, self._frame[..., 0], 0.0
+        for system in dynamics.systems:
+            shape = system.end_shapes @ along[..., None, system.axes, None]
+            weighted = system.inertia(shape)
+            inner = weighted[..., 1:-1, :, :].reshape(*shape.shape[:-3], system.dof, 1)
+            moved = system.solve(inner)
+            products = joined(shape * weighted), inner * moved, moved * sparse_product(system.mass, moved)
+            moments = moments + np.concatenate([product.sum(axis=-2) for product in products], axis=-1)
+        mass = np.asarray(dynamics.mass * dynamics.length)[..., None]
+        slow = np.asarray(dynamics.length / dynamics.state.force)[..., None]
+        return moments * mass * (mass * slow) ** np.arange(3)
+
+    @cached_property
+    def _modes(self):
+        return self._dynamics.modes(self._count).first(self._count)
+
+    @cached_property
+    def _static_shapes(self):
+        """Of each system the places of its axes among the six, and its static shapes for movements of either end."""
+        found = []
+        for system in self._dynamics.systems:
+            # a movement of end 1 is one of the whole cable less one of end 2
+            second = system.end_shapes
+            both = np.concatenate([np.eye(len(system.axes)) - second, second], axis=-1)
+            found.append((system, [*system.axes, *(axis + 3 for axis in system.axes)], both))
+        return found
+
+    @property
+    def _turn(self):
+        """Rows: the chord frame at both ends, shape (..., 6, 6)."""
+        none = np.zeros_like(self._frame)
+        return np.block([[self._frame, none], [none, self._frame]])
+
+    @cached_property
+    def _undamped(self):
+        """Angular frequencies, participation, static stiffness and inertia, as in `Superelement`."""
+        dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
+        second, whole = modes.participation @ frame, modes.rigid_participation @ frame
+        static, inertia = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame, np.zeros(turn.shape)
+        for system, places, both in self._static_shapes:
+            products = joined(both).swapaxes(-1, -2) @ joined(system.inertia(both))
+            inertia[..., np.array(places)[:, None], places] = products
+        inertia *= np.asarray(dynamics.mass * dynamics.length)[..., None, None]
+        return (
+            2 * np.pi * modes.frequency,
+            np.concatenate([whole - second, second], axis=-1),
+            np.block([[static, -static], [-static, static]]),
+            turn.swapaxes(-1, -2) @ inertia @ turn,
+        )
+
+    @cached_property
+    def _elastic(self):
+        """E, R and S of `Strain`."""
+        dynamics, shapes, turn = self._dynamics, self._modes.shapes, self._turn
+        n = shapes.shape[-1]
+        elastic = np.zeros((*shapes.shape[:-3], n + 6, n + 6))
+        for system, places, both in self._static_shapes:
+            index = np.array([*range(n), *(n + place for place in places)])
+            parts = np.concatenate([shapes[..., list(system.axes), :], both], axis=-1)
+            elastic[..., index[:, None], index] += system.elastic_energy(parts)
+        elastic *= np.asarray(dynamics.state.force / dynamics.length)[..., None, None]
+        return (
+            elastic[..., :n, :n],
+            elastic[..., :n, n:] @ turn,
+            turn.swapaxes(-1, -2) @ elastic[..., n:, n:] @ turn,
+        )
