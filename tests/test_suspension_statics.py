@@ -277,6 +277,16 @@ def test_mechanisms_name_their_motion():
     assert found.stability.reason() == "nothing holds bell yaw"
 
 
+@pytest.mark.parametrize("height", [0.3, 0.0])
+def test_three_cables_at_one_point_let_a_body_turn(height):
+    """The vertical through that point is an axis about which nothing holds the body."""
+    anchors = [(5, 0, 8), (-3, 4, 8), (-2, -5, 8)]
+    lines = [cable(a, ("b", (0, 0, height)), 1e6, 0.1, value=9.0) for a in anchors]
+    found = statics.pose(suspension([body("b", (0, 0, 0), 50.0, center=(0, 0, -0.2))], lines))
+    assert found.record.converged
+    assert found.stability.reason() == "nothing holds b yaw"
+
+
 def test_an_unstable_equilibrium_is_no_answer():
     """Weight high above the attachments: the exact upright pose is an equilibrium that runs away."""
     found = statics.pose(trifilar(below=-30.0, stiffness=1e5))
