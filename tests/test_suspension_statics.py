@@ -314,3 +314,26 @@ def test_ends_in_one_place():
     lines = [cable((0, 0, 0), "p", 1e5, 0.1, value=2.0), cable((3, 0, 0), "p", 1e5, 0.1, value=2.0)]
     found = rest(suspension([], lines, [point("p", (0, 0, 0), 4.0)]))
     assert found.position[0, 0] == pytest.approx(1.5, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["unstretched_length", "preload"])
+def test_a_net_of_many_points(kind):
+    """192 degrees of freedom, solved by sparse matrices: each point in balance, each cable with what it states."""
+    n, spacing = 8, 1.5
+    inside = [(i, j) for i in range(1, n + 1) for j in range(1, n + 1)]
+
+    def end(key):
+        return f"p{key}" if key in inside else (spacing * key[0], spacing * key[1], 0.02 * key[0] * key[1])
+
+    lines = [
+        cable(end(key), end(other), 1e6, 0.05, given=kind, value=spacing * 0.999 if kind != "preload" else 900.0)
+        for key in [(i, j) for i in range(n + 2) for j in range(n + 2)]
+        for other in [(key[0] + 1, key[1]), (key[0], key[1] + 1)]
+        if key in inside or other in inside
+    ]
+    points = [point(f"p{key}", (spacing * key[0], spacing * key[1], 0.5), 0.2) for key in inside]
+    found = rest(suspension([], lines, points))
+    for index in range(n * n):
+        np.testing.assert_allclose(net_force(found, index), 0, atol=1e-7)
+    if kind == "preload":
+        np.testing.assert_allclose(found.catenary.mean_tension, 900, rtol=1e-9)
