@@ -5,10 +5,9 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
-from cablestudy.scene.suspension import Tensions
 from cablestudy.study.columns import ROUNDING, stress_of
 from cablestudy.study.results import ClosedStatics
-from cablestudy.study.suspension.numbers import numbers_of, topology_of
+from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes
@@ -215,7 +214,7 @@ def equilibria(scenes):
     """
     groups = {}
     for place, scene in enumerate(scenes):
-        key = (repr(topology_of(scene)), scene.solve_for, repr(scene.tensions))
+        key = (repr(topology_of(scene)), scene.solve_for, scene.tensions and scene.tensions.method)
         groups.setdefault(key, []).append(place)
     found = [None] * len(scenes)
     for places in groups.values():
@@ -229,7 +228,7 @@ def _of_group(scenes):
     suspension, problems = numbers_of(scenes), [""] * len(scenes)
     try:
         if scenes[0].solve_for == "lengths":
-            equilibrium, problems = lengths.solve(suspension, **_distribution(scenes[0], suspension))
+            equilibrium, problems = lengths.solve(suspension, **distribution_of(scenes))
         else:
             equilibrium = statics.pose(suspension)
     except (NoSolutionError, ConvergenceError) as error:
@@ -237,20 +236,6 @@ def _of_group(scenes):
             return [error]
         return [one for scene in scenes for one in _of_group([scene])]
     return [_checked(_taken(equilibrium, case), problem) for case, problem in enumerate(problems)]
-
-
-def _distribution(scene, suspension):
-    """Arguments of `lengths.solve` that a scene states."""
-    found = suspension.free.copy()
-    for place, body in enumerate(scene.bodies.values()):
-        found[place, :3] = False
-        found[place, 3:] &= body.attitude == "free"
-    tensions = scene.tensions or Tensions()
-    reference = tensions.reference or 0.0
-    if isinstance(reference, dict):
-        reference = np.array([reference.get(name, np.nan) for name in scene.cables])
-    high = np.inf if tensions.max is None else tensions.max
-    return {"method": tensions.method, "low": tensions.min, "high": high, "reference": reference, "found": found}
 
 
 def _taken(equilibrium, case):

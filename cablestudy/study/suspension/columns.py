@@ -192,9 +192,7 @@ def why_not(scene, column):
         if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
             return "max_utilisation needs the strength of a cable, which the scene does not have"
         known = MODE.fullmatch(column.name) or any(column.name == other.name for other in WHOLE)
-        return (
-            "" if known else f"{column.name} is a column of a single cable: of one of these it is CABLE.{column.name}"
-        )
+        return "" if known else f"{column.name} is a column of a single cable; here it is CABLE.{column.name}"
     junctions = [name for name, point in scene.points.items() if point.free]
     if owner in scene.points and owner not in junctions:
         return f"{owner} is a fixed point, which has no columns"
