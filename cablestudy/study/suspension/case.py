@@ -196,17 +196,19 @@ class SuspensionCase:
         return np.where(np.abs(matrix) > STIFFNESS_ROUNDING * np.outer(size, size), matrix, 0.0)
 
     def static_frequencies(self, name):
-        """Frequencies of a body on its static stiffness with a third of its cables' mass at their ends, ascending. [Hz]
+        """Frequencies of a body on its static stiffness, with a third of the mass of its cables. [Hz]
 
-        Junctions follow without their mass and other bodies are at rest: an estimate for cables that are light and taut.
+        Junctions follow without mass, other bodies are at rest: an estimate, good for light and taut cables.
         """
         from scipy.linalg import eigvalsh
 
         place, found = self.body(name), self.equilibrium
-        suspension, mass = found.suspension, Layout(found).mass[self.body(name)]
+        suspension, mass = found.suspension, Layout(found).mass[place]
         cable, end = np.nonzero(suspension.owner == place)
-        moved = np.concatenate([np.broadcast_to(np.eye(3), (len(cable), 3, 3)), -cross_matrix(found.arms[cable, end])], -1)
-        mass = mass + (np.swapaxes(moved, -1, -2) @ moved * self.cables.mass[cable, None, None] / 3).sum(axis=0)
+        unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
+        moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
+        third = (found.catenary.span.mass * found.lengths)[cable, None, None] / 3
+        mass = mass + (np.swapaxes(moved, -1, -2) @ moved * third).sum(axis=0)
         free = np.ix_(suspension.free[place], suspension.free[place])
         stiffness = self.body_stiffness(name)[free]
         squared = eigvalsh((stiffness + stiffness.T) / 2, mass[free])

@@ -50,10 +50,11 @@ def _end_tension(name, end, word):
 
 def _inclination(name):
     def compute(case):
-        span, place = case.cables.span, case.cable(name)
+        span = case.group.cables.span
+        place = case.place, case.cable(name)
         return np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
 
-    return Column(f"{name}.inclination", "deg", "of its chord, above the horizontal seen from `from`", "statics", compute)
+    return Column(f"{name}.inclination", "deg", "of its chord, upwards from `from` to `to`", "statics", compute)
 
 
 def cable_columns(name):
