@@ -1,4 +1,6 @@
-"""Frequencies of a body by its static stiffness and a lumped mass, beside the coupled modes: python condensed.py SCENE [KEY=VALUE].
+"""Frequencies of a body by its static stiffness and a lumped mass, beside the coupled modes.
+
+    python condensed.py SCENE [KEY=VALUE]
 
 The lumped model has six degrees of freedom: the 6x6 static stiffness K of the first body, and its mass matrix with a
 third of the mass of each cable at its attachment, as a straight bar that turns about its far end has it.
