@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 
+from cablestudy.study.columns import ROUNDING
 from cablestudy.study.suspension.columns import body_columns, cable_columns, point_columns
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
@@ -100,7 +101,8 @@ def mode_table(modes, limit=None):
         Field("moves", "moves"),
         Field("body_share", "body share"),
     )
-    numbers = zip(modes.frequency, modes.damping_ratio, modes.moves, modes.body_share, strict=True)
+    share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
+    numbers = zip(modes.frequency, modes.damping_ratio, modes.moves, share, strict=True)
     rows = [
         dict(zip((field.name for field in fields), (place, float(f), float(d), moves, float(share)), strict=True))
         for place, (f, d, moves, share) in enumerate(numbers, 1)
