@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
+from random_suspensions import wrong_modes
 from references import bar_suspension, continuous_suspension
 from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
+from suspensions import sagging
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import coupled, linear
+from cablestudy.system import coupled, linear, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -140,6 +142,19 @@ def test_the_stated_error_holds_against_continuous_cables(options, accuracy):
         assert reference.below(found.frequency[mode] * (1 + off)) == last
 
 
+def test_cables_between_bodies_and_junctions():
+    """Two bodies and two junctions, one of them without mass: dense bars, and continuous cables."""
+    state = statics.pose(sagging())
+    found = coupled_modes(state, 40, model=FixedModel(8))
+    assert found.frequency == pytest.approx(bar_suspension.dense(state, 8).modes()[0][:40], rel=1e-9)
+    found = coupled_modes(state, 12)
+    reference = continuous_suspension.Suspension(state, 4)
+    for mode in (0, 3, 7, 11):
+        off = 2 * found.error[mode] + 1e-10
+        assert reference.below(found.frequency[mode] * (1 - off)) == mode
+        assert reference.below(found.frequency[mode] * (1 + off)) == mode + 1
+
+
 def test_the_scene_may_be_turned_and_moved():
     plain, turned = platform(), platform(turn=0.7, at=(30.0, -20.0, 5.0))
     one, two = (coupled_modes(state, 12, 1e-6, Damping(ratio=0.01)) for state in (plain, turned))
@@ -235,6 +250,23 @@ def test_one_cable_with_a_gondola_free_along_x_is_the_scene_of_one_cable(twin, m
 
 
 @pytest.mark.parametrize(
+    ("text", "damping"),
+    [
+        ("{ratio: 0.01}", Damping(ratio=0.01)),
+        ("{ratio: 0.01, viscous: 0.02}", Damping(ratio=0.01, viscous=0.02)),
+        ("{time: 1e-3}", Damping("kelvin_voigt", time=1e-3)),
+        ("{loss_factor: 0.02}", Damping("hysteretic", loss_factor=0.02)),
+    ],
+)
+def test_the_damping_ratio_of_one_cable_is_that_of_its_scene(text, damping):
+    scene = INCLINED.scene("model.elements=4", "model.order=10", f"cable.damping={text}")
+    expected = cells(scene, "gondola_frequency", "gondola_damping_ratio")
+    found = coupled_modes(one_cable(INCLINED, 50.0), 12, damping=damping, model=FixedModel(4, 10))
+    mode = np.argmin(np.abs(found.frequency / expected["gondola_frequency"] - 1))
+    assert found.damping_ratio[mode] == pytest.approx(expected["gondola_damping_ratio"], rel=1e-10)
+
+
+@pytest.mark.parametrize(
     "damping",
     [Damping("hysteretic", loss_factor=0.02), Damping("kelvin_voigt", time=2e-4), Damping("kelvin_voigt", time=0.02)],
 )
@@ -257,6 +289,15 @@ def test_damping_ratios_are_those_of_the_poles(damping):
     poles = poles[np.argsort(np.abs(poles))][:30]
     expected = -poles.real / np.abs(poles)
     assert np.sort(found.damping_ratio) == pytest.approx(np.sort(expected), rel=1e-3, abs=1e-7)
+
+
+def test_the_error_of_the_damping_ratio_is_stated():
+    state, damping = platform(), Damping("kelvin_voigt", time=1e-3)
+    found, exact = (coupled_modes(state, 12, accuracy, damping) for accuracy in (1e-4, 1e-9))
+    assert found.damping_error.max() < 1e-3
+    difference = np.abs(found.damping_ratio / exact.damping_ratio - 1)
+    assert (difference <= 2 * (found.damping_error + exact.damping_error) + 1e-9).all()
+    assert np.isnan(coupled_modes(state, 12, damping=Damping(ratio=0.01)).damping_error).all()
 
 
 def test_modes_that_damping_couples_share_it():
@@ -333,3 +374,8 @@ def test_the_nodes_of_a_mode_meet_the_body():
         arm = places[cable, 1] - state.position[0]
         assert moved[-1] == pytest.approx(x[:3] + np.cross(x[3:], arm), abs=1e-12)
         assert moved[0] == pytest.approx(np.zeros(3), abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 10, 20, 24, 34])
+def test_stated_errors_hold_on_random_suspensions(seed):
+    assert wrong_modes(seed) == []

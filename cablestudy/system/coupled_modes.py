@@ -12,6 +12,7 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
+from cablestudy.system.damping import COUPLED, damping_ratios
 from cablestudy.system.linear import LinearSystem
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -26,8 +27,6 @@ WIDER = 1.5  # growth of that multiple where it does not suffice
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
 NOISE = 1e-12  # error of a frequency by rounding
-DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
-COUPLED = 40  # modes above those asked for that damping may couple to them
 
 
 @dataclass(frozen=True)
@@ -120,8 +119,6 @@ class CoupledModes:
         Undamped. [Hz]
     error : ndarray, shape (k,)
         Estimated relative error of each; not a number for an exact choice of elements. [-]
-    damping_ratio : ndarray, shape (k,)
-        [-]
     body_energy : ndarray, shape (b, 6, k)
         Shares of the kinetic energy: x y z of the center of mass, rotation about the body's own axes. [-]
     cable_energy : ndarray, shape (c, 3, k)
@@ -135,11 +132,12 @@ class CoupledModes:
         Models and coordinates of the cables, and the system: what a state space is made of.
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
+    before : Solution or None
+        Of the level before, where the models were refined.
     """
 
     frequency: np.ndarray
     error: np.ndarray
-    damping_ratio: np.ndarray
     body_energy: np.ndarray
     cable_energy: np.ndarray
     coincident: tuple
@@ -147,6 +145,7 @@ class CoupledModes:
     layout: Layout
     solution: Solution
     shapes: np.ndarray
+    before: Solution | None = None
 
     def __len__(self):
         return len(self.frequency)
@@ -155,6 +154,31 @@ class CoupledModes:
     def system(self):
         """The `LinearSystem`."""
         return self.solution.system
+
+    @cached_property
+    def damping_ratio(self):
+        """Of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
+        return damping_ratios(self.system, self.solution.omega, self.shapes)
+
+    @cached_property
+    def damping_error(self):
+        """Estimated relative error of each damping ratio, shape (k,). [-]
+
+        The difference of two levels, the coarser one with fewer modes that damping may couple. Not a number without
+        two, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
+        """
+        cables = self.solution.models.cables
+        modal = any(one.model == "modal" and one.ratio for one in cables.damping)
+        if self.before is None or (modal and cables.heavy.any()):
+            return np.full(len(self), np.nan) if cables.heavy.any() else self.error
+        ratio, other = (
+            self.damping_ratio.copy(),
+            damping_ratios(self.before.system, self.before.omega, self.before.shapes, COUPLED // 2),
+        )
+        for first, last in self.coincident:  # their poles come in any order
+            for values in (ratio, other):
+                values[first - 1 : last].sort()
+        return np.abs(ratio - other) / np.where(ratio > 0, ratio, 1.0)
 
     def nodes(self, mode):
         """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.
@@ -221,7 +245,8 @@ class Search:
 
     def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping)
+        names = equilibrium.suspension.cable_names
+        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping, names)
 
     def solve(self):
         """`CoupledModes`.
@@ -233,6 +258,8 @@ class Search:
         ConvergenceError
             The accuracy cannot be had.
         """
+        if not self.equilibrium.record.converged:
+            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
         if self._model is not None:
             limits = np.where(self.cables.heavy, np.inf, 0.0)
             models = Models(self.cables, fixed_meshes(self.cables, self._model), fixed=True)
@@ -246,7 +273,7 @@ class Search:
         for _ in range(LEVELS):
             models = Models(self.cables, self.cables.meshes(orders))
             solution = self._resolved(models, highest, limits)
-            limits = solution.limits
+            limits = WIDER * solution.limits  # damping shows what fewer coordinates leave out
             least = self._orders(solution.omega.max(initial=0.0))
             if (least > orders).any():  # more waves than the first guess
                 orders, before = np.maximum(orders, least), None
@@ -254,7 +281,7 @@ class Search:
             if before is not None and len(before.omega) == len(solution.omega):
                 error = self._error(before, solution)
                 if error.max(initial=0.0) <= self.accuracy:
-                    return self._finished(solution, error)
+                    return self._finished(solution, error, before)
                 orders = GROWTH * orders
             before, orders = solution, orders + STEP
         raise ConvergenceError(
@@ -322,7 +349,7 @@ class Search:
         difference = np.abs(before.omega / solution.omega - 1)
         return np.maximum(difference + np.abs(solution.omitted).sum(axis=0) / 2, NOISE)
 
-    def _finished(self, solution, error):
+    def _finished(self, solution, error, before=None):
         modes = len(solution.omega)
         exact = error is None
         error = np.full(modes, np.nan) if exact else error
@@ -341,7 +368,6 @@ class Search:
         return CoupledModes(
             frequency=solution.omega / (2 * np.pi),
             error=error,
-            damping_ratio=damping_ratios(solution.system, solution.omega, shapes),
             body_energy=bodies / whole,
             cable_energy=cables / whole,
             coincident=coincident,
@@ -349,6 +375,7 @@ class Search:
             layout=self.layout,
             solution=solution,
             shapes=shapes,
+            before=before,
         )
 
     def _record(self, solution, place):
@@ -380,67 +407,3 @@ def runs(omega, error):
             if place > first:
                 yield first + 1, place + 1
             first = place + 1
-
-
-def damping_ratios(system, omega, shapes):
-    """Damping ratio -Re s/|s| of the pole that belongs to each mode.
-
-    Parameters
-    ----------
-    system : LinearSystem
-    omega : ndarray, shape (k,)
-        Of the lowest modes. [rad/s]
-    shapes : ndarray, shape (n, k)
-        Mass-normalised.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        [-]
-
-    Notes
-    -----
-    The poles are those of s^2 + s phi^T C phi + w^2 + i phi^T Im K phi in a space of these modes, some above them, and
-    the static response K^-1 C phi to the damping forces of these modes. A pole belongs to the mode that has the largest
-    part in its motion; a mode that does not oscillate has phi^T C phi/(2 w).
-    """
-    count, loss, damping = len(omega), system.stiffness.imag, system.damping
-    forces = loss @ shapes
-    forces = forces if np.any(forces) else damping @ shapes
-    if not np.any(forces):
-        return np.zeros(count)
-    above, others = system.lowest(count + COUPLED)
-    omega, basis = np.concatenate([omega, above[count:]]), np.concatenate([shapes, others[:, count:]], axis=1)
-    more, added = _ritz(system, basis, system.compliance(forces))
-    omega, basis = np.concatenate([omega, more]), np.concatenate([basis, added], axis=1)
-    modes, damping, loss = len(omega), basis.T @ (damping @ basis), basis.T @ (loss @ basis)
-    # states w q and q', of like size
-    stiffness = np.diag(omega) + (1j * loss / omega if loss.any() else 0.0)
-    poles, vectors = np.linalg.eig(np.block([[np.zeros((modes, modes)), np.diag(omega)], [-stiffness, -damping]]))
-    above = poles.imag > 0
-    poles, part = poles[above], np.abs(vectors[:modes, above]) ** 2
-    mode, pole = _assigned((part / part.sum(axis=0))[:count])
-    ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
-    ratio[mode] = -poles.real[pole] / np.abs(poles[pole])
-    return ratio
-
-
-def _ritz(system, basis, vectors):
-    """Frequencies [rad/s] and mass-normalised shapes of what vectors add to modes: Rayleigh and Ritz."""
-    whole = np.sqrt((vectors * (system.stiffness.real @ vectors)).sum(axis=0))
-    vectors = vectors / np.where(whole > 0, whole, 1.0)
-    vectors = vectors - basis @ (basis.T @ (system.mass @ vectors))
-    size, turned = np.linalg.eigh(vectors.T @ (system.stiffness.real @ vectors))
-    chosen = size > DEPENDENT
-    vectors = vectors @ (turned[:, chosen] / np.sqrt(size[chosen]))
-    compliance, turned = np.linalg.eigh(vectors.T @ (system.mass @ vectors))
-    chosen = compliance > DEPENDENT * compliance.max(initial=0.0)
-    root = np.sqrt(compliance[chosen])
-    return 1 / root, vectors @ (turned[:, chosen] / root)
-
-
-def _assigned(part):
-    """Rows and columns of the assignment with the largest sum of entries."""
-    from scipy.optimize import linear_sum_assignment
-
-    return linear_sum_assignment(part, maximize=True)
