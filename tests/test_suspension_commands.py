@@ -192,6 +192,49 @@ def test_a_suspension_has_no_picture_of_modes_yet_and_says_so():
     assert run("modes", scene(), "--plot", "a.svg", code=2).err == "--plot: no effect: the scene is a suspension\n"
 
 
+def test_estimated_errors_of_modes():
+    def errors(*options):
+        return json.loads(run("modes", scene(), "-n", "3", "--format", "json", *options).out)["errors"]
+
+    assert [row.keys() for row in errors()] == [{"frequency_Hz"}] * 3  # modal damping states none of its own
+    hysteretic = "cable.damping={model: hysteretic, loss_factor: 0.02}"
+    assert [row.keys() for row in errors("--set", hysteretic)] == [{"frequency_Hz", "damping_ratio"}] * 3
+    assert errors("--set", "model.elements=4") == [{}] * 3
+    one = json.loads(run("modes", scene(), "--upto", "0.26 Hz", "--format", "json").out)
+    assert len(one["errors"]) == len(one["rows"]) == 2
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_cables_without_anything_that_moves_are_each_as_if_alone(held):
+    section = "elastic_modulus: 70.3 GPa, density: 1440 kg/m^3, area: 2.69 mm^2, unstretched_length: 184.4883 m"
+    damping = "damping: {model: modal, ratio: 0.01}"
+    body = "bodies: {mast: {at: [185.8, 0, 0], mass: 1, free: [], attachments: {top: [0, 0, 0]}}}\n" if held else ""
+    end = "mast.top" if held else "[185.8, 0, 0]"
+    single = scene(f"cable: {{{section}, chord: 185.8 m, {damping}}}\n", "single.yaml")
+    scene(f"cable: {{{section}, {damping}}}\n{body}cables: {{one: {{from: [0, 0, 0], to: {end}}}}}\n")
+    (alone,) = table_of("static", single)
+    (cable,) = table_of("static", "scene.yaml", "--table", "cables")
+    for name in ("preload_N", "max_tension_N", "sag_m", "stretched_length_m", "lambda_squared"):
+        assert cable[name] == pytest.approx(alone[name], rel=1e-10)
+    frequencies = [
+        [mode["frequency_Hz"] for mode in table_of("modes", path, "-n", "8")] for path in (single, "scene.yaml")
+    ]
+    np.testing.assert_allclose(frequencies[1], frequencies[0], rtol=1e-4)  # the accuracy of both
+    assert all(mode["body_share"] == 0 for mode in table_of("modes", "scene.yaml"))
+
+
+def test_notes_count_what_there_is():
+    lines = run("static", scene(KNOT), "--explain").lines
+    assert lines[0].startswith("statics: 2 cables in closed form, 3 free displacements; ")
+    lines = run(
+        "static", scene(KNOT), "--explain", "--set", "points.knot.free=null", "--set", "points.knot.mass=null"
+    ).lines
+    assert lines == [
+        "statics: 2 cables in closed form, 0 free displacements; 0 Newton steps, net force below 1e-16 of the forces",
+        "slack: b",
+    ]
+
+
 # ------------------------------------------------------------------------------------------------------------- sweep
 
 COLUMNS = (
@@ -375,6 +418,22 @@ def test_the_number_of_cables_may_vary():
     area = EA / 1e9
     assert rows[0]["cable_mass_kg"] == pytest.approx(1e-6 * area * 3 * LENGTH, rel=1e-9)
     assert rows[1]["cable_mass_kg"] == pytest.approx(1e-6 * area * (3 * LENGTH + 9), rel=1e-9)
+
+
+def test_bounds_of_tensions_vary_within_each_other():
+    text = TRIFILAR.replace(f", unstretched_length: {LENGTH!r} m", "")
+    text += "solve_for: lengths\ntensions: {min: 1 N, max: 1 kN}\n"
+    text = text.replace("disc:\n", "disc:\n    free: [z, roll, pitch]\n")
+    name = study("vary: [{tensions.min: [10 N, 20 N, 500 N]}]\ncolumns: [w1.preload, w2.unstretched_length]\n", text)
+    rows = table_of("sweep", name, "--no-write", code=3)
+    assert [row["status"] for row in rows[:2]] == ["ok", "ok"]
+    assert rows[2]["status"].startswith("no tensions in [500, 1000] N hold disc here; nearest: w1 at 98.1 N")
+    for row in rows[:2]:
+        assert row["w1.preload_N"] == pytest.approx(MASS * G / 3, rel=1e-9)
+        assert row["w2.unstretched_length_m"] == pytest.approx(LENGTH, rel=1e-9)
+    wrong = study("vary: [{tensions.min: [10 N, 2 kN]}]\ncolumns: [w1.preload]\n", text)
+    (line,) = run("sweep", wrong, code=2).lines
+    assert "1000 N is below min, 2000 N" in line
 
 
 # ------------------------------------------------------------------------------------------- the studies of the project

@@ -52,7 +52,8 @@ def _inclination(name):
     def compute(case):
         span = case.group.cables.span
         place = case.place, case.cable(name)
-        return np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
+        value = np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
+        return value if abs(value) > 360 * ROUNDING else 0.0
 
     return Column(f"{name}.inclination", "deg", "of its chord, upwards from `from` to `to`", "statics", compute)
 
