@@ -42,7 +42,7 @@ def _suspension_tables(scene, name, style, plot, explain, quiet):
     from cablestudy.study.suspension.report import all_tables, static_tables
 
     case = SuspensionCase(scene)
-    tables = static_tables(case)
+    tables = static_tables(case, name)
     echo_notes(notes_of(case) if explain else (), quiet)
     save_plot(plot, lambda plots: plots.suspension_views(case))
     if name:
