@@ -89,7 +89,7 @@ def _suspension_modes(scene, count, limit, style, explain, quiet):
     echo_notes(notes_of(case) if explain else (), quiet)
     if limit is None and len(found) < count:
         echo_notes([f"the model has {len(found)} modes, not {count}"], quiet)
-    show(mode_table(found, limit), style)
+    show(mode_table(found, None if limit is None else found.up_to(limit)), style)
 
 
 @scene_command

@@ -55,22 +55,22 @@ class SecondOrderSystem:
 
     @cached_property
     def modes(self):
-        """Angular frequencies [rad/s], ascending, shape (n,), and mass-normalised shapes, shape (n, n), undamped.
+        """Undamped modes: 1/W^2, descending, shape (n,), and shapes of unit strain energy v^T K v, shape (n, n).
+
+        So the lowest modes have all digits, and coordinates without mass have modes too, with 1/W^2 = 0.
 
         Raises
         ------
         NoSolutionError
-            Something that moves has no mass, or no stiffness.
+            The equilibrium is not stable.
         """
         from scipy.linalg import LinAlgError, eigh
 
         try:
-            square, shapes = eigh(self.stiffness, self.mass)
+            values, shapes = eigh(self.mass, self.stiffness)
         except LinAlgError:
-            raise NoSolutionError("the state space needs a mass of everything that moves") from None
-        if square.min(initial=np.inf) <= 0:
-            raise NoSolutionError("the state space needs a stable equilibrium")
-        return np.sqrt(square), shapes
+            raise NoSolutionError("the state space needs a stable equilibrium") from None
+        return np.maximum(values[::-1], 0.0), shapes[:, ::-1]
 
     def inertia_share(self, output, input_):
         """Share of each mode in the inertia between an input and an output, shape (n,), by their numbers. [-]
@@ -78,10 +78,9 @@ class SecondOrderSystem:
         About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2), m = Phi^T (B0/W^2 - B2): a mode left
         out takes C0 Phi m w^2/W^2 from the response, see `reduction.inertia_share`.
         """
-        omega, shapes = self.modes
-        square = omega**2
-        inertia = shapes.T @ self.driven[0][:, input_] / square - shapes.T @ self.driven[2][:, input_]
-        return shares(np.abs(self.moved[0][output] @ shapes * inertia) / square)
+        compliance, shapes = self.modes
+        inertia = compliance * (shapes.T @ self.driven[0][:, input_]) - shapes.T @ self.driven[2][:, input_]
+        return shares(np.abs(self.moved[0][output] @ shapes * inertia))
 
     def keep(self, chosen):
         """The system in some of its modes, the static part of the others kept.
@@ -96,10 +95,10 @@ class SecondOrderSystem:
         SecondOrderSystem
             Its coordinates are modal amplitudes.
         """
-        omega, shapes = self.modes
-        left = np.delete(np.arange(len(omega)), chosen)
-        kept, others = shapes[:, chosen], shapes[:, left]
-        static = others @ ((others.T @ self.driven[0]) / omega[left, None] ** 2)
+        compliance, shapes = self.modes
+        omega = 1 / np.sqrt(compliance[chosen])
+        kept, others = shapes[:, chosen] * omega, np.delete(shapes, chosen, axis=1)
+        static = others @ (others.T @ self.driven[0])
         driven = [kept.T @ part for part in self.driven]
         driven[1] -= kept.T @ (self.damping @ static)
         names = [f"mode_{k + 1}" for k in np.asarray(chosen).tolist()]
@@ -107,11 +106,11 @@ class SecondOrderSystem:
         return SecondOrderSystem(
             np.eye(len(names)),
             kept.T @ self.damping @ kept,
-            np.diag(omega[chosen] ** 2),
+            np.diag(omega**2),
             tuple(driven),
             tuple(part @ kept for part in self.moved),
             tuple(direct + part @ static for direct, part in zip(self.follow, self.moved, strict=True)),
-            omega[chosen],
+            omega,
             (*amplitudes, *((f"{name}_velocity", f"{MODAL}/s") for name in names)),
             self.inputs,
             self.outputs,

@@ -141,11 +141,11 @@ def second_order(layout, kept, winches=(), markers=()):
     driven[0][modal:] += layout.moved.T @ lifted
     loads = np.eye(free + modal)[:, modal:]
     driven = [np.concatenate([part, loads * (order == 0)], axis=1) for order, part in enumerate(driven)]
-    moved, follow, names = outputs(layout, kept, imposed, lifted, markers)
+    moved, follow = outputs(layout, kept, imposed, lifted, markers)
+    inputs, names = labels(layout, winches, markers)
     coordinates = _coordinates(layout, kept)
     amplitudes = [(f"{name}_amplitude", f"{unit}/s") for name, unit in coordinates[:modal]]
     rates = [(f"{name}_velocity", f"{unit}/s") for name, unit in coordinates]
-    inputs = [(f"winch.{equilibrium.suspension.cable_names[winch.cable]}", "m") for winch in winches]
     held = np.zeros((len(names), free))
     return SecondOrderSystem(
         mass,
@@ -156,7 +156,7 @@ def second_order(layout, kept, winches=(), markers=()):
         tuple(np.concatenate([part, held], axis=1) for part in follow),
         np.concatenate([*(one.element.omega for one in kept), np.ones(free)]),
         (*amplitudes, *coordinates[modal:], *rates),
-        (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)),
+        inputs,
         names,
         SecondOrder(mass, damping, stiffness, coordinates),
     )
@@ -168,7 +168,10 @@ def _dense(matrix):
 
 def _equivalent_viscous(mass, stiffness):
     """Viscous damping that gives each mode the energy loss per cycle of a complex stiffness."""
-    lower = np.linalg.cholesky(mass)
+    try:
+        lower = np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise NoSolutionError("the state space needs a mass of everything that moves") from None
     half = np.linalg.solve(lower, stiffness.real)
     square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
     shapes = np.linalg.solve(lower.T, vectors)
@@ -182,6 +185,16 @@ def _of_bodies(layout, words, units):
     """Name and unit of what belongs to each free displacement."""
     names = layout.equilibrium.suspension.body_names
     return tuple((f"{names[place // 6]}.{words[place % 6]}", units[place % 6]) for place in layout.free.tolist())
+
+
+def labels(layout, winches=(), markers=()):
+    """Name and unit of each input and of each output of `second_order`: two tuples."""
+    suspension = layout.equilibrium.suspension
+    inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
+    places = [f"{suspension.body_names[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
+    tensions = [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
+    moved = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
+    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *tensions)
 
 
 def _coordinates(layout, kept):
@@ -208,26 +221,22 @@ def outputs(layout, kept, imposed, lifted, markers):
     -------
     moved, follow : tuple of 3 ndarray, shapes (o, n) and (o, i)
         By the coordinates, and by the winches.
-    names : tuple of (str, str)
-        Name and unit of each.
     """
     suspension, free = layout.equilibrium.suspension, len(layout.free)
     modal = sum(len(one.element.omega) for one in kept)
     place = np.eye(6 * len(suspension.body_names))[:, layout.free]
-    rows, names = [np.eye(free)], list(_of_bodies(layout, AXES, LENGTHS))
+    rows = [np.eye(free)]
     for marker in markers:
         arm = layout.equilibrium.rotation[marker.body] @ np.asarray(marker.place, dtype=float)
         moving = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
         rows.append(moving @ place[6 * marker.body : 6 * marker.body + 6])
-        names += [(f"{suspension.body_names[marker.body]}.{marker.name}.{axis}", "m") for axis in "xyz"]
     shown = np.concatenate(rows)
     shown = np.concatenate([np.zeros((len(shown), modal)), shown], axis=1)
     tensions = _tensions(layout, kept, imposed, lifted, modal)
     moved = [np.concatenate([shown * (order == 0), part]) for order, (part, _) in enumerate(tensions)]
     still = np.zeros((len(shown), imposed.shape[1]))
     follow = [np.concatenate([still, part]) for _, part in tensions]
-    names += [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
-    return tuple(moved), tuple(follow), tuple(names)
+    return tuple(moved), tuple(follow)
 
 
 def _tensions(layout, kept, imposed, lifted, modal):

@@ -80,14 +80,14 @@ def all_tables(tables, style):
     return json.dumps({name: json.loads(table.render(style)) for name, table in tables.items()}, indent=1) + "\n"
 
 
-def mode_table(modes, limit=None):
+def mode_table(modes, chosen=None):
     """Coupled modes as rows.
 
     Parameters
     ----------
     modes : CoupledModes
-    limit : float, optional
-        Highest frequency. [Hz]
+    chosen : sequence of int, optional
+        Which of them, from 0. Default: all.
 
     Returns
     -------
@@ -100,11 +100,10 @@ def mode_table(modes, limit=None):
         Field("moves", "moves"),
         Field("body_share", "body share"),
     )
-    numbers = zip(modes.frequency, modes.damping_ratio, modes.moves, modes.body_share, strict=True)
-    rows = [
-        dict(zip((field.name for field in fields), (place, float(f), float(d), moves, float(share)), strict=True))
-        for place, (f, d, moves, share) in enumerate(numbers, 1)
-        if limit is None or f <= limit
-    ]
-    known = [{} if np.isnan(error) else {"frequency_Hz": float(error)} for error in modes.error]
-    return Table(fields, rows, errors=lambda: iter(known))
+    rows, errors = [], []
+    for k in range(len(modes)) if chosen is None else map(int, chosen):
+        numbers = (float(modes.frequency[k]), float(modes.damping_ratio[k]), modes.moves[k], float(modes.body_share[k]))
+        rows.append(dict(zip((field.name for field in fields), (k + 1, *numbers), strict=True)))
+        error = float(modes.error[k])
+        errors.append({} if np.isnan(error) else {"frequency_Hz": error})
+    return Table(fields, rows, errors=lambda: iter(errors))
