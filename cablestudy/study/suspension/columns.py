@@ -34,7 +34,7 @@ def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
-        return np.broadcast_to(column.compute(case.cables), (len(case.scene.cables),))[case.cable(name)]
+        return case.of_cables(column)[case.cable(name)]
 
     key = f"cables.{name}.strength" if column.key else ""
     return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
@@ -42,7 +42,7 @@ def _of_cable(column, name):
 
 def _end_tension(name, end, word):
     def compute(case):
-        return np.linalg.norm(case.equilibrium.end_forces[case.cable(name), end])
+        return case.end_tension(name, end)
 
     return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
 
@@ -58,15 +58,15 @@ def cable_columns(name):
 
 def _coordinate(name, axis):
     def compute(case):
-        value = case.equilibrium.position[case.body(name), axis]
-        return value if abs(value) > ROUNDING * case.size_of_scene else 0.0
+        value = case.at(name)[0][axis]
+        return value if abs(value) > ROUNDING * case.longest else 0.0
 
     return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
 
 
 def _angle(name, axis):
     def compute(case):
-        value = np.degrees(to_angles(case.equilibrium.rotation[case.body(name)])[axis])
+        value = np.degrees(to_angles(case.at(name)[1])[axis])
         return value if abs(value) > 360 * ROUNDING else 0.0
 
     meaning = "of its attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
@@ -121,15 +121,24 @@ def _frequency(number):
     return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", compute, mode=(number,))
 
 
+def _over_all(name, unit, meaning, values, extreme, key=""):
+    """Column of the least, largest or sum of a number of all cables; those that lack it are left out."""
+    each = Column(name, unit, meaning, "statics", values)
+
+    def compute(case):
+        found = case.of_cables(each)
+        found = found[~np.isnan(found)]
+        return extreme(found) if len(found) else np.nan
+
+    return Column(name, unit, meaning, "statics", compute, key)
+
+
 WHOLE = (
-    Column("min_tension", "N", "smallest tension in any cable", "statics",
-           lambda c: c.cables.statics.min_tension.min()),
-    Column("max_tension", "N", "largest tension in any cable", "statics",
-           lambda c: c.cables.statics.max_tension.max()),
-    Column("max_utilisation", "", "largest stress over strength of any cable", "statics",
-           lambda c: np.max(c.cables.utilisation, initial=-np.inf, where=~np.isnan(c.cables.utilisation)),
-           "cables.*.strength"),
-    Column("cable_mass", "kg", "mass of all cables", "statics", lambda c: c.cables.mass.sum()),
+    _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.min),
+    _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.max),
+    _over_all("max_utilisation", "", "largest stress over strength of any cable", lambda r: r.utilisation, np.max,
+              "cables.*.strength"),
+    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.sum),
     *(column for column in COLUMNS if column.needs == "run"),
 )  # fmt: skip
 
@@ -192,9 +201,7 @@ def why_not(scene, column):
         if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
             return "max_utilisation needs the strength of a cable, which the scene does not have"
         known = MODE.fullmatch(column.name) or any(column.name == other.name for other in WHOLE)
-        return (
-            "" if known else f"{column.name} is a column of a single cable: of one of these it is CABLE.{column.name}"
-        )
+        return "" if known else f"{column.name} is a column of a single cable; here it is CABLE.{column.name}"
     junctions = [name for name, point in scene.points.items() if point.free]
     if owner in scene.points and owner not in junctions:
         return f"{owner} is a fixed point, which has no columns"
