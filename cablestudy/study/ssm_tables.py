@@ -1,5 +1,6 @@
 """Tables of the command `ssm`: kept modes and frequency responses."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -52,7 +53,7 @@ def curves(choice):
         label = "gondola position over the force on it, loop closed"
         return [Curve("", label, "m/N", partial(response.position, case.loop, model))]
     displaced, end = options.ends
-    label = f"force at {end} over displacement of {displaced}"
+    label = f"force at {end} over displacement of {displaced}".replace("_", " ")
     return [Curve("", label, "N/m", partial(response.between_ends, model, *options.pair))]
 
 
@@ -109,7 +110,7 @@ def response_table(span, shown):
     fields = [Field("frequency_Hz", "frequency", "Hz")]
     for curve in shown:
         before, title = (f"{curve.name}_", f"{curve.name} ") if curve.name else ("", "")
-        suffix = f"_{curve.unit.replace(' ', '').replace('/', '_per_')}" if curve.unit else ""
+        suffix = f"_{re.sub('[ ()]', '', curve.unit).replace('/', '_per_')}" if curve.unit else ""
         fields += [Field(f"{before}magnitude{suffix}", f"{title}magnitude", curve.unit)]
         fields += [Field(f"{before}phase_deg", f"{title}phase", "deg")]
     return Table(tuple(fields), _Rows([field.name for field in fields], span, shown))

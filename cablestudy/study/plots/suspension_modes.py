@@ -20,7 +20,9 @@ TURN = 0.6  # largest rotation drawn [rad]
 FULL = 0.25  # share of the largest displacement from which a place has its full colour
 POINTS = 80  # along a cable, about
 SMALL = 0.08  # size of a body over that of the suspension, below which its rotation is drawn enlarged
-ENLARGED = (0.0, 0.0, 0.34, 0.46)  # place of the enlarged body in its panel
+MANY = 100  # cables from which lines are thin
+TALL = 1.8  # height over width of the tallest panel
+ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,13 @@ class Displaced:
         return max(float(np.linalg.norm(moved, axis=-1).max(initial=0.0)) for _, moved in parts)
 
     def factor(self, peak):
-        """Factor to a largest displacement [m], or less where a body would turn too far."""
+        """Factor to a largest displacement [m], or to a smaller one where a body would turn too far."""
         return min(peak / self.largest, TURN / self.turn if self.turn else np.inf)
+
+    def colours(self, *moved):
+        """Colours of places that are displaced so far: of what moves, grey where they hardly move."""
+        share = np.clip(np.linalg.norm(moved, axis=-1).mean(axis=0) / self.largest / FULL, 0, 1)[..., None]
+        return share * to_rgb(COLOURS[self.kind]) + (1 - share) * to_rgb(STILL)
 
 
 def displaced(case, modes, drawing, number):
@@ -116,11 +123,14 @@ def suspension_modes(case, modes):
     shown = [displaced(case, modes, drawing, k) for k in range(count)]
     flat = np.concatenate([view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)])
     low, high = flat.min(axis=0), flat.max(axis=0)
+    low[1] -= 0.1 * max(high[1] - low[1], 0.3 * (high[0] - low[0]))  # room for the scale
     middle, half = (low + high) / 2, 0.53 * (high - low)
-    half = np.maximum(half, [half[1] / 1.1, 0.5 * half[0]])
+    half = np.maximum(half, [half[1] / TALL, 0.4 * half[0]])
     columns = 1 if count == 1 else 2 if count < 5 else 3
-    width, rows = (WIDTH if columns == 1 else 8.4 / columns + 0.5), -(-count // columns)
-    figure = Figure(figsize=(columns * width, rows * (width * half[1] / half[0] + 0.35) + 0.4), layout="constrained")
+    tall, rows = half[1] / half[0], -(-count // columns)
+    width = WIDTH if columns == 1 else min(3.3, max(2.3, 4.0 / tall))
+    figure = Figure(figsize=(columns * width, rows * (width * tall + 0.35) + 0.4), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.1)
     for k, axes in enumerate(figure.subplots(rows, columns, squeeze=False).ravel()):
         axes.set_axis_off()
         if k >= count:
@@ -133,7 +143,7 @@ def suspension_modes(case, modes):
         _name(axes, modes, k, one, factor)
         scale_bar(axes, size)
         if one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size:
-            _enlarge(axes, view, one)
+            _enlarge(axes, view, one, factor)
     which = f"First {count} of {len(modes)} modes" if count < len(modes) else f"{count} mode{'s' if count > 1 else ''}"
     figure.suptitle(f"{which} beside the static form (grey), displacements enlarged", x=0.01, ha="left", fontsize=10)
     return figure
@@ -149,31 +159,32 @@ def _name(axes, modes, k, one, factor):
     """Number, frequency, what moves, and the largest displacement drawn."""
     axes.set_title(f"{k + 1}   {short(float(modes.frequency[k]))} Hz", loc="left", weight="bold")
     axes.set_title(modes.moves[k], loc="right", fontsize=8, color=COLOURS[one.kind])
-    peak = f"largest displacement {short(factor * one.largest)} m"
+    peak = f"largest displacement {factor * one.largest:.2g} m"
     axes.text(0.99, -0.02, peak, transform=axes.transAxes, ha="right", va="top", fontsize=7, color=GREY)
 
 
 def _draw(axes, drawing, view, one, factor):
     """The static form, and the displaced suspension over it in the colour of what moves, where it does."""
-    colour, largest = COLOURS[one.kind], one.largest
-    axes.add_collection(LineCollection([view(places) for places, _ in one.cables], colors=STILL, linewidths=0.8))
+    width = 1.3 if len(one.cables) < MANY else 0.5
+    still = [view(places) for places, _ in one.cables]
+    axes.add_collection(LineCollection(still, colors=STILL, linewidths=0.6 * width))
     for places, moved in one.cables:
         line = view(places + factor * moved)
-        size = np.linalg.norm(moved, axis=-1) / largest
-        share = np.clip((size[1:] + size[:-1]) / 2 / FULL, 0, 1)[:, None]
-        colours = share * to_rgb(colour) + (1 - share) * to_rgb(STILL)
-        pieces = np.stack([line[:-1], line[1:]], axis=1)
-        axes.add_collection(LineCollection(pieces, colors=colours, linewidths=1.3, capstyle="round", zorder=3))
+        ends = np.minimum(np.arange(2, len(line) + 1), len(line) - 1)  # overlapping pieces have no gaps
+        pieces = np.stack([line[:-1], line[1:], line[ends]], axis=1)
+        colours = one.colours(moved[:-1], moved[1:])
+        axes.add_collection(LineCollection(pieces, colors=colours, linewidths=width, zorder=3))
     if drawing.anchors:
-        axes.plot(*view(np.array(list(drawing.anchors.values()))).T, "^", color=GREY, ms=4, zorder=4)
+        mark = 4 if len(one.cables) < MANY else 2
+        axes.plot(*view(np.array(list(drawing.anchors.values()))).T, "^", color=GREY, ms=mark, zorder=4)
     places, moved = one.points
     if len(places):
-        mark = 3 if len(places) < 50 else 1.2
+        mark = 3 if len(one.cables) < MANY else 0.8
         axes.plot(*view(places).T, "o", color=STILL, ms=mark, zorder=2)
-        axes.plot(*view(places + factor * moved).T, "o", color=colour, ms=mark, zorder=5)
+        axes.scatter(*view(places + factor * moved).T, s=mark**2, c=one.colours(moved), zorder=5)
     for places, moved in one.bodies.values():
         _body(axes, view(places), STILL, 2)
-        _body(axes, view(places + factor * moved), colour, 6)
+        _body(axes, view(places + factor * moved), one.colours(moved[np.linalg.norm(moved, axis=-1).argmax()]), 6)
 
 
 def _body(axes, flat, colour, zorder):
@@ -183,15 +194,14 @@ def _body(axes, flat, colour, zorder):
     axes.plot(*flat[-1], "s", color=colour, ms=4, zorder=zorder)
 
 
-def _enlarge(axes, view, one):
-    """A body that turns, enlarged at the lower left, with the ends of its cables."""
+def _enlarge(axes, view, one, factor):
+    """A body that turns, enlarged in the emptiest corner, with the ends of its cables."""
     places, moved = one.bodies[one.body]
     reach = float(np.linalg.norm(places - places[-1], axis=-1).max())
-    factor = min(reach / float(np.linalg.norm(moved, axis=-1).max()), TURN / one.turn)
-    inset = axes.inset_axes(ENLARGED)
+    factor = min(factor, reach / float(np.linalg.norm(moved, axis=-1).max()))
+    inset = axes.inset_axes(_corner(axes, _outline(view, one, factor)))
     centre = view(places[-1])
     inset.set(xlim=centre[0] + 1.7 * reach * np.array([-1, 1]), ylim=centre[1] + 1.7 * reach * np.array([-1, 1]))
-    inset.set_aspect("equal", adjustable="datalim")
     inset.set(xticks=[], yticks=[])
     inset.spines[:].set(visible=True, color=STILL, linewidth=0.6)
     colour = COLOURS[one.kind]
@@ -200,3 +210,13 @@ def _enlarge(axes, view, one):
         inset.add_collection(LineCollection(lines, colors=look, linewidths=0.7, zorder=zorder))
         _body(inset, view(places + scale * moved), look, zorder)
     inset.set_title(one.body, fontsize=7, color=colour, pad=2)
+
+
+def _corner(axes, flat):
+    """Place in a panel of a square in the corner with the fewest of some points; at the lower right is the scale."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    width, height = ENLARGED, ENLARGED * (right - left) / (high - low)
+    share = (flat - [left, low]) / [right - left, high - low]
+    corners = [(0.0, 0.0), (0.0, 0.97 - height), (1.0 - width, 0.97 - height)]
+    inside = [np.all((share > corner) & (share < np.add(corner, (width, height))), axis=1).sum() for corner in corners]
+    return (*corners[int(np.argmin(inside))], width, height)
