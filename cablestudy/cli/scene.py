@@ -88,8 +88,9 @@ def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
     echo_notes(notes_of(case) if explain else (), quiet)
     if limit is None and len(found) < count:
         echo_notes([f"the model has {len(found)} modes, not {count}"], quiet)
-    save_plot(plot, lambda plots: plots.suspension_modes(case, found))
-    show(mode_table(found, None if limit is None else found.up_to(limit)), style)
+    asked = range(len(found)) if limit is None else found.up_to(limit)
+    save_plot(plot, lambda plots: plots.suspension_modes(case, found, len(asked)))
+    show(mode_table(found, asked), style)
 
 
 @scene_command

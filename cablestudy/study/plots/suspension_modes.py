@@ -98,7 +98,7 @@ def displaced(case, modes, drawing, number):
 
 
 @styled
-def suspension_modes(case, modes):
+def suspension_modes(case, modes, listed=None):
     """Draws the first modes of a suspension, each displaced beside the static form, in perspective.
 
     Parameters
@@ -106,12 +106,15 @@ def suspension_modes(case, modes):
     case : SuspensionCase
         With a stable equilibrium.
     modes : CoupledModes
+    listed : int, optional
+        How many of them are asked for. Default: all.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    count = min(len(modes), PANELS)
+    listed = len(modes) if listed is None else listed
+    count = min(listed, PANELS)
     if not count:
         figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
         figure.suptitle("There is no mode to show")
@@ -144,7 +147,7 @@ def suspension_modes(case, modes):
         scale_bar(axes, size)
         if one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size:
             _enlarge(axes, view, one, factor)
-    which = f"First {count} of {len(modes)} modes" if count < len(modes) else f"{count} mode{'s' if count > 1 else ''}"
+    which = f"First {count} of {listed} modes" if count < listed else f"{count} mode{'s' if count > 1 else ''}"
     figure.suptitle(f"{which} beside the static form (grey), displacements enlarged", x=0.01, ha="left", fontsize=10)
     return figure
 

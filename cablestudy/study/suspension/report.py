@@ -80,14 +80,14 @@ def all_tables(tables, style):
     return json.dumps({name: json.loads(table.render(style)) for name, table in tables.items()}, indent=1) + "\n"
 
 
-def mode_table(modes, chosen=None):
+def mode_table(modes, chosen):
     """Coupled modes as rows.
 
     Parameters
     ----------
     modes : CoupledModes
-    chosen : sequence of int, optional
-        Which of them, from 0. Default: all.
+    chosen : sequence of int
+        Which of them, from 0.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def mode_table(modes, chosen=None):
         Field("body_share", "body share"),
     )
     rows, errors = [], []
-    for k in range(len(modes)) if chosen is None else map(int, chosen):
+    for k in map(int, chosen):
         numbers = (float(modes.frequency[k]), float(modes.damping_ratio[k]), modes.moves[k], float(modes.body_share[k]))
         rows.append(dict(zip((field.name for field in fields), (k + 1, *numbers), strict=True)))
         error = float(modes.error[k])
