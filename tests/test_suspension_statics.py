@@ -106,7 +106,7 @@ def test_two_cables_side_by_side_are_one_of_twice_the_area():
     double = replace(
         one, owner=one.owner[twice], place=one.place[twice], value=one.value[twice],
         axial_stiffness=one.axial_stiffness[twice], cable_mass=one.cable_mass[twice],
-        given=one.given + ("unstretched_length",), cable_names=(*one.cable_names, "again"), force_density=None,
+        given=(*one.given, "unstretched_length"), cable_names=(*one.cable_names, "again"), force_density=None,
     )  # fmt: skip
     factor = np.where(np.arange(10) == 4, 2.0, 1.0)
     thick = replace(one, axial_stiffness=one.axial_stiffness * factor, cable_mass=one.cable_mass * factor)
@@ -184,17 +184,13 @@ def test_cases_of_a_batch():
 
 
 def test_a_bad_case_does_not_stop_the_others():
-    """No lengths give this preload to a plumb line: the tension of the others is found."""
-    lines = [cable((0, 0, 10), "bob", 1e5, 0.01, given="preload", value=1.0)]
-    one = suspension([], lines, [point("bob", (0, 0, 0), 2.0)])
-    hung = (2 + 0.05) * 9.81
-    found = statics.pose(replace(one, value=np.array([[500.0]]), mass=np.array([[2.0], [2.0]])))
-    assert not found.record.converged.any()
+    """No lengths give two weightless cables less tension than half of the weight; the other case is found."""
     pair = suspension(
-        [], [cable((x, 0, 10), "bob", 1e5, 0.01, given="preload", value=1.0) for x in (-4, 4)],
+        [], [cable((x, 0, 10), "bob", 1e5, given="preload", value=1.0) for x in (-4, 4)],
         [point("bob", (0, 0, 8), 2.0)],
     )  # fmt: skip
-    found = statics.pose(replace(pair, value=np.array([[40.0, 40.0], [hung / 4, hung / 4]])))
+    weight = 2 * 9.81
+    found = statics.pose(replace(pair, value=np.array([[40.0, 40.0], [weight / 4, weight / 4]])))
     assert found.record.converged.tolist() == [True, False]
     np.testing.assert_allclose(found.catenary.mean_tension[0], 40, rtol=1e-10)
 
@@ -281,6 +277,16 @@ def test_mechanisms_name_their_motion():
     assert found.stability.reason() == "nothing holds bell yaw"
 
 
+@pytest.mark.parametrize("height", [0.3, 0.0])
+def test_three_cables_at_one_point_let_a_body_turn(height):
+    """The vertical through that point is an axis about which nothing holds the body."""
+    anchors = [(5, 0, 8), (-3, 4, 8), (-2, -5, 8)]
+    lines = [cable(a, ("b", (0, 0, height)), 1e6, 0.1, value=9.0) for a in anchors]
+    found = statics.pose(suspension([body("b", (0, 0, 0), 50.0, center=(0, 0, -0.2))], lines))
+    assert found.record.converged
+    assert found.stability.reason() == "nothing holds b yaw"
+
+
 def test_an_unstable_equilibrium_is_no_answer():
     """Weight high above the attachments: the exact upright pose is an equilibrium that runs away."""
     found = statics.pose(trifilar(below=-30.0, stiffness=1e5))
@@ -308,3 +314,26 @@ def test_ends_in_one_place():
     lines = [cable((0, 0, 0), "p", 1e5, 0.1, value=2.0), cable((3, 0, 0), "p", 1e5, 0.1, value=2.0)]
     found = rest(suspension([], lines, [point("p", (0, 0, 0), 4.0)]))
     assert found.position[0, 0] == pytest.approx(1.5, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["unstretched_length", "preload"])
+def test_a_net_of_many_points(kind):
+    """192 degrees of freedom, solved by sparse matrices: each point in balance, each cable with what it states."""
+    n, spacing = 8, 1.5
+    inside = [(i, j) for i in range(1, n + 1) for j in range(1, n + 1)]
+
+    def end(key):
+        return f"p{key}" if key in inside else (spacing * key[0], spacing * key[1], 0.02 * key[0] * key[1])
+
+    lines = [
+        cable(end(key), end(other), 1e6, 0.05, given=kind, value=spacing * 0.999 if kind != "preload" else 900.0)
+        for key in [(i, j) for i in range(n + 2) for j in range(n + 2)]
+        for other in [(key[0] + 1, key[1]), (key[0], key[1] + 1)]
+        if key in inside or other in inside
+    ]
+    points = [point(f"p{key}", (spacing * key[0], spacing * key[1], 0.5), 0.2) for key in inside]
+    found = rest(suspension([], lines, points))
+    for index in range(n * n):
+        np.testing.assert_allclose(net_force(found, index), 0, atol=1e-7)
+    if kind == "preload":
+        np.testing.assert_allclose(found.catenary.mean_tension, 900, rtol=1e-9)

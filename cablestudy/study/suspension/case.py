@@ -10,8 +10,10 @@ from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
+from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.descent import REASONS
+from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
 
 STIFFNESS_ROUNDING = 1e-13  # of an entry over the geometric mean of those on the diagonal
@@ -193,6 +195,25 @@ class SuspensionCase:
         size = np.sqrt(np.abs(np.diagonal(matrix)))
         return np.where(np.abs(matrix) > STIFFNESS_ROUNDING * np.outer(size, size), matrix, 0.0)
 
+    def static_frequencies(self, name):
+        """Frequencies of a body on its static stiffness, with a third of the mass of its cables. [Hz]
+
+        Junctions follow without mass, other bodies are at rest: an estimate, good for light and taut cables.
+        """
+        from scipy.linalg import eigvalsh
+
+        place, found = self.body(name), self.equilibrium
+        suspension, mass = found.suspension, Layout(found).mass[place]
+        cable, end = np.nonzero(suspension.owner == place)
+        unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
+        moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
+        third = (found.catenary.span.mass * found.lengths)[cable, None, None] / 3
+        mass = mass + (np.swapaxes(moved, -1, -2) @ moved * third).sum(axis=0)
+        free = np.ix_(suspension.free[place], suspension.free[place])
+        stiffness = self.body_stiffness(name)[free]
+        squared = eigvalsh((stiffness + stiffness.T) / 2, mass[free])
+        return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
+
     def frequency(self, number):
         """Frequency of a mode by its number (from 1) [Hz], and its estimated relative error.
 
@@ -258,15 +279,23 @@ class SuspensionCase:
         ------
         NoSolutionError
             There is no such mode among the lowest MOST_MODES.
+
+        Notes
+        -----
+        The shares of a body in all modes add up to its free degrees of freedom at most, so that the search ends when
+        too little is left for the modes that are missing.
         """
         place = self.body(body)
+        free = self.equilibrium.suspension.free[place].sum()
         count = number + MORE
         while True:
             modes = self.modes(count)
-            of_body = np.flatnonzero(modes.body_energy[place].sum(axis=0) > 0.5)
+            share = modes.body_energy[place].sum(axis=0)
+            of_body = np.flatnonzero(share > 0.5)
             if len(of_body) >= number:
                 return modes, int(of_body[number - 1])
-            if len(modes) < count or count >= MOST_MODES:
+            exhausted = free - share.sum() < 0.5 * (number - len(of_body))
+            if exhausted or len(modes) < count or count >= MOST_MODES:
                 raise NoSolutionError(
                     f"{len(of_body)} of the lowest {len(modes)} modes have more than half of their kinetic energy in "
                     f"{body}, not {number}"

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column
 from cablestudy.system.rigid import to_angles
@@ -47,10 +48,19 @@ def _end_tension(name, end, word):
     return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
 
 
+def _inclination(name):
+    def compute(case):
+        span = case.group.cables.span
+        place = case.place, case.cable(name)
+        return np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
+
+    return Column(f"{name}.inclination", "deg", "of its chord, upwards from `from` to `to`", "statics", compute)
+
+
 def cable_columns(name):
     """The columns of one cable: list of Column."""
     ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
-    return [*(_of_cable(column, name) for column in OF_CABLES), *ends]
+    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _inclination(name)]
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point
@@ -101,6 +111,17 @@ def _body_frequency(name, number):
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
+def _static_frequency(name, number):
+    def compute(case):
+        frequencies = case.static_frequencies(name)
+        if number > len(frequencies):
+            raise NoSolutionError(f"{name} has {len(frequencies)} free displacements, not {number}")
+        return frequencies[number - 1]
+
+    meaning = "on the static stiffness, with a third of its cables' mass, all else at rest; K from 1 to 6"
+    return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
+
+
 def point_columns(name):
     """The columns of a free point: list of Column."""
     return [*(_coordinate(name, axis) for axis in range(3)), _mass(name)]
@@ -149,6 +170,7 @@ WHOLE = (
 def families():
     """Columns that stand for many, with words in capitals for names and numbers, for lists: list of Column."""
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
+    numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [_stiffness("BODY", axis, axis) for axis in AXES]
     whole = [column for column in WHOLE if column.needs != "run"]
     return [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered, *whole]
@@ -180,7 +202,8 @@ def find(name):
         owner = name.partition(".")[0]
         match = STIFFNESS.fullmatch(name)
         stiffness = [_stiffness(owner, match[2], match[3])] if match else []
-        known = [*stiffness, *body_columns(owner), *cable_columns(owner)]
+        static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
+        known = [*stiffness, *static, *body_columns(owner), *cable_columns(owner)]
     for column in known:
         if name in (column.name, column.header):
             return column
