@@ -239,11 +239,11 @@ def newton_step(suspension, state, point):
     free = suspension.free
     force = tangent.free_values(suspension, point.net)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
-    reach = np.ones((len(force), *free.shape)) * WIDEST
-    reach[..., :3] = FARTHEST * longest(state)[:, None, None]
+    largest_step = np.ones((len(force), *free.shape)) * WIDEST
+    largest_step[..., :3] = FARTHEST * longest(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
-    rounding = BALANCED * np.broadcast_to(point.scale[..., None], reach.shape)
-    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / reach)
+    rounding = BALANCED * np.broadcast_to(point.scale[..., None], largest_step.shape)
+    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / largest_step)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
     scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= tangent.DENSE:
@@ -254,9 +254,9 @@ def newton_step(suspension, state, point):
             _sparse_step(tangent.scaled_sparse(blocks.of(i), suspension, scales[i]), force[i] / scales[i])
             for i in cases
         ]
-    step = np.zeros(reach.shape)
+    step = np.zeros(largest_step.shape)
     step[:, free] = np.asarray(moves) / scales
-    return step / np.maximum(1.0, (np.abs(step) / reach).max(axis=(-1, -2)))[:, None, None]
+    return step / np.maximum(1.0, (np.abs(step) / largest_step).max(axis=(-1, -2)))[:, None, None]
 
 
 def _dense_step(matrix, force):
