@@ -280,6 +280,8 @@ def test_files_of_all_kinds_hold_the_same(folder):
     ]
     assert first["StateName"] == [f"mode_{k}_{what}" for what in ("amplitude", "velocity") for k in range(1, 6)]
     assert first["A"].shape == (10, 10)
+    assert not np.any(first["D1"][:12])  # displacements need no derivatives of inputs
+    assert not np.any(first["D2"][:12])
     assert first["Mass"].shape == (len(first["CoordinateName"]),) * 2
     for other in others:
         for name, value in first.items():
