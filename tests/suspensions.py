@@ -83,7 +83,7 @@ def trifilar(count=3, radius=0.8, height=20.0, mass=50.0, below=0.4, stiffness=1
     length = height / (1 + tension / stiffness)
     return suspension(
         [body("disk", (0, 0, 0), mass, center=(0, 0, -below), **more)],
-        [cable(place + [0, 0, height], ("disk", place), stiffness, line, value=length) for place in places],
+        [cable(place + np.array([0, 0, height]), ("disk", place), stiffness, line, value=length) for place in places],
     )
 
 
@@ -92,9 +92,11 @@ def sagging(seed=3, **more):
     rng = np.random.default_rng(seed)
     anchors = [(9, 1, 8), (-8, 5, 9), (-1, -9, 7), (8, -6, 8), (-7, -6, 9)]
     lines = [
-        (anchors[0], ("a", (0.4, 0.1, 0.2))), (anchors[1], ("a", (-0.3, 0.3, 0.1))), (anchors[2], ("a", (0, -0.4, 0.3))),
+        (anchors[0], ("a", (0.4, 0.1, 0.2))), (anchors[1], ("a", (-0.3, 0.3, 0.1))),
+        (anchors[2], ("a", (0, -0.4, 0.3))),
         (anchors[3], "p"), ("p", ("b", (0.3, 0.0, 0.2))), (anchors[4], "q"), ("q", ("b", (-0.2, -0.2, 0.3))),
-        (("a", (0.1, 0.0, -0.2)), ("b", (0.0, 0.3, 0.1))), ("q", ("a", (0, 0, 0.4))), (anchors[1], ("b", (0.1, 0.2, 0.4))),
+        (("a", (0.1, 0.0, -0.2)), ("b", (0.0, 0.3, 0.1))), ("q", ("a", (0, 0, 0.4))),
+        (anchors[1], ("b", (0.1, 0.2, 0.4))),
     ]  # fmt: skip
     bodies = [
         body("a", (0.2, 0.3, 3.0), 40.0, attitude=(0.1, -0.2, 0.3), center=(0.05, -0.02, -0.1), force=(3, -5, 10)),

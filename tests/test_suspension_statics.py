@@ -106,7 +106,7 @@ def test_two_cables_side_by_side_are_one_of_twice_the_area():
     double = replace(
         one, owner=one.owner[twice], place=one.place[twice], value=one.value[twice],
         axial_stiffness=one.axial_stiffness[twice], cable_mass=one.cable_mass[twice],
-        given=one.given + ("unstretched_length",), cable_names=(*one.cable_names, "again"), force_density=None,
+        given=(*one.given, "unstretched_length"), cable_names=(*one.cable_names, "again"), force_density=None,
     )  # fmt: skip
     factor = np.where(np.arange(10) == 4, 2.0, 1.0)
     thick = replace(one, axial_stiffness=one.axial_stiffness * factor, cable_mass=one.cable_mass * factor)
@@ -184,17 +184,13 @@ def test_cases_of_a_batch():
 
 
 def test_a_bad_case_does_not_stop_the_others():
-    """No lengths give this preload to a plumb line: the tension of the others is found."""
-    lines = [cable((0, 0, 10), "bob", 1e5, 0.01, given="preload", value=1.0)]
-    one = suspension([], lines, [point("bob", (0, 0, 0), 2.0)])
-    hung = (2 + 0.05) * 9.81
-    found = statics.pose(replace(one, value=np.array([[500.0]]), mass=np.array([[2.0], [2.0]])))
-    assert not found.record.converged.any()
+    """No lengths give two weightless cables less tension than half of the weight; the other case is found."""
     pair = suspension(
-        [], [cable((x, 0, 10), "bob", 1e5, 0.01, given="preload", value=1.0) for x in (-4, 4)],
+        [], [cable((x, 0, 10), "bob", 1e5, given="preload", value=1.0) for x in (-4, 4)],
         [point("bob", (0, 0, 8), 2.0)],
     )  # fmt: skip
-    found = statics.pose(replace(pair, value=np.array([[40.0, 40.0], [hung / 4, hung / 4]])))
+    weight = 2 * 9.81
+    found = statics.pose(replace(pair, value=np.array([[40.0, 40.0], [weight / 4, weight / 4]])))
     assert found.record.converged.tolist() == [True, False]
     np.testing.assert_allclose(found.catenary.mean_tension[0], 40, rtol=1e-10)
 

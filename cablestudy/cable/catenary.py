@@ -245,6 +245,7 @@ def solve(span):
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
     unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
     unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
+    unknown = np.where(loose, 0.0, unknown)
     change, weightless = record.last_correction, ~loose & (np.asarray(span.weight) == 0)
     for _ in range(problem.segments.fraction.shape[-1] if weightless.any() else 0):
         sizes = np.sqrt(sum(part**2 for part in problem.tension(unknown)))

@@ -237,13 +237,13 @@ def newton_step(suspension, state, point):
         [m], [rad]
     """
     free = suspension.free
-    force = point.net[:, free]
+    force = tangent.free_values(suspension, point.net)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
     reach = np.ones((len(force), *free.shape)) * WIDEST
     reach[..., :3] = FARTHEST * longest(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
-    rounding = BALANCED * np.broadcast_to(point.scale[..., None], reach.shape)[:, free]
-    least = np.maximum(np.abs(force), rounding) / reach[:, free]
+    rounding = BALANCED * np.broadcast_to(point.scale[..., None], reach.shape)
+    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / reach)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
     scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= tangent.DENSE:
@@ -264,7 +264,7 @@ def _dense_step(matrix, force):
     values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
     definite = values[:, 0] > FLATTEST
     plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
-    exact = np.linalg.solve(plain, force[..., None])[..., 0]
+    exact = tangent.solved(plain, force)
     shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
     descending = (vectors @ (shares / np.maximum(np.abs(values), FLATTEST))[..., None])[..., 0]
     return np.where(definite[:, None], exact, descending)
@@ -322,8 +322,9 @@ def line_search(suspension, state, point, step):
         found[put_into] = True
         # where the slope along the step vanishes, by the secant
         secant = slope[rest] / np.maximum(slope[rest] - ahead, TINY)
-        share[rest] *= np.where(there.solved, np.clip(secant, 0.05, 0.5), 0.25)
-        rest = rest[~good]
+        smaller = np.where(there.solved, np.clip(secant, 0.05, 0.5), 0.25)
+        rest, smaller = rest[~good], smaller[~good]
+        share[rest] *= smaller
         if not len(rest):
             break
     return new_state, new_point, np.where(found, share, 0.0)

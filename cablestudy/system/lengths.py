@@ -11,10 +11,12 @@ from cablestudy.system.descent import CONVERGED, TINY, TOO_MANY, UNHELD, Record,
 from cablestudy.system.statics import equilibrium, refuse_unheld, start
 from cablestudy.system.tension_distribution import METHODS, distribute
 
-MAX_STEPS = 60
-SETTLED = 1e-10  # relative change of the tensions in a step at which they are found,
+MAX_STEPS = 100
+SHRINKING, LARGEST, DAMPED = 0.7, 0.3, 0.05  # steps that shrink less or turn more [rad] are damped, with this weight
+SETTLED = 1e-9  # relative change of the tensions in a step at which they are found,
 BALANCED = 1e-11  # and net force over the sum of forces
 STALLED = 1e-8  # both, where rounding stops the iteration
+HOPELESS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
@@ -143,11 +145,11 @@ def linearised(suspension, state, which, found):
     free = suspension.free
     sizes = np.ones((*state.position.shape[:-1], 6))
     sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
-    sizes = sizes[:, free]
+    sizes = tangent.free_values(suspension, sizes)
     by_tension = np.swapaxes(pulled[:, which], -1, -2) / sizes[..., None]
     by_place = -(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]]
     worst = np.abs(np.where(free, net / body_units(suspension), 0.0)).max(axis=-1) / np.maximum(scale, TINY)
-    return net[:, free] / sizes, by_tension, by_place, worst.max(axis=-1)
+    return tangent.free_values(suspension, net) / sizes, by_tension, by_place, worst.max(axis=-1)
 
 
 def body_units(suspension):
@@ -184,45 +186,54 @@ def search(suspension, which, found, method, low, high, reference):
     part = replace(suspension, given=given, value=value)
     state, cases = start(part), len(value)
     state = fitted(part, state)
-    problems = np.full(cases, "", dtype=object)
+    answers, hopeless = np.full(cases, None, dtype=object), np.zeros(cases, dtype=int)
     steps, settled = np.zeros(cases, dtype=int), np.zeros(cases, dtype=bool)
-    last = np.full(cases, np.inf)
+    damping = np.zeros(cases)
+    last, ended = np.full(cases, np.inf), settled.copy()
     for _ in range(MAX_STEPS):
         net, by_tension, by_place, worst = linearised(part, state, which, found)
         step, wanted = np.zeros((*state.position.shape[:-1], 6)), tension.copy()
         change = np.zeros(cases)
-        for case in np.flatnonzero(~settled):
+        for case in np.flatnonzero(~ended):
             right = by_tension[case] @ tension[case] - net[case]
-            answer = distribute(by_tension[case], by_place[case], right, method, reference[case], low[case], high[case])
-            problems[case] = answer
+            limits = reference[case], low[case], high[case], damping[case]
+            answer = distribute(by_tension[case], by_place[case], right, method, *limits)
+            answers[case] = answer
+            pushes = not answer.held or (not answer.within and answer.tension.min() <= 0)
+            hopeless[case] = hopeless[case] + 1 if pushes else 0
             wanted[case], step[case, found] = answer.tension, answer.unbounded
         step = step / body_units(part)
-        step = limited(state, step)
-        wanted = np.where(settled[:, None], tension, np.maximum(wanted, SLOWEST * tension))
+        wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
+        share = allowed_share(state, step)
+        step, wanted = step * share[:, None, None], tension + share[:, None] * (wanted - tension)
+        wanted = np.where(ended[:, None], tension, np.maximum(wanted, SLOWEST * tension))
         change = np.abs(wanted - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
         done = (worst < BALANCED) & (change < SETTLED) | (worst < STALLED) & (change < STALLED) & (change >= last / 2)
         settled |= done
-        if settled.all():
+        ended = settled | (hopeless >= HOPELESS)
+        if ended.all():
             break
-        moving = ~settled
+        moving = ~ended
         steps += moving
         tension = np.where(moving[:, None], wanted, tension)
+        wild = (wide > LARGEST) | ((change > SHRINKING * last) & (steps > 3))
+        damping = np.where(wild, np.maximum(DAMPED, 3 * damping), damping)
         last = np.where(moving, change, last)
         value = np.array(part.value)
         value[:, which] = tension
         part = replace(part, value=value)
         state = fitted(part, moved(part, state, np.where(moving[:, None, None], step, 0.0)))
-    good = np.array([answer.held and answer.within for answer in problems], dtype=bool)
+    good = np.array([answer.held and answer.within for answer in answers], dtype=bool)
     reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
-    words = [describe(suspension, which, *case) for case in zip(problems, settled, low, high, strict=True)]
+    words = [describe(suspension, which, *case) for case in zip(answers, settled, low, high, strict=True)]
     return state, Record(steps, worst, change, reasons), np.array(words, dtype=object)
 
 
-def limited(state, step):
-    """A step of bodies no longer than a search allows."""
+def allowed_share(state, step):
+    """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
     far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * longest(state))
     wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / descent.WIDEST
-    return step / np.maximum(1.0, np.maximum(far, wide))[:, None, None]
+    return 1 / np.maximum(1.0, np.maximum(far, wide))
 
 
 def fitted(suspension, state):

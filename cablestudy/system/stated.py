@@ -144,6 +144,24 @@ def _sag_rates(span):
     return np.stack(columns, axis=-1)
 
 
+def linear_measure(error, kinds):
+    """A measure of relative errors that is nearly linear in the length, and its derivative by the relative error.
+
+    Half of the relative error of the square of a sag, which is proportional to the slack of a cable that is stiff.
+
+    Parameters
+    ----------
+    error : ndarray, shape (..., c)
+    kinds : ndarray of object, shape (c,)
+
+    Returns
+    -------
+    measure, factor : ndarray, shape (..., c)
+    """
+    sag = np.asarray(kinds, dtype=object) == "sag"
+    return np.where(sag, error * (1 + error / 2), error), np.where(sag, 1 + error, 1.0)
+
+
 def with_relative_length(strain, change):
     """Chord strain of cables whose unstretched lengths change by dL/L, the ends at rest."""
     return (strain - change) / (1 + change)
@@ -204,7 +222,8 @@ def fit(span, given, value, strain):
     kinds = np.asarray(given, dtype=object)
     stated = np.array([kind is not None for kind in given])
     force = np.isin(kinds, ["preload", "tension_to"])
-    most = np.where(force, value / span.axial_stiffness, np.inf)
+    heaviest = np.where(kinds == "tension_to", span.weight_per_length * span.chord, 0.0)  # end 2 may be the lower one
+    most = np.where(force, (value + heaviest) / span.axial_stiffness, np.inf)
     strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
     for _ in range(MAX_STEPS):
         cables = catenary.solve(span.with_chord_strain(strain))
@@ -213,8 +232,9 @@ def fit(span, given, value, strain):
         worst = np.abs(error)
         if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2))):
             break
-        slope = rates(cables, given).by_length / value
-        change = np.where(stated & (slope != 0) & np.isfinite(slope), -error / np.where(slope != 0, slope, 1.0), 0.0)
+        excess, factor = linear_measure(error, kinds)
+        slope = factor * rates(cables, given).by_length / value
+        change = np.where(stated & (slope != 0) & np.isfinite(slope), -excess / np.where(slope != 0, slope, 1.0), 0.0)
         change = np.clip(np.nan_to_num(change), -LARGEST, LARGEST)
         strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
         last = worst

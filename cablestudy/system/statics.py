@@ -24,6 +24,7 @@ from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
 MAX_STEPS = 40
 HALVINGS = 8
 MET = 1e-11  # relative error of stated values at which they count as met,
+SOFTENED = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
 STALLED = 1e-8  # and at which they do where rounding stops the iteration
 MOST_ERROR = 10.0  # relative error that a step shall take away at most
 LARGEST = 0.3  # change of an unstretched length in one step, over the length
@@ -58,10 +59,42 @@ def pose(suspension):
         raise NoSolutionError(f"{', '.join(unstated)}: states none of {', '.join(GIVEN)}")
     shape = suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))
-    state, record = search(flat, start(flat))
-    if set(suspension.given) != {"unstretched_length"}:
-        state, record = meet(flat, state, record)
+    state, record = search_all(flat, start(flat))
+    hard = np.flatnonzero(record.reason == UNMET)
+    if len(hard):
+        record = copied(record)
+        again, last = by_softer_cables(flat.take(hard))
+        put(state, hard, again)
+        put(record, hard, last)
     return equilibrium(suspension, flat, state, record)
+
+
+def search_all(suspension, state):
+    """Pose, and lengths with which the cables have what they state: `State`, `Record`."""
+    state, record = search(suspension, state)
+    if set(suspension.given) != {"unstretched_length"}:
+        state, record = meet(suspension, state, record)
+    return state, record
+
+
+def by_softer_cables(suspension):
+    """The same by way of softer cables where something else than a length is stated.
+
+    Given tensions, the pose hardly depends on the stiffness; the path to it does: between stiff cables a small movement
+    makes large tensions.
+    """
+    own = np.array([kind == "unstretched_length" for kind in suspension.given])
+    tension = catenary.solve(spans(suspension, start(suspension))).mean_tension
+    stiffness, part = suspension.axial_stiffness, suspension
+    for strain in SOFTENED:
+        soft = np.where(own, stiffness, np.minimum(stiffness, tension / strain))
+        part = replace(part, axial_stiffness=soft)
+        state, _ = search_all(part, start(part))
+        part = replace(part, position=state.position, rotation=state.rotation)
+        if np.array_equal(soft, stiffness):
+            break
+    part = replace(part, axial_stiffness=stiffness)
+    return search_all(part, start(part))
 
 
 def start(suspension):
@@ -184,14 +217,15 @@ def coupled_step(suspension, state, cables, which, error):
     rates = stated.rates(cables, suspension.given)
     forces = cables.end_forces("global")
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
-    value = suspension.value[:, which]
+    measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
+    value = suspension.value[:, which] / factor
     pulled = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
     signed = rates.by_end[:, which, None, :] * np.array([-1.0, 1.0])[:, None] / value[..., None, None]
     turned = tangent.wrenches(state.arms[:, which], signed)
     own = rates.by_length[:, which] / value
     stretch = np.where(own != 0, 1 / np.maximum(np.abs(own), TINY), 1.0)  # dL/L that changes a value by itself
     scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY))
-    right = -np.clip(error, -1.0, MOST_ERROR)
+    right = -np.clip(measure, -1.0, MOST_ERROR)
     couple = _dense_coupled if scales.shape[-1] + len(which) <= tangent.DENSE else _sparse_coupled
     moves, change = couple(
         suspension, blocks, scales, which, pulled * stretch[..., None, None], turned, own * stretch, right
@@ -211,7 +245,7 @@ def _dense_coupled(suspension, blocks, scales, which, pulled, turned, own, right
     matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
     matrix[:, d:, d:] = (own[:, None, :] + SINGULAR) * np.eye(s)
     vector = np.concatenate([np.zeros((n, d)), right], axis=-1)
-    solution = np.linalg.solve(matrix, vector[..., None])[..., 0]
+    solution = tangent.solved(matrix, vector)
     return solution[:, :d], solution[:, d:]
 
 

@@ -61,6 +61,36 @@ def wrenches(arms, forces):
     return np.concatenate([forces, np.cross(arms, forces)], axis=-1)
 
 
+def free_values(suspension, values):
+    """Those of the free degrees of freedom, shape (..., d), of values of shape (..., b, 6).
+
+    Not by a boolean index, whose memory order depends on the number of cases, and the last digits of products with it.
+    """
+    return values.reshape(*values.shape[:-2], -1).take(np.flatnonzero(suspension.free), axis=-1)
+
+
+def solved(matrices, vectors):
+    """Solutions of systems of equations, shape (n, d); those of least size where a matrix is singular.
+
+    Parameters
+    ----------
+    matrices, vectors : ndarray, shape (n, d, d), (n, d)
+    """
+    try:
+        return np.linalg.solve(matrices, vectors[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        return np.array([_one_solved(matrix, vector) for matrix, vector in zip(matrices, vectors, strict=True)])
+
+
+def _one_solved(matrix, vector):
+    try:
+        return np.linalg.solve(matrix, vector)
+    except np.linalg.LinAlgError:
+        if np.isfinite(matrix).all() and np.isfinite(vector).all():
+            return np.linalg.lstsq(matrix, vector, rcond=None)[0]
+        return np.zeros(len(vector))
+
+
 def by_body(suspension, which, values):
     """Sums over the two ends of some cables of what acts on the bodies there.
 
@@ -80,7 +110,7 @@ def by_body(suspension, which, values):
     cable, end = np.nonzero(owner != GROUND)
     total = np.zeros((*values.shape[:2], *suspension.free.shape))
     np.add.at(total, (slice(None), cable, owner[cable, end]), values[:, cable, end])
-    return total[..., suspension.free]
+    return free_values(suspension, total)
 
 
 def weights(suspension, rotation):
@@ -179,7 +209,7 @@ def full(blocks, bodies):
 def dense(blocks, suspension):
     """The blocks as a matrix of the free degrees of freedom, shape (..., d, d)."""
     free = np.flatnonzero(suspension.free)
-    return full(blocks, len(suspension.body_names))[..., free[:, None], free]
+    return full(blocks, len(suspension.body_names)).take(free, axis=-2).take(free, axis=-1)
 
 
 def sparse(blocks, suspension, free=None):
@@ -232,7 +262,7 @@ def magnitudes(blocks, suspension):
     own = blocks.rows == blocks.columns
     total = np.zeros((*blocks.matrices.shape[:-3], *suspension.free.shape))
     np.add.at(total, (..., blocks.rows[own], slice(None)), diagonal[..., own, :])
-    return total[..., suspension.free]
+    return free_values(suspension, total)
 
 
 def scaled_sparse(blocks, suspension, scales):

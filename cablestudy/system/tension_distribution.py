@@ -44,7 +44,7 @@ class Distribution:
     within: bool
 
 
-def distribute(by_tension, by_unbounded, right, method, reference, low, high):
+def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping=0.0):
     """Tensions within bounds that balance loads.
 
     Parameters
@@ -58,6 +58,8 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high):
         Of the method `closest`. [N]
     low, high : ndarray, shape (m,)
         Bounds; infinite where there is none. [N]
+    damping : float
+        Weight of the forces of the unknowns y beside the tensions, for steps of an iteration. [-]
 
     Returns
     -------
@@ -75,8 +77,10 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high):
     left = right - matrix @ particular
     size = np.abs(right).max(initial=0.0)
     held = bool(np.abs(left).max(initial=0.0) <= BALANCE * max(size, np.finfo(float).tiny))
-    unit = max(np.abs(particular[:count]).max(initial=0.0), np.abs(reference).max(initial=0.0), 1e-300)
-    free = _least_distance(particular, space, count, method, reference, low, high, unit)
+    finite = [bound[np.isfinite(bound)] for bound in (low, high)]
+    unit = max(np.abs(part).max(initial=1e-300) for part in (particular[:count], reference, *finite))
+    weights = damping * norms[count:]
+    free = _least_distance(particular, space, count, method, reference, low, high, unit, weights)
     within = free is not None
     if not within:
         free = _nearest(particular, space, count, low, high, unit)
@@ -91,17 +95,20 @@ def _objective(method, count):
     return np.vstack([np.eye(count) - 1.0 / count, LEVEL * np.eye(count)])
 
 
-def _least_distance(particular, space, count, method, reference, low, high, unit):
+def _least_distance(particular, space, count, method, reference, low, high, unit, weights):
     """Coordinates z of the solution in the null space of the equations, or None where the bounds leave none."""
     from scipy.optimize import nnls
 
-    objective = _objective(method, count)
-    target = reference if method == "closest" else np.zeros(count)
+    tensions = _objective(method, count)
+    objective = np.zeros((len(tensions) + len(weights), len(particular)))
+    objective[: len(tensions), :count], objective[len(tensions) :, count:] = tensions, np.diag(weights)
+    target = np.zeros(len(particular))
+    target[:count] = reference if method == "closest" else 0.0
     # S (t_0 + Z z - target) = S Z z - f, with z = V (w + f')/s; motions that change no tension are left out
-    left_vectors, values, right_vectors = np.linalg.svd(objective @ space[:count], full_matrices=False)
+    left_vectors, values, right_vectors = np.linalg.svd(objective @ space, full_matrices=False)
     kept = values > RANK * values.max(initial=0.0)
     basis = right_vectors[kept].T / values[kept]
-    start = basis @ (left_vectors[:, kept].T @ (objective @ (target - particular[:count])))
+    start = basis @ (left_vectors[:, kept].T @ (objective @ (target - particular)))
     tension, slopes = particular[:count] + space[:count] @ start, space[:count] @ basis
     lower, upper = np.isfinite(low), np.isfinite(high)
     rows = np.vstack([slopes[lower], -slopes[upper]])

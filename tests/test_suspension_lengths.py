@@ -1,0 +1,253 @@
+"""Lengths from tensions (`system/lengths.py`, `tension_distribution.py`), and what cables state (`stated.py`)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from suspensions import body, cable, point, sagging, suspension, with_values
+
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.span import Span
+from cablestudy.errors import NoSolutionError
+from cablestudy.system import lengths, stated, statics
+from cablestudy.system.tension_distribution import distribute
+
+
+def robot(cables=8, mass=40.0, line=0.05):
+    """A body on cables from the corners of a box: tensions from 210 to 790 N hold it in its place."""
+    anchors = np.array([(x, y, z) for x in (-8.0, 8.0) for y in (-6.0, 6.0) for z in (-5.0, 6.0)])
+    places = np.random.default_rng(27).uniform(-0.7, 0.7, (8, 3))
+    lines = [cable(tuple(a), ("b", tuple(p)), 1e6, line, given=None) for a, p in zip(anchors, places, strict=True)]
+    return suspension([body("b", (0.3, -0.2, 0.5), mass, center=(0.02, 0.01, -0.1))], lines[:cables])
+
+
+def straight_wrenches(scene):
+    """Unit wrenches of weightless cables at the body's place, shape (6, c), and the load that they balance."""
+    ends = scene.ends(scene.position, scene.rotation)
+    arms = ends[:, 1] - scene.position[0]
+    units = ends[:, 0] - ends[:, 1]
+    units /= np.linalg.norm(units, axis=-1)[:, None]
+    weight = np.array([0, 0, -9.81 * scene.mass[0]])
+    load = np.concatenate([weight, np.cross(scene.center[0], weight)])
+    return np.concatenate([units, np.cross(arms, units)], axis=-1).T, -load
+
+
+def least_squares(matrix, load, objective, low, high):
+    """The same convex problem by a general solver (SLSQP), from scipy."""
+    count = matrix.shape[1]
+    unit = np.abs(load).max()
+    start = np.linalg.lstsq(matrix, load / unit, rcond=None)[0]
+    found = minimize(
+        lambda t: objective(t), start, method="SLSQP", bounds=[(low / unit, high / unit)] * count,
+        constraints={"type": "eq", "fun": lambda t: matrix @ t - load / unit}, options={"ftol": 1e-15, "maxiter": 500},
+    )  # fmt: skip
+    assert found.success
+    return found.x * unit
+
+
+@pytest.mark.parametrize("method", ["balanced", "least", "closest"])
+@pytest.mark.parametrize(("low", "high"), [(100.0, np.inf), (200.0, 800.0)])
+def test_weightless_cables_against_a_general_solver(method, low, high):
+    """Cables without weight pull along straight lines: one linear problem, whatever the lengths."""
+    scene = robot(line=0.0)
+    matrix, load = straight_wrenches(scene)
+    unit = np.abs(load).max()
+    objective = {
+        "balanced": lambda t: ((t - t.mean()) ** 2).sum(),
+        "least": lambda t: (t**2).sum(),
+        "closest": lambda t: ((t - 450 / unit) ** 2).sum(),
+    }[method]
+    expected = least_squares(matrix, load, objective, low, high)
+    found, problems = lengths.solve(scene, method, low, high, reference=450.0)
+    assert problems == ""
+    assert found.record.converged
+    tension = found.catenary.mean_tension
+    np.testing.assert_allclose(matrix @ tension, load, atol=1e-8 * unit)
+    assert tension.min() > low * (1 - 1e-9)
+    np.testing.assert_allclose(tension, expected, rtol=2e-5)
+
+
+def test_sagging_cables_hold_the_body_where_it_stands():
+    """The pose of the lengths that were found is the pose that was asked for, and the equilibrium of `pose`."""
+    scene = robot(line=0.8)
+    found, problems = lengths.solve(scene, "least", low=200.0)
+    assert problems == ""
+    np.testing.assert_array_equal(found.position, scene.position)
+    assert found.stability.stable
+    again = statics.pose(with_values(scene, "unstretched_length", found.lengths))
+    np.testing.assert_allclose(again.position, scene.position, atol=1e-8)
+    np.testing.assert_allclose(again.catenary.mean_tension, found.catenary.mean_tension, rtol=1e-7)
+
+
+def test_as_many_cables_as_equations():
+    """Two of the eight cables with given tensions: those of the others are the solution of a linear system."""
+    scene = robot(line=0.0)
+    matrix, load = straight_wrenches(scene)
+    whole, _ = lengths.solve(scene, "least", low=220.0, high=780.0)
+    tension = whole.catenary.mean_tension
+    given, value = ("preload", "preload", *[None] * 6), np.where(np.arange(8) < 2, tension + 3.0, np.nan)
+    expected = np.linalg.solve(matrix[:, 2:], load - matrix[:, :2] @ value[:2])
+    found, problems = lengths.solve(replace(scene, given=given, value=value))
+    assert problems == ""
+    np.testing.assert_allclose(found.catenary.mean_tension, [*value[:2], *expected], rtol=1e-8)
+
+
+def test_what_is_stated_is_kept():
+    scene = robot()
+    whole, _ = lengths.solve(scene, "least", low=220.0)
+    given, value = list(scene.given), scene.value.copy()
+    given[2], value[2] = "preload", whole.catenary.mean_tension[2] + 5.0
+    given[5], value[5] = "unstretched_length", whole.lengths[5] * (1 - 1e-6)
+    found, problems = lengths.solve(replace(scene, given=tuple(given), value=value), low=100.0)
+    assert problems == ""
+    assert found.catenary.mean_tension[2] == pytest.approx(value[2], rel=1e-9)
+    assert found.lengths[5] == pytest.approx(value[5], rel=1e-12)
+
+
+def test_the_nearest_tensions_are_named():
+    """Two vertical cables share a weight half and half: 245 N each, whatever the bounds."""
+    lines = [cable((x, 0, 5), ("beam", (x, 0, 0)), 1e6, given=None) for x in (-1.0, 1.0)]
+    free = (False, False, True, False, True, False)
+    scene = suspension([body("beam", (0, 0, 0), 50.0, free=free)], lines)
+    found, problems = lengths.solve(scene, low=300.0, high=1200.0)
+    assert problems == "no tensions in [300, 1200] N hold beam here; nearest: c0 at 245.2 N, c1 at 245.2 N"
+    assert not found.record.converged
+    found, problems = lengths.solve(scene, low=100.0, high=1200.0)
+    assert problems == ""
+    np.testing.assert_allclose(found.catenary.mean_tension, 50 * 9.81 / 2, rtol=1e-10)
+
+
+def test_loads_that_no_cable_can_hold():
+    """Vertical cables hold no force along x."""
+    lines = [cable((x, y, 5), ("b", (x, y, 0)), 1e6, given=None) for x, y in ((1, 0), (-1, 1), (-1, -1))]
+    lines += [cable((x, -y, 5), ("b", (x, -y, 0)), 1e6, given=None) for x, y in ((1, 0.5), (-0.5, 1), (-1, -0.2))]
+    scene = suspension([body("b", (0, 0, 0), 50.0, force=(30.0, 0, 0))], lines)
+    _, problems = lengths.solve(scene)
+    assert problems == "no tensions hold b here: nothing balances b along x"
+
+
+def test_equations_and_unknowns_are_counted():
+    scene = suspension(
+        [body("b", (0, 0, 0), 5.0)],
+        [
+            cable((1, 0, 5), ("b", (0.1, 0, 0)), 1e6, given=None),
+            cable((-1, 0, 5), ("b", (-0.1, 0, 0)), 1e6, given=None),
+        ],
+    )
+    with pytest.raises(NoSolutionError, match=r"6 equations of balance for 5 unknowns \(2 lengths and 3 degrees"):
+        lengths.solve(scene)
+
+
+def test_three_cables_are_a_pendulum():
+    """Fewer lengths than equations: the attitude follows. The center of mass hangs so that all moments vanish."""
+    angles = np.deg2rad([0, 120, 240])
+    anchors = np.stack([4 * np.cos(angles), 4 * np.sin(angles), np.full(3, 6.0)], axis=-1)
+    places = 0.6 * np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], axis=-1)
+    lines = [cable(tuple(a), ("b", tuple(p)), 1e6, 0.02, given=None) for a, p in zip(anchors, places, strict=True)]
+    scene = suspension([body("b", (0.4, 0.2, 0.0), 30.0, center=(0, 0, -0.3))], lines)
+    found, problems = lengths.solve(scene)
+    assert problems == ""
+    np.testing.assert_array_equal(found.position, scene.position)
+    moment = np.cross(found.arms[:, 1], found.end_forces[:, 1]).sum(axis=0)
+    center = found.rotation[0] @ scene.center[0]
+    np.testing.assert_allclose(moment + np.cross(center, [0, 0, -30 * 9.81]), 0, atol=1e-8)
+    assert found.stability.stable
+    assert np.abs(found.rotation[0] - np.eye(3)).max() > 1e-3
+
+
+def test_a_free_attitude_follows_from_balanced_tensions():
+    """No attitude nearby has better balanced tensions, those of attitudes held at small turns either way."""
+    scene = robot(line=0.02)
+    attitude = np.zeros((1, 6), dtype=bool)
+    attitude[0, 3:] = True
+    best, problems = lengths.solve(scene, "balanced", low=50.0, found=attitude)
+    assert problems == ""
+    variance = best.catenary.mean_tension.var()
+    from cablestudy.system.rigid import turn
+
+    for axis in range(3):
+        for angle in (-0.03, 0.03):
+            rotation = best.rotation + turn(angle * np.eye(3)[axis]) @ best.rotation
+            held, problems = lengths.solve(replace(scene, rotation=rotation), "balanced", low=50.0)
+            assert problems == ""
+            assert held.catenary.mean_tension.var() > variance
+
+
+def test_junctions_find_their_places():
+    """A bridle: its junction goes where three of its cables, two with given lengths, balance."""
+    lines = [
+        cable((5, 0, 6), "knot", 1e6, 0.05, given=None), cable("knot", ("b", (0.3, 0, 0.2)), 1e6, 0.05, value=2.0),
+        cable("knot", ("b", (-0.3, 0, 0.2)), 1e6, 0.05, value=2.0),
+        cable((-5, 0, 6), ("b", (-0.3, 0, 0.2)), 1e6, 0.05, given=None),
+    ]  # fmt: skip
+    free = (True, False, True, False, False, False)
+    scene = suspension([body("b", (0, 0, 0), 20.0, free=free)], lines, [point("knot", (1.5, 0, 2), 1.0)])
+    found, problems = lengths.solve(scene)
+    assert problems == ""
+    on = found.suspension.owner == 1
+    np.testing.assert_allclose(found.end_forces[on].sum(axis=0), [0, 0, 9.81], atol=1e-8)
+    np.testing.assert_allclose(found.lengths[1:3], 2.0, rtol=1e-12)
+
+
+def test_cases_of_a_batch():
+    """Places of the body and masses that differ, one of them out of reach: each case as alone."""
+    scene = robot()
+    places = np.array([[[0.3, -0.2, 0.5]], [[0.0, 0.5, 0.2]], [[0.0, 0.0, 40.0]]])
+    masses = np.array([[40.0], [60.0], [50.0]])
+    together, problems = lengths.solve(replace(scene, position=places, mass=masses), "least", low=80.0)
+    assert problems.shape == (3,)
+    assert problems[:2].tolist() == ["", ""]
+    assert problems[2] != ""
+    for i in range(2):
+        alone, _ = lengths.solve(replace(scene, position=places[i], mass=masses[i]), "least", low=80.0)
+        np.testing.assert_allclose(alone.lengths, together.lengths[i], rtol=1e-13)
+
+
+def test_the_smallest_of_equally_balanced_tensions():
+    """Two equal cables against each other, without load: all tensions are balanced, the least is that of the bound."""
+    matrix = np.array([[1.0, -1.0]])
+    none = np.zeros((1, 0))
+    bounds = np.full(2, 70.0), np.full(2, np.inf)
+    found = distribute(matrix, none, np.zeros(1), "balanced", np.zeros(2), *bounds)
+    np.testing.assert_allclose(found.tension, 70, rtol=1e-9)
+
+
+@pytest.mark.parametrize("strain", [3e-4, -0.01, -0.3])
+@pytest.mark.parametrize("kind", ["preload", "tension_to", "sag"])
+def test_rates_by_differences(kind, strain):
+    """What a cable states and its end forces, by its length and by its end, against central differences."""
+    end = np.array([30.0, 12.0, 9.0])
+    length = np.linalg.norm(end) / (1 + strain)
+
+    def at(place, unstretched):
+        return solve(Span.between(np.zeros(3), place[None], 1e6, 0.7, 9.81, np.array([unstretched])))
+
+    def value(cables):
+        return stated.values(cables, (kind,))[0]
+
+    rates = stated.rates(at(end, length), (kind,))
+    step = 1e-6
+    up, down = at(end, length * (1 + step)), at(end, length * (1 - step))
+    assert rates.by_length[0] == pytest.approx((value(up) - value(down)) / (2 * step), rel=1e-5)
+    forces = (up.end_forces("global") - down.end_forces("global"))[0] / (2 * step)
+    np.testing.assert_allclose(rates.end_forces[0], forces, rtol=1e-5, atol=1e-5 * np.abs(forces).max())
+    for axis in range(3):
+        move = 1e-5 * np.eye(3)[axis]
+        difference = (value(at(end + move, length)) - value(at(end - move, length))) / 2e-5
+        scale = np.abs(rates.by_end[0]).max()
+        assert rates.by_end[0, axis] == pytest.approx(difference, rel=1e-5, abs=2e-5 * scale)
+
+
+def test_lengths_that_are_fitted():
+    """Of taut, slack and very stiff cables: each has what it states."""
+    scene = sagging()
+    ends = scene.ends(scene.position, scene.rotation)
+    for kind, wanted in (("preload", 300.0), ("tension_to", 450.0), ("sag", 0.2)):
+        value = np.full(10, wanted)
+        span = Span.between(ends[:, 0], ends[:, 1], np.geomspace(1e4, 1e10, 10), 0.4)
+        strain, error = stated.fit(span, (kind,) * 10, value, np.full(10, -0.01))
+        assert np.abs(error).max() < 1e-9
+        np.testing.assert_allclose(
+            stated.values(solve(span.with_chord_strain(strain)), (kind,) * 10), wanted, rtol=1e-9
+        )
