@@ -8,9 +8,10 @@ import scipy.linalg
 from references import bar_suspension, continuous_suspension
 from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
+from suspensions import sagging
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import coupled, linear
+from cablestudy.system import coupled, linear, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -140,6 +141,19 @@ def test_the_stated_error_holds_against_continuous_cables(options, accuracy):
         assert reference.below(found.frequency[mode] * (1 + off)) == last
 
 
+def test_cables_between_bodies_and_junctions():
+    """Two bodies and two junctions, one of them without mass: dense bars, and continuous cables."""
+    state = statics.pose(sagging())
+    found = coupled_modes(state, 40, model=FixedModel(8))
+    assert found.frequency == pytest.approx(bar_suspension.dense(state, 8).modes()[0][:40], rel=1e-9)
+    found = coupled_modes(state, 12)
+    reference = continuous_suspension.Suspension(state, 4)
+    for mode in (0, 3, 7, 11):
+        off = 2 * found.error[mode] + 1e-10
+        assert reference.below(found.frequency[mode] * (1 - off)) == mode
+        assert reference.below(found.frequency[mode] * (1 + off)) == mode + 1
+
+
 def test_the_scene_may_be_turned_and_moved():
     plain, turned = platform(), platform(turn=0.7, at=(30.0, -20.0, 5.0))
     one, two = (coupled_modes(state, 12, 1e-6, Damping(ratio=0.01)) for state in (plain, turned))
@@ -232,6 +246,23 @@ def test_one_cable_with_a_gondola_free_along_x_is_the_scene_of_one_cable(twin, m
     by_error = coupled_modes(one_cable(twin, mass), 12, 1e-10)
     exact = cells(twin.scene("model.accuracy=1e-10", f"gondola.mass={mass}"), "gondola_frequency")["gondola_frequency"]
     assert np.abs(by_error.frequency / exact - 1).min() < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("text", "damping"),
+    [
+        ("{ratio: 0.01}", Damping(ratio=0.01)),
+        ("{ratio: 0.01, viscous: 0.02}", Damping(ratio=0.01, viscous=0.02)),
+        ("{time: 1e-3}", Damping("kelvin_voigt", time=1e-3)),
+        ("{loss_factor: 0.02}", Damping("hysteretic", loss_factor=0.02)),
+    ],
+)
+def test_the_damping_ratio_of_one_cable_is_that_of_its_scene(text, damping):
+    scene = INCLINED.scene("model.elements=4", "model.order=10", f"cable.damping={text}")
+    expected = cells(scene, "gondola_frequency", "gondola_damping_ratio")
+    found = coupled_modes(one_cable(INCLINED, 50.0), 12, damping=damping, model=FixedModel(4, 10))
+    mode = np.argmin(np.abs(found.frequency / expected["gondola_frequency"] - 1))
+    assert found.damping_ratio[mode] == pytest.approx(expected["gondola_damping_ratio"], rel=1e-10)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import AXES
 
+MOST = 2000  # coordinates of a state space: matrices of 128 MB
 FROM, TO = 0, 1
 ENDS = ("from", "to")
 LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
@@ -121,6 +122,11 @@ def state_space(layout, kept, winches=(), markers=()):
     """
     equilibrium = layout.equilibrium
     imposed = reeled(equilibrium, winches)
+    size = len(layout.free) + sum(len(one.element.omega) for one in kept)
+    if size > MOST:
+        raise NoSolutionError(
+            f"a state space of {2 * size} states is too large (at most {2 * MOST}): take fewer modes of the cables"
+        )
     system = layout.system([one.element for one in kept], imposed)
     mass, damping, stiffness = (_dense(part) for part in (system.mass, system.damping, system.stiffness))
     if np.iscomplexobj(stiffness):

@@ -95,6 +95,8 @@ class Cables:
         Of shape (c,).
     damping : Damping or sequence of Damping
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
+    names : sequence of str
+        For messages.
 
     Raises
     ------
@@ -102,14 +104,16 @@ class Cables:
         A cable with mass hangs folded, and has no motion.
     """
 
-    def __init__(self, catenary, damping):
+    def __init__(self, catenary, damping, names=()):
         count = len(catenary.span.chord)
         self.catenary, self.count = catenary, count
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * count
         self.heavy = (np.asarray(catenary.span.mass) > 0) & ~catenary.slack
         folded = self.heavy & (catenary.min_tension <= FOLDED * catenary.max_tension)
         if folded.any():
-            raise NoSolutionError(f"cable {int(np.argmax(folded)) + 1} hangs folded, without a definite motion")
+            place = int(np.argmax(folded))
+            name = names[place] if len(names) else f"cable {place + 1}"
+            raise NoSolutionError(f"{name} hangs folded: somewhere it has no tension, and no definite motion")
 
     @cached_property
     def travel_time(self):

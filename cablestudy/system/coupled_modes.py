@@ -12,6 +12,7 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
+from cablestudy.system.damping import damping_ratios
 from cablestudy.system.linear import LinearSystem
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -26,8 +27,6 @@ WIDER = 1.5  # growth of that multiple where it does not suffice
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
 NOISE = 1e-12  # error of a frequency by rounding
-DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding determines it
-COUPLED = 40  # modes above those asked for that damping may couple to them
 
 
 @dataclass(frozen=True)
@@ -221,7 +220,8 @@ class Search:
 
     def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping)
+        names = equilibrium.suspension.cable_names
+        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping, names)
 
     def solve(self):
         """`CoupledModes`.
@@ -233,6 +233,8 @@ class Search:
         ConvergenceError
             The accuracy cannot be had.
         """
+        if not self.equilibrium.record.converged:
+            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
         if self._model is not None:
             limits = np.where(self.cables.heavy, np.inf, 0.0)
             models = Models(self.cables, fixed_meshes(self.cables, self._model), fixed=True)
@@ -380,67 +382,3 @@ def runs(omega, error):
             if place > first:
                 yield first + 1, place + 1
             first = place + 1
-
-
-def damping_ratios(system, omega, shapes):
-    """Damping ratio -Re s/|s| of the pole that belongs to each mode.
-
-    Parameters
-    ----------
-    system : LinearSystem
-    omega : ndarray, shape (k,)
-        Of the lowest modes. [rad/s]
-    shapes : ndarray, shape (n, k)
-        Mass-normalised.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        [-]
-
-    Notes
-    -----
-    The poles are those of s^2 + s phi^T C phi + w^2 + i phi^T Im K phi in a space of these modes, some above them, and
-    the static response K^-1 C phi to the damping forces of these modes. A pole belongs to the mode that has the largest
-    part in its motion; a mode that does not oscillate has phi^T C phi/(2 w).
-    """
-    count, loss, damping = len(omega), system.stiffness.imag, system.damping
-    forces = loss @ shapes
-    forces = forces if np.any(forces) else damping @ shapes
-    if not np.any(forces):
-        return np.zeros(count)
-    above, others = system.lowest(count + COUPLED)
-    omega, basis = np.concatenate([omega, above[count:]]), np.concatenate([shapes, others[:, count:]], axis=1)
-    more, added = _ritz(system, basis, system.compliance(forces))
-    omega, basis = np.concatenate([omega, more]), np.concatenate([basis, added], axis=1)
-    modes, damping, loss = len(omega), basis.T @ (damping @ basis), basis.T @ (loss @ basis)
-    # states w q and q', of like size
-    stiffness = np.diag(omega) + (1j * loss / omega if loss.any() else 0.0)
-    poles, vectors = np.linalg.eig(np.block([[np.zeros((modes, modes)), np.diag(omega)], [-stiffness, -damping]]))
-    above = poles.imag > 0
-    poles, part = poles[above], np.abs(vectors[:modes, above]) ** 2
-    mode, pole = _assigned((part / part.sum(axis=0))[:count])
-    ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
-    ratio[mode] = -poles.real[pole] / np.abs(poles[pole])
-    return ratio
-
-
-def _ritz(system, basis, vectors):
-    """Frequencies [rad/s] and mass-normalised shapes of what vectors add to modes: Rayleigh and Ritz."""
-    whole = np.sqrt((vectors * (system.stiffness.real @ vectors)).sum(axis=0))
-    vectors = vectors / np.where(whole > 0, whole, 1.0)
-    vectors = vectors - basis @ (basis.T @ (system.mass @ vectors))
-    size, turned = np.linalg.eigh(vectors.T @ (system.stiffness.real @ vectors))
-    chosen = size > DEPENDENT
-    vectors = vectors @ (turned[:, chosen] / np.sqrt(size[chosen]))
-    compliance, turned = np.linalg.eigh(vectors.T @ (system.mass @ vectors))
-    chosen = compliance > DEPENDENT * compliance.max(initial=0.0)
-    root = np.sqrt(compliance[chosen])
-    return 1 / root, vectors @ (turned[:, chosen] / root)
-
-
-def _assigned(part):
-    """Rows and columns of the assignment with the largest sum of entries."""
-    from scipy.optimize import linear_sum_assignment
-
-    return linear_sum_assignment(part, maximize=True)
