@@ -104,3 +104,9 @@ def test_there_is_something_to_check():
     assert drawing == {"warnings", "numpy.random", "scipy.stats"}
     assert {"errors", "cable", "scene", "study", "sweep", "cli"} <= {layer_of(path) for path in MODULES}
     assert "numpy" in set(imports(ROOT / "cable" / "assembly.py"))
+
+
+def test_what_pip_installs_is_the_whole_program():
+    """`packages.find` of pyproject.toml takes folders that have an __init__.py."""
+    folders = {path.parent for path in (ROOT / "cablestudy").rglob("*.py")}
+    assert all((folder / "__init__.py").exists() for folder in folders)

@@ -355,12 +355,19 @@ class _Path:
                 s, share, step = found, ahead, 3 * step
                 continue
             step /= 4
-            if 0 < s.imag < CREEPING * abs(s) and rate.imag < 0:
-                # it meets its conjugate: the square of the imaginary part falls evenly through zero
-                beyond = share - s.imag / rate.imag
-                found = None if beyond >= 1.0 else self.settled(complex(s.real + s.imag), beyond, s.imag)
-                if found is not None and not found.imag:
-                    s, share, step = found, beyond, beyond
+            beyond = share - s.imag / rate.imag if rate.imag < 0 else 1.0
+            if (found := self._beyond_conjugate(s, beyond)) is not None:
+                s, share, step = found, beyond, beyond
         if share < 1.0 or s is None:
             raise NoSolutionError(LOST)
         return s
+
+    def _beyond_conjugate(self, s, beyond):
+        """The pole on the real axis where it has met its conjugate, at a share of the damping; None where it has not.
+
+        The square of the imaginary part falls evenly through zero.
+        """
+        if beyond >= 1.0 or not 0 < s.imag < CREEPING * abs(s):
+            return None
+        found = self.settled(complex(s.real + s.imag), beyond, s.imag)
+        return None if found is None or found.imag else found

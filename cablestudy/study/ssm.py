@@ -206,10 +206,7 @@ def choose(document, scene, options):
     NoSolutionError, ConvergenceError
         There are no such modes, or not to the accuracy.
     """
-    if options.attached and scene.gondola is None:
-        raise missing(document, "gondola", f"ssm --with {options.attached}")
-    if options.attached == "loop" and (scene.winch is None or scene.winch.controller is None):
-        raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
+    _check_attached(document, scene, options.attached)
     fixed, before = scene.model.elements is not None, ""
     size = MAX_MODES if fixed else options.count or DEFAULT_MODES
     while True:
@@ -231,6 +228,14 @@ def choose(document, scene, options):
     if not options.residual and not found.complete:
         raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(found)} are computed")
     return Choice(options, case, found, chosen, notes)
+
+
+def _check_attached(document, scene, attached):
+    """Refuse a gondola or a winch loop that the scene does not have."""
+    if attached and scene.gondola is None:
+        raise missing(document, "gondola", f"ssm --with {attached}")
+    if attached == "loop" and (scene.winch is None or scene.winch.controller is None):
+        raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
 
 
 def _chosen(case, found, accurate, options):

@@ -15,7 +15,8 @@ MAGIC = b"SQLite format 3\0"
 APPLICATION = 0x63616273  # application_id of SQLite: tells our databases from those of other programs
 SIDE_FILES = ("-wal", "-shm", "-journal")
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
-AT_ONCE = 1.0  # for which an opening waits, so that of several that begin at once one succeeds [s]
+WAIT = 0.2  # for a lock: of several sweeps that begin at once, one succeeds [s]
+AT_WORK = "another sweep is at work on it"
 
 
 class Database:
@@ -41,7 +42,7 @@ class Database:
         if self.path:
             _check_beginning(self.path)
         try:
-            self._connection = sqlite3.connect(self.path, timeout=AT_ONCE, isolation_level=None)
+            self._connection = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
             self.execute("PRAGMA locking_mode = EXCLUSIVE")
             self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
             if not self.value("PRAGMA page_count"):
@@ -54,7 +55,7 @@ class Database:
             self.execute("SELECT count(*) FROM sqlite_master")
         except sqlite3.OperationalError as error:
             busy = error.sqlite_errorcode & 0xFF in BUSY
-            reason = "another sweep is at work on it" if busy else f"cannot be written ({error})"
+            reason = AT_WORK if busy else f"cannot be written ({error})"
             raise SceneError(f"{self.path}: {reason}") from None
         except sqlite3.DatabaseError:
             return
@@ -66,6 +67,8 @@ class Database:
             with suppress(FileNotFoundError):
                 os.unlink(self.path + end)
         self._connect()
+        if self.value("SELECT count(*) FROM sqlite_master"):  # of another one, which began between the two steps
+            raise SceneError(f"{self.path}: {AT_WORK}")
 
     def execute(self, statement, values=()):
         """Execute a statement: cursor of its rows."""
