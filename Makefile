@@ -30,7 +30,10 @@ test: $(VENV)/.test
 # every stored table, computed anew and compared
 tables: $(VENV)/.study
 	@for table in $(STUDIES); do \
-	    $(BIN)/cablestudy sweep configs/$$(basename $$table .csv).yaml --check || exit 1; \
+	    name=$$(basename $$table .csv).yaml; \
+	    for study in configs/$$name configs/suspensions/$$name; do \
+	        if [ -e $$study ]; then $(BIN)/cablestudy sweep $$study --check || exit 1; fi; \
+	    done; \
 	done
 
 docs: $(VENV)/.test

@@ -44,6 +44,7 @@ def workplace():
     shutil.copytree(ROOT / "configs", Path(folder.name) / "configs")
     shutil.copytree(ROOT / "results", Path(folder.name) / "results")
     (Path(folder.name) / PICTURES).mkdir(parents=True)
+    shutil.copy(ROOT / "docs" / "condensed.py", Path(folder.name) / "docs")
     return folder
 
 
@@ -52,13 +53,14 @@ def refreshed(page, folder):
     return BLOCK.sub(lambda match: match[1] + outputs(match[2], folder) + match[3], page.read_text())
 
 
-def main():
-    """Rewrite every page, and the pictures that its commands draw."""
+def main(*names):
+    """Rewrite every page, or those named, and the pictures that their commands draw."""
+    pages = [page for page in PAGES if not names or page.name in names]
     with workplace() as folder:
-        for page in PAGES:
+        for page in pages:
             page.write_text(refreshed(page, folder))
         shutil.copytree(Path(folder) / PICTURES, ROOT / PICTURES, dirs_exist_ok=True)
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

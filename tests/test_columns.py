@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from command import CARLINA, rows_of, run, table_of
+from command import CARLINA, CONFIGS, rows_of, run, table_of
 from references import bars, taut_string
 from scenes import AREA, CHORD, DENSITY, GONDOLA, INCLINED, LENGTH, MODULUS, PAPER, SAGGING, G, Twin, cells, scene
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import all_columns as of_all
 from cablestudy.study.columns import COLUMNS, FAMILIES, find
 
 # INTERFACE.md, section Columns, without the wind columns of the next issue
@@ -22,6 +24,7 @@ NAMES = [
     "gondola_frequency_Hz", "gondola_frequency_static_Hz", "status", "iterations", "dof", "solve_time_ms",
     "error_estimate",
 ]  # fmt: skip
+FAST = load_scene(CONFIGS / "suspensions" / "fast.yaml", (), suspensions=True)[1]
 STATICS = [
     column.name
     for column in COLUMNS
@@ -39,9 +42,25 @@ def test_every_column_of_the_interface_exists_with_and_without_its_unit(name):
 
 def test_the_table_of_columns_lists_them_all():
     rows = table_of("columns")
-    assert [row["column"] for row in rows] == [column.header for column in COLUMNS + FAMILIES]
-    assert len({row["column"] for row in rows}) == len(rows)
+    assert [row["column"] for row in rows if row["of"] == "cable"] == [c.header for c in COLUMNS + FAMILIES]
+    assert len({(row["of"], row["column"]) for row in rows}) == len(rows)
     assert all(row["meaning"] and row["needs"] for row in rows)
+
+
+def test_every_column_listed_for_suspensions_is_one():
+    listed = [row["column"] for row in table_of("columns") if row["of"] == "suspension"]
+    words = {"BODY": "cabin", "POINT": "cabin", "CABLE": "c1", "_K_": "_1_"}
+    for name in listed:
+        for word, value in words.items():
+            name = name.replace(word, value)
+        assert of_all.why_not(FAST, of_all.find(name)) == "", name
+    # the names that docs/suspensions.md promises
+    expected = {
+        "BODY.x_m", "BODY.roll_deg", "CABLE.max_tension_N", "BODY.stiffness_xx_N_per_m", "frequency_K_Hz",
+        "BODY.stiffness_rxrx_Nm_per_rad", "BODY.frequency_K_Hz", "min_tension_N", "max_tension_N", "max_utilisation",
+        "cable_mass_kg", "CABLE.tension_from_N", "POINT.z_m",
+    }  # fmt: skip
+    assert expected <= set(listed)
 
 
 @pytest.mark.parametrize(

@@ -46,3 +46,4 @@ def test_files_where_a_scene_or_study_is_read(command):
 
 def test_columns_to_sort_by():
     assert complete("sweep", "study.yaml", "--sort", "sag") == [("plain", "sag_m"), ("plain", "sag_ratio")]
+    assert complete("sweep", "study.yaml", "--sort", "max_u") == [("plain", "max_utilisation")]

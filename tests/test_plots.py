@@ -12,6 +12,7 @@ from cablestudy.scene.study import read_study
 from cablestudy.study import case_modes, plots, report
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
+from cablestudy.study.suspension.case import SuspensionCase
 
 MAGIC = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
 VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 100]]"
@@ -294,3 +295,13 @@ def test_command_line_draws_beside_the_table(tmp_path):
     path = tmp_path / "form.SVG"
     assert "sag" in run("static", CONFIGS / "carlina.yaml", "--plot", path).out
     assert path.read_bytes().startswith(MAGIC[".svg"])
+
+
+# ---------------------------------------------------------------------------------------------------- suspensions
+
+
+@pytest.mark.parametrize(("at", "from_zero"), [("[0, 0, 140 m]", True), ("[54.72 m, 0, 149.65 m]", False)])
+def test_equal_tensions_have_one_colour(at, from_zero):
+    scene = load_scene(str(CONFIGS / "suspensions" / "fast.yaml"), [f"bodies.cabin.at={at}"], suspensions=True)[1]
+    bar = draw(plots.suspension_views(SuspensionCase(scene))).axes[-1]
+    assert (bar.get_ylim()[0] == 0) == from_zero

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
+from counted_modes import wrong_modes
 from references import bar_suspension, continuous_suspension
 from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
@@ -290,6 +291,15 @@ def test_damping_ratios_are_those_of_the_poles(damping):
     assert np.sort(found.damping_ratio) == pytest.approx(np.sort(expected), rel=1e-3, abs=1e-7)
 
 
+def test_the_error_of_the_damping_ratio_is_stated():
+    state, damping = platform(), Damping("kelvin_voigt", time=1e-3)
+    found, exact = (coupled_modes(state, 12, accuracy, damping) for accuracy in (1e-4, 1e-9))
+    assert found.damping_error.max() < 1e-3
+    difference = np.abs(found.damping_ratio / exact.damping_ratio - 1)
+    assert (difference <= 2 * (found.damping_error + exact.damping_error) + 1e-9).all()
+    assert np.isnan(coupled_modes(state, 12, damping=Damping(ratio=0.01)).damping_error).all()
+
+
 def test_modes_that_damping_couples_share_it():
     """Two equal strings of different damping side by side, joined by a light body: neither keeps its own ratio."""
     anchors = [(0.0, 0.0, 10.0), (1.0, 0.0, 10.0)]
@@ -364,3 +374,8 @@ def test_the_nodes_of_a_mode_meet_the_body():
         arm = places[cable, 1] - state.position[0]
         assert moved[-1] == pytest.approx(x[:3] + np.cross(x[3:], arm), abs=1e-12)
         assert moved[0] == pytest.approx(np.zeros(3), abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 10, 20, 24, 34])
+def test_stated_errors_hold_on_random_suspensions(seed):
+    assert wrong_modes(seed) == []

@@ -277,6 +277,16 @@ def test_mechanisms_name_their_motion():
     assert found.stability.reason() == "nothing holds bell yaw"
 
 
+@pytest.mark.parametrize("height", [0.3, 0.0])
+def test_three_cables_at_one_point_let_a_body_turn(height):
+    """The vertical through that point is an axis about which nothing holds the body."""
+    anchors = [(5, 0, 8), (-3, 4, 8), (-2, -5, 8)]
+    lines = [cable(a, ("b", (0, 0, height)), 1e6, 0.1, value=9.0) for a in anchors]
+    found = statics.pose(suspension([body("b", (0, 0, 0), 50.0, center=(0, 0, -0.2))], lines))
+    assert found.record.converged
+    assert found.stability.reason() == "nothing holds b yaw"
+
+
 def test_an_unstable_equilibrium_is_no_answer():
     """Weight high above the attachments: the exact upright pose is an equilibrium that runs away."""
     found = statics.pose(trifilar(below=-30.0, stiffness=1e5))
@@ -304,3 +314,26 @@ def test_ends_in_one_place():
     lines = [cable((0, 0, 0), "p", 1e5, 0.1, value=2.0), cable((3, 0, 0), "p", 1e5, 0.1, value=2.0)]
     found = rest(suspension([], lines, [point("p", (0, 0, 0), 4.0)]))
     assert found.position[0, 0] == pytest.approx(1.5, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["unstretched_length", "preload"])
+def test_a_net_of_many_points(kind):
+    """192 degrees of freedom, solved by sparse matrices: each point in balance, each cable with what it states."""
+    n, spacing = 8, 1.5
+    inside = [(i, j) for i in range(1, n + 1) for j in range(1, n + 1)]
+
+    def end(key):
+        return f"p{key}" if key in inside else (spacing * key[0], spacing * key[1], 0.02 * key[0] * key[1])
+
+    lines = [
+        cable(end(key), end(other), 1e6, 0.05, given=kind, value=spacing * 0.999 if kind != "preload" else 900.0)
+        for key in [(i, j) for i in range(n + 2) for j in range(n + 2)]
+        for other in [(key[0] + 1, key[1]), (key[0], key[1] + 1)]
+        if key in inside or other in inside
+    ]
+    points = [point(f"p{key}", (spacing * key[0], spacing * key[1], 0.5), 0.2) for key in inside]
+    found = rest(suspension([], lines, points))
+    for index in range(n * n):
+        np.testing.assert_allclose(net_force(found, index), 0, atol=1e-7)
+    if kind == "preload":
+        np.testing.assert_allclose(found.catenary.mean_tension, 900, rtol=1e-9)

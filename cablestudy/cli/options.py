@@ -13,10 +13,12 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def complete_column(context, parameter, incomplete):
-    """Shell completion of column names."""
+    """Shell completion of column names; of suspensions those of the whole, others begin with a name of the scene."""
     from cablestudy.study.columns import COLUMNS
+    from cablestudy.study.suspension.columns import WHOLE
 
-    return [column.header for column in COLUMNS if column.header.startswith(incomplete)]
+    names = dict.fromkeys(column.header for column in (*COLUMNS, *WHOLE))
+    return [name for name in names if name.startswith(incomplete)]
 
 
 PATH = click.Path(readable=False)  # completed by shells, and checked by the reader

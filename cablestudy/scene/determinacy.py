@@ -17,25 +17,44 @@ def determinacy_mistakes(scene):
     list of (tuple, str)
         Path and message.
     """
-    silent = [name for name, cable in scene.cables.items() if cable.stated is None]
+    silent = silent_cables(scene)
     if scene.solve_for == "pose":
         return _of_pose(scene, silent)
-    motions = {name: body.free for name, body in scene.bodies.items()}
-    turning = {
-        name: [motion for motion in body.free if motion in ROTATIONS]
-        for name, body in scene.bodies.items()
-        if body.attitude == "free"
-    }
-    equations = sum(map(len, motions.values()))
-    unknowns = len(silent) + sum(map(len, turning.values()))
     if not silent:
         return [(("solve_for",), "lengths: every cable states one already, so that nothing is left to find")]
+    reference = scene.tensions.reference if scene.tensions else None
+    lacking = [name for name in silent if name not in reference] if isinstance(reference, dict) else []
+    if lacking:
+        message = f"missing key: one for each cable that states nothing: {_few(lacking)}"
+        return [(("tensions", "reference"), message)]
+    motions = {name: body.free for name, body in scene.bodies.items()}
+    turning = found_rotations(scene)
+    equations = sum(map(len, motions.values()))
+    unknowns = len(silent) + sum(map(len, turning.values()))
     if unknowns >= equations:
         return []
-    of = _counted(unknowns, "unknown", {"lengths of": silent, **turning})
-    message = f"lengths: {_counted(equations, 'equation', motions)}, and {of}"
-    advice = f"let {equations - unknowns} more cables state nothing, add cables, or give attitude: free"
-    return [(("solve_for",), f"{message}: {advice}")]
+    more = equations - unknowns
+    message = f"lengths: {_counted(equations, 'equation', motions)}, and " + _counted(
+        unknowns, "unknown", {"lengths of": silent, **turning}
+    )
+    return [(("solve_for",), f"{message}: add cables, or state nothing of {more} more")]
+
+
+def silent_cables(scene):
+    """List of the names of the cables that do not state their length in any way."""
+    return [name for name, cable in scene.cables.items() if cable.stated is None]
+
+
+def found_rotations(scene):
+    """Body -> tuple of the rotations that come from equilibrium with `solve_for: lengths`.
+
+    Those of bodies whose attitude is `free`; those of all where the lengths are fewer than the other equations.
+    """
+    turning = {name: body.turning for name, body in scene.bodies.items() if body.attitude == "free"}
+    equations = sum(len(body.free) for body in scene.bodies.values())
+    if len(silent_cables(scene)) + sum(map(len, turning.values())) < equations:
+        return {name: body.turning for name, body in scene.bodies.items()}
+    return turning
 
 
 def _of_pose(scene, silent):

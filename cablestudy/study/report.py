@@ -11,6 +11,7 @@ from cablestudy.scene.study import study_of
 from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
+from cablestudy.study.suspension.columns import families
 from cablestudy.study.table import Field, Table
 
 PARTICIPATION = "N/(m sqrt(kg))"  # unit
@@ -84,10 +85,12 @@ def modes_as_rows(modes, chosen, more):
 
 
 def columns_table():
-    """Table of all columns: name, unit, meaning, what it needs."""
+    """Table of all columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs."""
+    kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families()}
     rows = [
-        {"column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": c.key}
-        for c in (*COLUMNS, *FAMILIES)
+        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": c.key}
+        for kind, columns in kinds.items()
+        for c in columns
     ]
     return Table(tuple(Field(name, name) for name in rows[0]), rows)
 

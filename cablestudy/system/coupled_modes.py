@@ -12,7 +12,7 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
-from cablestudy.system.damping import damping_ratios
+from cablestudy.system.damping import COUPLED, damping_ratios
 from cablestudy.system.linear import LinearSystem
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -119,8 +119,6 @@ class CoupledModes:
         Undamped. [Hz]
     error : ndarray, shape (k,)
         Estimated relative error of each; not a number for an exact choice of elements. [-]
-    damping_ratio : ndarray, shape (k,)
-        [-]
     body_energy : ndarray, shape (b, 6, k)
         Shares of the kinetic energy: x y z of the center of mass, rotation about the body's own axes. [-]
     cable_energy : ndarray, shape (c, 3, k)
@@ -134,11 +132,12 @@ class CoupledModes:
         Models and coordinates of the cables, and the system: what a state space is made of.
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
+    before : Solution or None
+        Of the level before, where the models were refined.
     """
 
     frequency: np.ndarray
     error: np.ndarray
-    damping_ratio: np.ndarray
     body_energy: np.ndarray
     cable_energy: np.ndarray
     coincident: tuple
@@ -146,6 +145,7 @@ class CoupledModes:
     layout: Layout
     solution: Solution
     shapes: np.ndarray
+    before: Solution | None = None
 
     def __len__(self):
         return len(self.frequency)
@@ -154,6 +154,31 @@ class CoupledModes:
     def system(self):
         """The `LinearSystem`."""
         return self.solution.system
+
+    @cached_property
+    def damping_ratio(self):
+        """Of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
+        return damping_ratios(self.system, self.solution.omega, self.shapes)
+
+    @cached_property
+    def damping_error(self):
+        """Estimated relative error of each damping ratio, shape (k,). [-]
+
+        The difference of two levels, the coarser one with fewer modes that damping may couple. Not a number without
+        two, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
+        """
+        cables = self.solution.models.cables
+        modal = any(one.model == "modal" and one.ratio for one in cables.damping)
+        if self.before is None or (modal and cables.heavy.any()):
+            return np.full(len(self), np.nan) if cables.heavy.any() else self.error
+        ratio, other = (
+            self.damping_ratio.copy(),
+            damping_ratios(self.before.system, self.before.omega, self.before.shapes, COUPLED // 2),
+        )
+        for first, last in self.coincident:  # their poles come in any order
+            for values in (ratio, other):
+                values[first - 1 : last].sort()
+        return np.abs(ratio - other) / np.where(ratio > 0, ratio, 1.0)
 
     def nodes(self, mode):
         """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.
@@ -248,7 +273,7 @@ class Search:
         for _ in range(LEVELS):
             models = Models(self.cables, self.cables.meshes(orders))
             solution = self._resolved(models, highest, limits)
-            limits = solution.limits
+            limits = WIDER * solution.limits  # damping shows what fewer coordinates leave out
             least = self._orders(solution.omega.max(initial=0.0))
             if (least > orders).any():  # more waves than the first guess
                 orders, before = np.maximum(orders, least), None
@@ -256,7 +281,7 @@ class Search:
             if before is not None and len(before.omega) == len(solution.omega):
                 error = self._error(before, solution)
                 if error.max(initial=0.0) <= self.accuracy:
-                    return self._finished(solution, error)
+                    return self._finished(solution, error, before)
                 orders = GROWTH * orders
             before, orders = solution, orders + STEP
         raise ConvergenceError(
@@ -324,7 +349,7 @@ class Search:
         difference = np.abs(before.omega / solution.omega - 1)
         return np.maximum(difference + np.abs(solution.omitted).sum(axis=0) / 2, NOISE)
 
-    def _finished(self, solution, error):
+    def _finished(self, solution, error, before=None):
         modes = len(solution.omega)
         exact = error is None
         error = np.full(modes, np.nan) if exact else error
@@ -343,7 +368,6 @@ class Search:
         return CoupledModes(
             frequency=solution.omega / (2 * np.pi),
             error=error,
-            damping_ratio=damping_ratios(solution.system, solution.omega, shapes),
             body_energy=bodies / whole,
             cable_energy=cables / whole,
             coincident=coincident,
@@ -351,6 +375,7 @@ class Search:
             layout=self.layout,
             solution=solution,
             shapes=shapes,
+            before=before,
         )
 
     def _record(self, solution, place):

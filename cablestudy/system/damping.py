@@ -6,7 +6,7 @@ DEPENDENT = 1e-10  # size of a vector over the largest, below which rounding det
 COUPLED = 40  # modes above those asked for that damping may couple to them
 
 
-def damping_ratios(system, omega, shapes):
+def damping_ratios(system, omega, shapes, coupled=COUPLED):
     """Damping ratio -Re s/|s| of the pole that belongs to each mode.
 
     Parameters
@@ -16,6 +16,8 @@ def damping_ratios(system, omega, shapes):
         Of the lowest modes. [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised.
+    coupled : int
+        How many modes above these are considered too.
 
     Returns
     -------
@@ -33,7 +35,7 @@ def damping_ratios(system, omega, shapes):
     forces = forces if np.any(forces) else damping @ shapes
     if not np.any(forces):
         return np.zeros(count)
-    above, others = system.lowest(count + COUPLED)
+    above, others = system.lowest(count + coupled)
     omega, basis = np.concatenate([omega, above[count:]]), np.concatenate([shapes, others[:, count:]], axis=1)
     more, added = _ritz(system, basis, system.compliance(forces))
     omega, basis = np.concatenate([omega, more]), np.concatenate([basis, added], axis=1)

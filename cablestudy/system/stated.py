@@ -225,12 +225,15 @@ def fit(span, given, value, strain):
     heaviest = np.where(kinds == "tension_to", span.weight_per_length * span.chord, 0.0)  # end 2 may be the lower one
     most = np.where(force, (value + heaviest) / span.axial_stiffness, np.inf)
     strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
+    best, idle = np.inf, 0  # errors so far, and steps since they last fell
     for _ in range(MAX_STEPS):
         cables = catenary.solve(span.with_chord_strain(strain))
         error = np.where(stated, values(cables, given) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
         worst = np.abs(error)
-        if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2))):
+        idle = np.where(worst < FALLING * best, 0, idle + 1)
+        best = np.minimum(worst, best)
+        if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (idle >= IDLE)):
             break
         excess, factor = linear_measure(error, kinds)
         slope = factor * rates(cables, given).by_length / value

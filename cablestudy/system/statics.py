@@ -12,6 +12,7 @@ from cablestudy.system.descent import (
     UNMET,
     State,
     copied,
+    descend,
     moved,
     put,
     search,
@@ -21,8 +22,10 @@ from cablestudy.system.descent import (
 )  # fmt: skip
 from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
 
-MAX_STEPS = 40
-HALVINGS = 8
+MAX_STEPS = 30
+HALVINGS = 6
+SLOW, PATIENCE = 0.7, 4  # a search ends where so many steps in a row leave more than this share of the errors
+FEW_STEPS = 25  # from an equilibrium to the next one
 MET = 1e-11  # relative error of stated values at which they count as met,
 SOFTENED = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
 STALLED = 1e-8  # and at which they do where rounding stops the iteration
@@ -159,6 +162,7 @@ def meet(suspension, state, record):
     which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
     final, whole = copied(state), copied(record)
     active, part = np.arange(len(state.length)), suspension
+    best, slow = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
     error, cables = errors(part, state, which)
     for _ in range(MAX_STEPS):
         before = np.abs(error).max(axis=-1)
@@ -168,7 +172,9 @@ def meet(suspension, state, record):
         put(whole, active, replace(last, steps=whole.steps[active] + last.steps))
         worst = np.abs(error).max(axis=-1)
         met = (worst < MET) | ((worst < STALLED) & (worst >= before / 2))
-        ended = met | ~last.converged
+        slow[active] = np.where(badness(error) > SLOW * best[active], slow[active] + 1, 0)
+        best[active] = np.minimum(best[active], badness(error))
+        ended = met | ~last.converged | (slow[active] >= PATIENCE)
         whole.reason[active] = np.where(met | ~last.converged, last.reason, UNMET)
         if ended.all():
             break
@@ -185,7 +191,7 @@ def backtrack(suspension, state, step, change, which, error):
     before, share = badness(error), np.ones(len(error))
     for _ in range(HALVINGS):
         trial = moved(suspension, state, step * share[:, None, None])
-        trial, record = search(suspension, lengthened(trial, change * share[:, None]))
+        trial, record = descend(suspension, lengthened(trial, change * share[:, None]), FEW_STEPS)
         fresh, cables = errors(suspension, trial, which)
         worse = ~(badness(fresh) < before) & (np.abs(fresh).max(axis=-1) > STALLED) | ~record.converged
         if not worse.any():

@@ -27,15 +27,19 @@ class Blocks:
     ----------
     rows, columns : ndarray of int, shape (p,)
     matrices : ndarray, shape (..., p, 6, 6)
+    leverage : ndarray, shape (..., b), or 0
+        Sum of force times arm of all loads on each body: the size of the terms that cancel in rotations. [N m]
     """
 
     rows: np.ndarray
     columns: np.ndarray
     matrices: np.ndarray
+    leverage: np.ndarray | float = 0.0
 
     def of(self, case):
         """Those of one case."""
-        return Blocks(self.rows, self.columns, self.matrices[case])
+        own = self.leverage[case] if np.ndim(self.leverage) else self.leverage
+        return Blocks(self.rows, self.columns, self.matrices[case], own)
 
 
 @lru_cache(maxsize=16)
@@ -185,11 +189,14 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     bodies[..., 3:, 3:] = geometric
     on, end = np.nonzero(owner != GROUND)
     np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt[..., on, end, :, :])
+    leverage = np.zeros(bodies.shape[:-2]) + _size(weight) * _size(center)
+    np.add.at(leverage, (..., owner[on, end]), (_size(end_forces) * _size(arms))[..., on, end])
     own = np.arange(bodies.shape[-3])
     return Blocks(
         np.concatenate([owner[cable, row], own]),
         np.concatenate([owner[cable, column], own]),
         np.concatenate([np.broadcast_to(sign * between, (*shape, len(cable), 6, 6)), bodies], axis=-3),
+        leverage,
     )
 
 
@@ -262,6 +269,7 @@ def magnitudes(blocks, suspension):
     own = blocks.rows == blocks.columns
     total = np.zeros((*blocks.matrices.shape[:-3], *suspension.free.shape))
     np.add.at(total, (..., blocks.rows[own], slice(None)), diagonal[..., own, :])
+    total[..., 3:] += np.asarray(blocks.leverage)[..., None]
     return free_values(suspension, total)
 
 

@@ -163,9 +163,9 @@ def _limits(flat):
 
 
 def _range(tension):
-    """Least and largest tension, apart."""
+    """Least and largest tension; from zero where they are equal but for a thousandth."""
     low, high = float(tension.min()), float(tension.max())
-    return (low, high) if high > low * (1 + 1e-9) else (0.0, high or 1.0)
+    return (low, high) if high > low * (1 + 1e-3) else (0.0, high or 1.0)
 
 
 def _draw(axes, drawing, view, colour):

@@ -1,18 +1,19 @@
-"""One case of a suspension: its equilibrium, what its cables carry, its coupled modes; each computed when needed."""
+"""Suspensions: equilibria of many cases, and of each what its cables carry and its coupled modes, when needed."""
 
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
-from cablestudy.scene.suspension import Tensions
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, stress_of
 from cablestudy.study.results import ClosedStatics
-from cablestudy.study.suspension.numbers import numbers_of, topology_of
+from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
+from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.descent import REASONS
+from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
 
 STIFFNESS_ROUNDING = 1e-13  # of an entry over the geometric mean of those on the diagonal
@@ -22,40 +23,99 @@ MORE = 8  # modes beyond those asked for that are computed at first, for modes o
 
 
 class CableResults:
-    """Statics of all cables of one case, with the attributes of `Results` that columns of cables need.
+    """Statics of all cables of some cases, with the attributes of `Results` that columns of cables need.
 
     Parameters
     ----------
-    scene : SuspensionScene
+    scenes : sequence of SuspensionScene
+        n of them, with the same cables.
     catenary : Catenary
-        Of shape (c,).
+        Of shape (n, c).
     """
 
-    def __init__(self, scene, catenary):
-        self._cables, self.catenary, self.span = list(scene.cables.values()), catenary, catenary.span
+    def __init__(self, scenes, catenary):
+        self._scenes, self.catenary, self.span, self._values = scenes, catenary, catenary.span, {}
 
     @cached_property
     def statics(self):
-        """`ClosedStatics`, fields of shape (c,)."""
+        """`ClosedStatics`, fields of shape (n, c)."""
         return ClosedStatics(self.catenary)
 
     @property
     def mass(self):
-        """Of each cable, shape (c,). [kg]"""
+        """Of each cable, shape (n, c). [kg]"""
         return self.span.mass * self.span.unstretched_length
 
     @property
     def utilisation(self):
-        """Largest stress over strength of each cable, shape (c,), not a number without a strength. [-]"""
+        """Largest stress over strength of each cable, shape (n, c), not a number without a strength. [-]"""
         return stress_of(self) / self.given("cable.strength")
 
     def given(self, path):
-        """A number that each cable states, shape (c,), not a number where it states none."""
+        """A number that each cable states, shape (n, c), not a number where it states none."""
         name = path.removeprefix("cable.")
         if name == "chord_length":
             return self.span.chord
-        values = [getattr(cable, name, None) for cable in self._cables]
-        return np.array([np.nan if value is None else value for value in values], dtype=float)
+        values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+        return np.array(values, dtype=float)
+
+    def column(self, name, compute):
+        """A column of single cables for all of these, shape (n, c), computed once.
+
+        Parameters
+        ----------
+        name : str
+            Of the column.
+        compute : callable
+            Results -> array.
+        """
+        if name not in self._values:
+            self._values[name] = np.broadcast_to(compute(self), np.shape(self.span.chord))
+        return self._values[name]
+
+
+class Group:
+    """Cases of equal names and connections, whose statics are solved together.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        Something that no case has an answer to.
+    """
+
+    def __init__(self, scenes):
+        numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
+        if scenes[0].solve_for == "lengths":
+            self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
+        else:
+            self.equilibrium = statics.pose(numbers)
+        self.cables = CableResults(scenes, self.equilibrium.catenary)
+
+    def failure(self, place):
+        """The error of a case without a stable equilibrium, or None."""
+        record, problem = self.equilibrium.record, self.problems[place]
+        if problem:
+            return NoSolutionError(str(problem))
+        if not record.converged[place]:
+            steps, reason = int(record.steps[place]), REASONS[int(record.reason[place])]
+            return ConvergenceError(f"no equilibrium: {reason} ({steps} steps)")
+        reason = self.equilibrium.stability.reason(place)
+        return NoSolutionError(reason) if reason else None
+
+    def take(self, place):
+        """The `Equilibrium` of one case."""
+        batch, record = self.equilibrium, self.equilibrium.record
+        return Equilibrium(
+            batch.suspension.take(place),
+            batch.position[place],
+            batch.rotation[place],
+            batch.catenary.take(place),
+            type(record)(*(np.asarray(part)[place] for part in vars(record).values())),
+        )
 
 
 class SuspensionCase:
@@ -64,63 +124,95 @@ class SuspensionCase:
     Parameters
     ----------
     scene : SuspensionScene
-    found : Equilibrium or CablestudyError, optional
-        Its equilibrium, or why there is none, where it was computed with those of others.
+    group : Group or CablestudyError, optional
+        With its statics, or why there are none, where they were computed with those of others.
+    place : int
+        Of the case in the group.
     """
 
-    def __init__(self, scene, found=None):
-        self.scene, self._found, self._modes = scene, found, {}
+    def __init__(self, scene, group=None, place=0):
+        self.scene, self._group, self.place, self._modes = scene, group, place, {}
 
     @cached_property
-    def equilibrium(self):
-        """`Equilibrium` of this case.
+    def group(self):
+        """The `Group` of this case, which has a stable equilibrium.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
             There is none, or it is not stable.
         """
-        found = equilibria([self.scene])[0] if self._found is None else self._found
-        if isinstance(found, Exception):
-            raise found
-        return found
+        group = Group([self.scene]) if self._group is None else self._group
+        failure = group if isinstance(group, Exception) else group.failure(self.place)
+        if failure:
+            raise failure
+        return group
+
+    @cached_property
+    def equilibrium(self):
+        """`Equilibrium` of this case; raises as `group`."""
+        return self.group.take(self.place)
 
     @property
-    def known(self):
-        """The equilibrium, or None where there is none or it was not needed."""
-        try:
-            return None if self._found is None and "equilibrium" not in self.__dict__ else self.equilibrium
-        except CablestudyError:
-            return None
+    def solved(self):
+        """Whether its equilibrium was computed, and is one."""
+        return "group" in self.__dict__
 
     @property
     def largest_modes(self):
         """Of the modes that were computed those of the largest number: a list of at most one `CoupledModes`."""
         return [self._modes[max(self._modes)]] if self._modes else []
 
-    @cached_property
-    def cables(self):
-        """`CableResults`."""
-        return CableResults(self.scene, self.equilibrium.catenary)
-
     def cable(self, name):
         """Place of a cable among all."""
-        return self.equilibrium.suspension.cable_names.index(name)
+        return self.group.equilibrium.suspension.cable_names.index(name)
 
     def body(self, name):
         """Place of a body or free point among all."""
-        return self.equilibrium.suspension.body_names.index(name)
+        return self.group.equilibrium.suspension.body_names.index(name)
+
+    def of_cables(self, column):
+        """A column of single cables for all cables of this case, shape (c,); `column` is a `Column`."""
+        return self.group.cables.column(column.name, column.compute)[self.place]
+
+    def at(self, name):
+        """Place of a body or free point [m], shape (3,), and its rotation, shape (3, 3)."""
+        found, body = self.group.equilibrium, self.body(name)
+        return found.position[self.place, body], found.rotation[self.place, body]
+
+    def end_tension(self, name, end):
+        """Tension at end 0 or 1 of a cable. [N]"""
+        return np.linalg.norm(self.group.equilibrium.end_forces[self.place, self.cable(name), end])
 
     @cached_property
-    def size_of_scene(self):
+    def longest(self):
         """Longest chord. [m]"""
-        return float(self.equilibrium.catenary.span.chord.max())
+        return float(self.group.equilibrium.catenary.span.chord[self.place].max())
 
     def body_stiffness(self, name):
         """6x6 of a body, shape (6, 6), rounding shown as zero; see `Equilibrium.body_stiffness`."""
-        matrix = self.equilibrium.body_stiffness[self.body(name)]
+        matrix = self.group.equilibrium.body_stiffness[self.place, self.body(name)]
         size = np.sqrt(np.abs(np.diagonal(matrix)))
         return np.where(np.abs(matrix) > STIFFNESS_ROUNDING * np.outer(size, size), matrix, 0.0)
+
+    def static_frequencies(self, name):
+        """Frequencies of a body on its static stiffness, with a third of the mass of its cables. [Hz]
+
+        Junctions follow without mass, other bodies are at rest: an estimate, good for light and taut cables.
+        """
+        from scipy.linalg import eigvalsh
+
+        place, found = self.body(name), self.equilibrium
+        suspension, mass = found.suspension, Layout(found).mass[place]
+        cable, end = np.nonzero(suspension.owner == place)
+        unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
+        moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
+        third = (found.catenary.span.mass * found.lengths)[cable, None, None] / 3
+        mass = mass + (np.swapaxes(moved, -1, -2) @ moved * third).sum(axis=0)
+        free = np.ix_(suspension.free[place], suspension.free[place])
+        stiffness = self.body_stiffness(name)[free]
+        squared = eigvalsh((stiffness + stiffness.T) / 2, mass[free])
+        return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
 
     def frequency(self, number):
         """Frequency of a mode by its number (from 1) [Hz], and its estimated relative error.
@@ -136,7 +228,9 @@ class SuspensionCase:
 
     def statics_error(self, column):
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
-        return 0.0 if column.needs == "scene" else max(ROUNDING, float(self.equilibrium.record.correction))
+        if column.needs == "scene":
+            return 0.0
+        return max(ROUNDING, float(self.group.equilibrium.record.correction[self.place]))
 
     @property
     def size(self):
@@ -185,15 +279,23 @@ class SuspensionCase:
         ------
         NoSolutionError
             There is no such mode among the lowest MOST_MODES.
+
+        Notes
+        -----
+        The shares of a body in all modes add up to its free degrees of freedom at most, so that the search ends when
+        too little is left for the modes that are missing.
         """
         place = self.body(body)
+        free = self.equilibrium.suspension.free[place].sum()
         count = number + MORE
         while True:
             modes = self.modes(count)
-            of_body = np.flatnonzero(modes.body_energy[place].sum(axis=0) > 0.5)
+            share = modes.body_energy[place].sum(axis=0)
+            of_body = np.flatnonzero(share > 0.5)
             if len(of_body) >= number:
                 return modes, int(of_body[number - 1])
-            if len(modes) < count or count >= MOST_MODES:
+            exhausted = free - share.sum() < 0.5 * (number - len(of_body))
+            if exhausted or len(modes) < count or count >= MOST_MODES:
                 raise NoSolutionError(
                     f"{len(of_body)} of the lowest {len(modes)} modes have more than half of their kinetic energy in "
                     f"{body}, not {number}"
@@ -201,8 +303,8 @@ class SuspensionCase:
             count = min(2 * count, MOST_MODES)
 
 
-def equilibria(scenes):
-    """Equilibria of many scenes, those of equal names and connections solved together.
+def cases_of(scenes):
+    """Cases of many scenes, those of equal names and connections solved together.
 
     Parameters
     ----------
@@ -210,67 +312,24 @@ def equilibria(scenes):
 
     Returns
     -------
-    list of (Equilibrium or CablestudyError)
-        Each of one case.
+    list of SuspensionCase
     """
     groups = {}
     for place, scene in enumerate(scenes):
-        key = (repr(topology_of(scene)), scene.solve_for, repr(scene.tensions))
+        key = (repr(topology_of(scene)), scene.solve_for, scene.tensions and scene.tensions.method)
         groups.setdefault(key, []).append(place)
-    found = [None] * len(scenes)
+    cases = [None] * len(scenes)
     for places in groups.values():
-        for place, one in zip(places, _of_group([scenes[place] for place in places]), strict=True):
-            found[place] = one
-    return found
+        alike = [scenes[place] for place in places]
+        for number, (place, group) in enumerate(zip(places, _solved(alike), strict=True)):
+            alone = isinstance(group, Group) and len(group.problems) == 1
+            cases[place] = SuspensionCase(scenes[place], group, 0 if alone else number)
+    return cases
 
 
-def _of_group(scenes):
-    """`equilibria` of scenes of equal topology."""
-    suspension, problems = numbers_of(scenes), [""] * len(scenes)
+def _solved(scenes):
+    """For each of some scenes of equal topology its Group, or the error that says why there is none."""
     try:
-        if scenes[0].solve_for == "lengths":
-            equilibrium, problems = lengths.solve(suspension, **_distribution(scenes[0], suspension))
-        else:
-            equilibrium = statics.pose(suspension)
+        return [Group(scenes)] * len(scenes)
     except (NoSolutionError, ConvergenceError) as error:
-        if len(scenes) == 1:
-            return [error]
-        return [one for scene in scenes for one in _of_group([scene])]
-    return [_checked(_taken(equilibrium, case), problem) for case, problem in enumerate(problems)]
-
-
-def _distribution(scene, suspension):
-    """Arguments of `lengths.solve` that a scene states."""
-    found = suspension.free.copy()
-    for place, body in enumerate(scene.bodies.values()):
-        found[place, :3] = False
-        found[place, 3:] &= body.attitude == "free"
-    tensions = scene.tensions or Tensions()
-    reference = tensions.reference or 0.0
-    if isinstance(reference, dict):
-        reference = np.array([reference.get(name, np.nan) for name in scene.cables])
-    high = np.inf if tensions.max is None else tensions.max
-    return {"method": tensions.method, "low": tensions.min, "high": high, "reference": reference, "found": found}
-
-
-def _taken(equilibrium, case):
-    """One case of a batch."""
-    record = type(equilibrium.record)(*(np.asarray(part)[case] for part in vars(equilibrium.record).values()))
-    return Equilibrium(
-        equilibrium.suspension.take(case),
-        equilibrium.position[case],
-        equilibrium.rotation[case],
-        equilibrium.catenary.take(case),
-        record,
-    )
-
-
-def _checked(equilibrium, problem):
-    """An equilibrium, or the error that says why it is none or not stable."""
-    record = equilibrium.record
-    if problem:
-        return NoSolutionError(str(problem))
-    if not record.converged:
-        return ConvergenceError(f"no equilibrium: {REASONS[int(record.reason)]} ({int(record.steps)} steps)")
-    reason = equilibrium.stability.reason()
-    return NoSolutionError(reason) if reason else equilibrium
+        return [error] if len(scenes) == 1 else [one for scene in scenes for one in _solved([scene])]

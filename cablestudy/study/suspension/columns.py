@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column
 from cablestudy.system.rigid import to_angles
@@ -34,7 +35,7 @@ def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
-        return np.broadcast_to(column.compute(case.cables), (len(case.scene.cables),))[case.cable(name)]
+        return case.of_cables(column)[case.cable(name)]
 
     key = f"cables.{name}.strength" if column.key else ""
     return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
@@ -42,15 +43,24 @@ def _of_cable(column, name):
 
 def _end_tension(name, end, word):
     def compute(case):
-        return np.linalg.norm(case.equilibrium.end_forces[case.cable(name), end])
+        return case.end_tension(name, end)
 
     return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
+
+
+def _inclination(name):
+    def compute(case):
+        span = case.group.cables.span
+        place = case.place, case.cable(name)
+        return np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
+
+    return Column(f"{name}.inclination", "deg", "of its chord, upwards from `from` to `to`", "statics", compute)
 
 
 def cable_columns(name):
     """The columns of one cable: list of Column."""
     ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
-    return [*(_of_cable(column, name) for column in OF_CABLES), *ends]
+    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _inclination(name)]
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point
@@ -58,15 +68,15 @@ def cable_columns(name):
 
 def _coordinate(name, axis):
     def compute(case):
-        value = case.equilibrium.position[case.body(name), axis]
-        return value if abs(value) > ROUNDING * case.size_of_scene else 0.0
+        value = case.at(name)[0][axis]
+        return value if abs(value) > ROUNDING * case.longest else 0.0
 
     return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
 
 
 def _angle(name, axis):
     def compute(case):
-        value = np.degrees(to_angles(case.equilibrium.rotation[case.body(name)])[axis])
+        value = np.degrees(to_angles(case.at(name)[1])[axis])
         return value if abs(value) > 360 * ROUNDING else 0.0
 
     meaning = "of its attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
@@ -101,6 +111,17 @@ def _body_frequency(name, number):
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
+def _static_frequency(name, number):
+    def compute(case):
+        frequencies = case.static_frequencies(name)
+        if number > len(frequencies):
+            raise NoSolutionError(f"{name} has {len(frequencies)} free displacements, not {number}")
+        return frequencies[number - 1]
+
+    meaning = "on the static stiffness, with a third of its cables' mass, all else at rest; K from 1 to 6"
+    return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
+
+
 def point_columns(name):
     """The columns of a free point: list of Column."""
     return [*(_coordinate(name, axis) for axis in range(3)), _mass(name)]
@@ -121,15 +142,24 @@ def _frequency(number):
     return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", compute, mode=(number,))
 
 
+def _over_all(name, unit, meaning, values, extreme, key=""):
+    """Column of the least, largest or sum of a number of all cables; those that lack it are left out."""
+    each = Column(name, unit, meaning, "statics", values)
+
+    def compute(case):
+        found = case.of_cables(each)
+        found = found[~np.isnan(found)]
+        return extreme(found) if len(found) else np.nan
+
+    return Column(name, unit, meaning, "statics", compute, key)
+
+
 WHOLE = (
-    Column("min_tension", "N", "smallest tension in any cable", "statics",
-           lambda c: c.cables.statics.min_tension.min()),
-    Column("max_tension", "N", "largest tension in any cable", "statics",
-           lambda c: c.cables.statics.max_tension.max()),
-    Column("max_utilisation", "", "largest stress over strength of any cable", "statics",
-           lambda c: np.max(c.cables.utilisation, initial=-np.inf, where=~np.isnan(c.cables.utilisation)),
-           "cables.*.strength"),
-    Column("cable_mass", "kg", "mass of all cables", "statics", lambda c: c.cables.mass.sum()),
+    _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.min),
+    _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.max),
+    _over_all("max_utilisation", "", "largest stress over strength of any cable", lambda r: r.utilisation, np.max,
+              "cables.*.strength"),
+    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.sum),
     *(column for column in COLUMNS if column.needs == "run"),
 )  # fmt: skip
 
@@ -140,6 +170,7 @@ WHOLE = (
 def families():
     """Columns that stand for many, with words in capitals for names and numbers, for lists: list of Column."""
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
+    numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [_stiffness("BODY", axis, axis) for axis in AXES]
     whole = [column for column in WHOLE if column.needs != "run"]
     return [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered, *whole]
@@ -171,7 +202,8 @@ def find(name):
         owner = name.partition(".")[0]
         match = STIFFNESS.fullmatch(name)
         stiffness = [_stiffness(owner, match[2], match[3])] if match else []
-        known = [*stiffness, *body_columns(owner), *cable_columns(owner)]
+        static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
+        known = [*stiffness, *static, *body_columns(owner), *cable_columns(owner)]
     for column in known:
         if name in (column.name, column.header):
             return column
@@ -192,9 +224,7 @@ def why_not(scene, column):
         if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
             return "max_utilisation needs the strength of a cable, which the scene does not have"
         known = MODE.fullmatch(column.name) or any(column.name == other.name for other in WHOLE)
-        return (
-            "" if known else f"{column.name} is a column of a single cable: of one of these it is CABLE.{column.name}"
-        )
+        return "" if known else f"{column.name} is a column of a single cable; here it is CABLE.{column.name}"
     junctions = [name for name, point in scene.points.items() if point.free]
     if owner in scene.points and owner not in junctions:
         return f"{owner} is a fixed point, which has no columns"

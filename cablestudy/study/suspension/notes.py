@@ -15,11 +15,11 @@ def notes_of(case):
     Returns
     -------
     tuple of str
-        None where the case has no equilibrium.
+        Empty where the case has no equilibrium, or none was computed.
     """
-    found = case.known
-    if found is None:
+    if not case.solved:
         return ()
+    found = case.equilibrium
     record = found.record
     held = int(found.suspension.free.sum())
     return (

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.scene.determinacy import found_rotations
+from cablestudy.scene.suspension_tables import MOTIONS, Tensions
 from cablestudy.system import rigid
 from cablestudy.system.suspension import GROUND, Suspension
 
@@ -96,6 +97,40 @@ def numbers_of(scenes, count=None):
             "owner": np.array(topology["owner"], dtype=int).reshape(c, 2),
         },
     )
+
+
+def distribution_of(scenes):
+    """What `system.lengths.solve` needs beside the numbers, as its keyword arguments.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        Of equal topology, with `solve_for: lengths`; n of them.
+
+    Returns
+    -------
+    dict
+        `method`; `low`, `high`, `reference`: ndarrays, shape (n, c) [N]; `found`: ndarray of bool, shape (b, 6).
+    """
+    chosen = [scene.tensions or Tensions() for scene in scenes]
+    names = list(scenes[0].cables)
+    junctions = sum(point.free for point in scenes[0].points.values())
+    turning = found_rotations(scenes[0])
+    found = [[motion in turning.get(name, ()) for motion in MOTIONS] for name in scenes[0].bodies]
+    high = [np.inf if tensions.max is None else tensions.max for tensions in chosen]
+    return {
+        "method": chosen[0].method,
+        "low": np.array([[tensions.min] * len(names) for tensions in chosen]),
+        "high": np.array([[limit] * len(names) for limit in high]),
+        "reference": np.array([[_reference(tensions, name) for name in names] for tensions in chosen]),
+        "found": np.array([*found, *[OF_JUNCTION] * junctions], dtype=bool).reshape(-1, len(MOTIONS)),
+    }
+
+
+def _reference(tensions, cable):
+    """What the tension of a cable shall be close to; zero where the file says nothing of it. [N]"""
+    reference = tensions.reference
+    return reference.get(cable, 0.0) if isinstance(reference, dict) else reference or 0.0
 
 
 def _numbers(scene):

@@ -8,7 +8,7 @@ from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.closed_form import status_of
 from cablestudy.study.columns import ROUNDING, not_finite
 from cablestudy.study.row import Row
-from cablestudy.study.suspension.case import SuspensionCase, equilibria
+from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.notes import notes_of
 
@@ -36,9 +36,8 @@ def evaluate_suspensions(scenes, columns, explain=False):
     for first in range(0, len(scenes), AT_ONCE):
         some = scenes[first : first + AT_ONCE]
         begin = time.perf_counter()
-        found = equilibria(some) if needed else [None] * len(some)
+        cases = cases_of(some) if needed else [SuspensionCase(scene) for scene in some]
         shared = (time.perf_counter() - begin) / len(some)
-        cases = [SuspensionCase(scene, one) for scene, one in zip(some, found, strict=True)]
         rows += [_row(case, columns, shared, explain) for case in cases]
     return rows
 
