@@ -8,6 +8,7 @@ import resource
 import subprocess
 import sys
 import time
+from itertools import pairwise
 
 from cables import HERE, least, median, seconds, verdict
 from peers import NoAnswerError, found
@@ -17,7 +18,7 @@ ROWS, ROUNDS, PEER_ROWS = 400, 5, 20  # of the sweep; rounds; rows of another pr
 MASSES = 20e3, 40e3  # of the cabin over the sweep [kg]
 MODES, ACCURACY = 20, 1e-6
 BARS = 40  # of OpenSees, a cable
-ARMS = 1e3  # stiffness of the rigid arms of OpenSees' body, over that of a cable
+ARMS, ROUND = 1e3, 100.0  # EA of the rigid arms of OpenSees' body over that of a cable; their EI over EA [m^2]
 NETS = {22: 1012, 45: 4140, 70: 9940}  # nodes along a side, and the cables of such a net
 AIM_SECONDS, AIM_BYTES, AIM_EXPONENT = 20.0, 2e9, 1.3
 COLUMNS = "cabin.x_m", "cabin.z_m", "cabin.pitch_deg", "min_tension_N", "max_tension_N"
@@ -41,7 +42,9 @@ def telescope():
     }  # fmt: skip
     kept = {key: getattr(body, key) for key in ("at", "mass", "center_of_mass", "inertia", "attachments")}
     bodies, model = {"cabin": kept}, {"accuracy": ACCURACY}
-    return SuspensionScene.model_validate({"gravity": scene.gravity, "bodies": bodies, "cables": cables, "model": model})
+    return SuspensionScene.model_validate(
+        {"gravity": scene.gravity, "bodies": bodies, "cables": cables, "model": model}
+    )
 
 
 def with_mass(scene, mass):
@@ -119,38 +122,28 @@ class OpenSeesBody:
         ops.node(1, *map(float, self.center))
         ops.mass(1, *[self.body.mass] * 3, *map(float, self.inertia))
         ops.geomTransf("Corotational", 1, 0.3, 0.5, 0.8)
-        node, element, arms, loads = 1, 0, {}, [(1, self.body.mass)]
+        numbers, loads, elements = {}, [(1, self.body.mass)], 0  # place or attachment -> node; (node, its mass)
         stiff = ARMS * max(cable.axial_stiffness for cable in self.scene.cables.values())
         for places, cable in zip(self.nodes, self.scene.cables.values(), strict=True):
-            first, own = node + 1, cable.unstretched_length / BARS
-            piece = cable.mass_per_length * own
-            for k, place in enumerate(places):
-                share = piece / 2 if k == BARS else piece
-                if k == BARS and cable.ends[1] in arms:
-                    numbers.append(arms[cable.ends[1]])
-                    loads.append((numbers[-1], share))
-                    continue
-                node += 1
-                ops.node(node, *map(float, place))
-                numbers = [node] if k == 0 else [*numbers, node]
-                if k == 0:
-                    ops.fix(node, *[1] * 6)
-                    continue
-                loads.append((node, share))
-                if k < BARS:
-                    ops.fix(node, 0, 0, 0, 1, 1, 1)
-                    continue
-                arms[cable.ends[1]] = node
-                element += 1
-                ops.element("elasticBeamColumn", element, 1, node, 1.0, stiff, stiff, stiff, stiff, stiff, 1)
+            own = cable.unstretched_length / BARS
+            chain = [*map(tuple, places[:-1]), cable.ends[1]]
+            for k, (key, place) in enumerate(zip(chain, places, strict=True)):
+                if key not in numbers:
+                    numbers[key] = node = len(numbers) + 2
+                    ops.node(node, *map(float, place))
+                    if k == BARS:  # a stiff beam to the cabin's center of mass
+                        elements += 1
+                        ops.element("elasticBeamColumn", elements, 1, node, 1.0, stiff, stiff, ROUND, ROUND, ROUND, 1)
+                    else:
+                        ops.fix(node, *[int(k == 0)] * 3, 1, 1, 1)
+                loads.append((numbers[key], cable.mass_per_length * own / (2 if k in (0, BARS) else 1)))
             for k in range(BARS):
+                elements += 1
                 size = math.dist(places[k], places[k + 1])
-                element += 1
-                ops.uniaxialMaterial("Elastic", 2 * element, cable.axial_stiffness * size / own)
-                ops.uniaxialMaterial("InitStrainMaterial", 2 * element + 1, 2 * element, 1 - own / size)
-                ops.element("corotTruss", element, numbers[k], numbers[k + 1], 1.0, 2 * element + 1)
-            assert len(numbers) == BARS + 1
-            assert numbers[0] == first
+                ops.uniaxialMaterial("Elastic", 2 * elements, cable.axial_stiffness * size / own)
+                ops.uniaxialMaterial("InitStrainMaterial", 2 * elements + 1, 2 * elements, 1 - own / size)
+                ends = numbers[chain[k]], numbers[chain[k + 1]]
+                ops.element("corotTruss", elements, *ends, 1.0, 2 * elements + 1)
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)
         masses = {}
@@ -275,8 +268,8 @@ def measure(side):
     case.modes(MODES)
     times.append(time.process_time())
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    return {**dict(zip(("read", "static", "modes"), (b - a for a, b in zip(times, times[1:], strict=False)), strict=True)),
-            "memory": peak}  # fmt: skip
+    read, static, modes = (end - begin for begin, end in pairwise(times))
+    return {"read": read, "static": static, "modes": modes, "memory": peak}
 
 
 def nets():

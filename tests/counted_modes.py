@@ -1,4 +1,4 @@
-"""Random suspensions whose modes are counted below their frequencies: one or two bodies, junctions, 3 to 22 cables, taut to sagging, light to heavy."""
+"""Random suspensions whose modes are counted: one or two bodies, junctions, 3 to 22 cables, taut to sagging."""
 
 from dataclasses import replace
 

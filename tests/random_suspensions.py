@@ -73,7 +73,8 @@ def scene_data(seed, states=True):
             return owner, np.array(points[owner]["at"])
         body = bodies[owner]
         name, half = f"e{len(body['attachments'])}", body["_half"]
-        place = rng.uniform(-half, half, 3) + [0, 0, half / 2]
+        place = rng.uniform(-half, half, 3)
+        place[2] += half / 2
         body["attachments"][name] = [float(x) for x in place]
         R = double(rotated(body["attitude"]))
         return f"{owner}.{name}", np.array(body["at"]) + R @ place
@@ -87,7 +88,7 @@ def scene_data(seed, states=True):
         else:
             angle = turn + 2 * math.pi * number * 0.381966 + rng.normal() * 0.2
             height = rng.uniform(0.4, 1.2) if number < 3 * len(bodies) or not below else rng.uniform(-1, 1)
-            here = size * np.array([math.cos(angle), math.sin(angle), height]) * [1, 1, 1]
+            here = size * np.array([math.cos(angle), math.sin(angle), height])
             begin = [float(x) for x in here]
         chord = float(np.linalg.norm(there - here))
         stiffness = force / strain * power(-0.5, 0.5)
@@ -214,7 +215,7 @@ def errors_of_statics(data, case, truth):
     worst = 0.0
     for body in range(bodies):
         K = truth.body_stiffness(body, points)
-        scale = np.sqrt(np.abs(np.diag(K)))
+        scale = np.sqrt(np.repeat(np.abs(np.diag(K)).reshape(2, 3).max(axis=1), 3))
         worst = max(worst, (np.abs(found.body_stiffness[body] - K) / np.outer(scale, scale)).max())
     numbers["stiffness"] = 1.0, worst, doubt
     return numbers

@@ -21,6 +21,7 @@ from cablestudy.cable import catenary, initial_length
 MAX_STEPS = 60
 EXACT = 1e-13  # relative error of a stated value at which its length is found,
 STALLED = 1e-9  # and at which it is where rounding stops the iteration
+FALLING, IDLE = 0.9, 8  # a cable whose error does not fall to this share in so many steps has no such length
 DIFFERENCE = 1e-5  # relative step for the derivatives of a sag, which are good to its square
 LARGEST = 0.2  # change of an unstretched length in one step, over the length
 TINY = 1e-300

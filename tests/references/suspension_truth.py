@@ -6,6 +6,7 @@ of its own; the frequencies on three meshes, extrapolated (their error falls wit
 """
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse
@@ -228,7 +229,7 @@ class Statics:
             The bars find no equilibrium, or there are too few modes.
         """
         levels = [Bars(self, bars).frequencies(count) for bars in BARS]
-        one, two = ((4 * fine - coarse) / 3 for coarse, fine in zip(levels, levels[1:], strict=False))
+        one, two = ((4 * fine - coarse) / 3 for coarse, fine in pairwise(levels))
         return two, np.abs(one / two - 1) + 1e-12
 
 
