@@ -56,8 +56,8 @@ class MoorPyBody:
     """The cabin in MoorPy, made once; each case sets its mass and begins where the cabin is at 30 t."""
 
     setup = (
-        "one `System` with a free body, its mass changed from row to row, `solveEquilibrium` with its default tolerance "
-        "(0.05 m) from the place at 30 t; lines of no diameter and the seabed a thousand kilometres below"
+        "one `System` with a free body, its mass changed from row to row, `solveEquilibrium` with its default "
+        "tolerance (0.05 m) from the place at 30 t; lines of no diameter and the seabed a thousand kilometres below"
     )
 
     def __init__(self, scene):

@@ -228,9 +228,15 @@ class Statics:
         Unknown
             The bars find no equilibrium, or there are too few modes.
         """
+        bend = [float(mp.hypot(x, y)) for x, y, _ in self.forces]  # over the weight per length: radius of the bend
+        weights = [cable.mass * self.gravity * L for cable, L in zip(self.cables, self.lengths, strict=True)]
+        if any(force * BARS[0] < weight for force, weight in zip(bend, weights, strict=True)):
+            raise Unknown("a cable bends too sharply for bars")
         levels = [Bars(self, bars).frequencies(count) for bars in BARS]
         one, two = ((4 * fine - coarse) / 3 for coarse, fine in pairwise(levels))
-        return two, np.abs(one / two - 1) + 1e-12
+        doubt = np.abs(one / two - 1) + 1e-12
+        beside = np.pad(doubt, 1)  # modes near each other may change places between meshes
+        return two, np.maximum(doubt, np.maximum(beside[:-2], beside[2:]))
 
 
 class Bars:
