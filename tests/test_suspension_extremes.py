@@ -14,7 +14,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 
-SCENES = (90_001, 90_002, 90_003, 90_004, 90_006, 90_007, 90_011)
+SCENES = (90_001, 90_003, 90_004, 90_006, 90_011, 90_012)
 TIMES = 10  # no error is larger than so many times the stated one
 
 
@@ -40,7 +40,9 @@ def test_the_asked_accuracy_is_kept(cells):
 
 
 def test_what_is_refused_has_a_reason(cells):
-    assert all(cell.note.startswith("refused: ") and len(cell.note) > 20 for cell in cells if cell.value is None)
+    refused = [cell for cell in cells if cell.value is None and not cell.note.startswith("no truth")]
+    assert refused
+    assert all(cell.note.startswith("refused: ") and len(cell.note) > 20 for cell in refused)
 
 
 def platform(mass=50.0, stiffness=1e6, line=0.1, strain=1e-3, count=8, **body):
