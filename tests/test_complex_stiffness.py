@@ -75,7 +75,7 @@ def test_its_slopes_and_its_energies(name):
         assert by_s == pytest.approx(2 * s * here.inertia, rel=1e-5)
         assert by_c == pytest.approx(here.elastic, rel=1e-5, abs=1e-9 * abs(here.stiffness))
         # power: what goes in at the end is what the strain, the tension and the mass take up
-        energies = here.bend + (1 + c) * here.strain + s * s * here.carried
+        energies = here.bend + (1 + c) * here.strain + s * s * here.moving_mass
         assert here.stiffness == pytest.approx(energies, rel=1e-10)
 
 

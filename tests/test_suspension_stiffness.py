@@ -44,6 +44,22 @@ def test_differences_of_forces(rest):
     np.testing.assert_allclose(whole, expected, atol=2e-8 * np.abs(expected).max())
 
 
+def test_the_energy_and_its_slope():
+    """Along any step from any pose the energy changes as the net forces tell, dead moments included."""
+    flat = sagging().broadcast((1,))
+    flat = replace(flat, moment=flat.moment + np.array([4.0, -3, 5]))
+    state = statics.start(flat)
+    step = np.random.default_rng(8).normal(size=(1, 4, 6)) * flat.free
+    along = np.polynomial.legendre.leggauss(12)
+    size, slope = 2e-3, 0.0  # without a cable that becomes taut on the way
+    for place, weight in zip(*along, strict=True):
+        there = descent.evaluate(flat, descent.moved(flat, state, step * size * (1 + place) / 2))
+        slope += weight / 2 * size * (there.net * step).sum()
+    first, last = (descent.evaluate(flat, descent.moved(flat, state, step * x)) for x in (0, size))
+    change = last.energy - first.energy - descent.work(flat, state, step * size)
+    assert change[0] == pytest.approx(-slope, rel=1e-7)
+
+
 def test_symmetric_under_all_loads_only(rest):
     """K_tt - K_tt^T = [M x], M the moment of the loads that are counted: zero for all of them."""
     whole = tangent.full(rest.blocks, len(rest.suspension.body_names))

@@ -66,9 +66,9 @@ class Moved:
         Derivative of it with respect to c. [N/m]
     inertia : complex
         Derivative of it with respect to g = s^2 + viscous s, at constant c. [kg]
-    strain, bend, carried : float
+    strain, bend, moving_mass : float
         Of the shape u: strain energy without damping and energy of the tension [N/m], and mass [kg], with |u|^2:
-        where M s^2 + `stiffness` is zero, M s^2 + carried g + bend + (1 + c) strain is zero too, a sum of positive
+        where M s^2 + `stiffness` is zero, M s^2 + moving_mass g + bend + (1 + c) strain is zero too, a sum of positive
         numbers.
     """
 
@@ -77,7 +77,7 @@ class Moved:
     inertia: complex
     strain: float
     bend: float
-    carried: float
+    moving_mass: float
 
 
 class ComplexStiffness:
@@ -260,14 +260,14 @@ def damping_ratio(stiffness, mass, omega, law, amount):
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
         raise NoSolutionError(LOST) from None
-    whole, strain, drag = moved.bend + moved.strain, moved.strain, stiffness.viscous * moved.carried
+    whole, strain, drag = moved.bend + moved.strain, moved.strain, stiffness.viscous * moved.moving_mass
     if strain <= STRAINLESS * whole:
         strain = 0.0
     if not strain and not drag:
         return 0.0
     if not here.imag:
         return 1.0
-    total = mass + moved.carried
+    total = mass + moved.moving_mass
     if law == "hysteretic":
         # the root of total s^2 + drag s + whole + i loss strain, its real part a sum of positive numbers
         root = np.sqrt(complex(4 * total * whole - drag**2, 4 * total * amount * strain))

@@ -25,17 +25,17 @@ def modal_force_transmission(model, s):
     -(c R + s^2 m)^T (s^2 + W^2 + c E)^-1, as a sum over the poles of the inverse. Symbols: see `system.superelement`.
     """
     s = np.asarray(s)[:, None]
-    inertial, carried = s**2 + model.viscous * s, model.coupling[:, GONDOLA]
+    inertial, coupling = s**2 + model.viscous * s, model.coupling[:, GONDOLA]
     if model.strain is None:
         rate = inertial + 2 * model.damping_ratio * model.omega * s
-        return -carried * rate / (rate + model.omega**2)
+        return -coupling * rate / (rate + model.omega**2)
     factor = model.strain.factor(s)
     if model.resolvent is None:
-        force = factor * model.strain.coupling[:, GONDOLA] + inertial * carried
+        force = factor * model.strain.coupling[:, GONDOLA] + inertial * coupling
         matrix = np.diag(model.omega**2) + factor[..., None] * model.strain.modes
         matrix = matrix + inertial[..., None] * np.eye(len(model.omega))
         return -np.linalg.solve(matrix, force[..., None])[..., 0]
     value, left, right = model.resolvent
     weight = 1 / (inertial + value if model.strain.law == "hysteretic" else s - value)
-    driven = factor * (model.strain.coupling[:, GONDOLA] @ left) + inertial * (carried @ left)
+    driven = factor * (model.strain.coupling[:, GONDOLA] @ left) + inertial * (coupling @ left)
     return -(driven * weight) @ right

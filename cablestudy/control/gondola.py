@@ -55,30 +55,30 @@ def coupled_modes(mass, stiffness, frequency, participation, moments):
     share of the order of (w/W)^8 of their mass.
     """
     omega = 2 * np.pi * np.asarray(frequency)
-    carried = np.abs(participation) / omega**2  # p itself grows with the stiffness, and would hide all but axial modes
-    chosen = carried > NEGLIGIBLE * carried.max(initial=0.0)
-    omega, carried = omega[chosen], carried[chosen]
-    left = [total - (carried**2 / omega ** (2 * j)).sum() for j, total in enumerate(moments)]
+    coupling = np.abs(participation) / omega**2  # p itself grows with the stiffness, and would hide all but axial modes
+    chosen = coupling > NEGLIGIBLE * coupling.max(initial=0.0)
+    omega, coupling = omega[chosen], coupling[chosen]
+    left = [total - (coupling**2 / omega ** (2 * j)).sum() for j, total in enumerate(moments)]
     if all(rest > ROUNDING * total for rest, total in zip(left, moments, strict=True)):
         omega = np.append(omega, np.sqrt(left[1] / left[2]))
-        carried = np.append(carried, left[1] / np.sqrt(left[2]))
+        coupling = np.append(coupling, left[1] / np.sqrt(left[2]))
     n = len(omega)
     inertia, rigidity = np.eye(n + 1), np.diag(np.append(omega**2, stiffness))
-    inertia[:n, n] = inertia[n, :n] = carried
-    own = moments[0] - (carried**2).sum()
+    inertia[:n, n] = inertia[n, :n] = coupling
+    own = moments[0] - (coupling**2).sum()
     own = mass + (own if own > ROUNDING * moments[0] else 0.0)
-    inertia[n, n] = own + (carried**2).sum()
+    inertia[n, n] = own + (coupling**2).sum()
     modes = LinearSystem(inertia, np.zeros_like(inertia), rigidity, ()).modes
-    return _polished(modes.omega, own, stiffness, omega, carried) / (2 * np.pi), modes.shares[0]
+    return _polished(modes.omega, own, stiffness, omega, coupling) / (2 * np.pi), modes.shares[0]
 
 
-def _polished(natural, own, stiffness, omega, carried):
+def _polished(natural, own, stiffness, omega, coupling):
     """Modes by a Newton step on k - w^2 (M + sum of m^2 W^2/(W^2 - w^2)), in which a light gondola does not cancel."""
     square = natural**2
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         near = 1 / (1 - square[:, None] / omega**2)
-        rest = stiffness - square * (own + near @ carried**2)
-        change = rest / (own + near**2 @ carried**2) / square
+        rest = stiffness - square * (own + near @ coupling**2)
+        change = rest / (own + near**2 @ coupling**2) / square
     return natural * np.sqrt(1 + np.where(np.abs(change) < CLOSE, change, 0.0))
 
 

@@ -351,7 +351,7 @@ def _crossing(plant, cable, pole, gain):
         return -1 / complex(plant.unit_gain_of(cable, np.array([1j * omega]))[0])
 
     begin = before = abs(pole)
-    reach = HALF_WIDTHS * abs(pole.real) + BESIDE_POLE * begin
+    farthest = HALF_WIDTHS * abs(pole.real) + BESIDE_POLE * begin
     here, last = begin + max(0.1 * abs(pole.real), FIRST_STEP * begin), needed_gain(begin).imag
     for _ in range(STEPS):
         found = needed_gain(here)
@@ -361,7 +361,7 @@ def _crossing(plant, cable, pole, gain):
         if abs(step) <= max(LAST_STEP * begin, SETTLED * abs(pole.real)):
             return Limit(found.real, 1j * here) if abs(found.real - gain) <= BESIDE_GAIN * gain else None
         before, last, here = here, found.imag, here - step
-        if not abs(here - begin) <= reach:
+        if not abs(here - begin) <= farthest:
             return None
     return None
 

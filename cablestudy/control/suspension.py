@@ -38,7 +38,7 @@ class Winch:
 
 @dataclass(frozen=True)
 class Marker:
-    """A place on a body whose motion is wanted.
+    """A place on a body whose motion is an output.
 
     Attributes
     ----------

@@ -106,7 +106,7 @@ class Body(Table):
         None, description="Entries of the tensor about the center of mass, body axes: xx yy zz, or xx yy zz xy xz yz"
     )
     attachments: dict[Name, Place] = Field({}, description="Name -> place where a cable may end, body axes")
-    markers: dict[Name, Place] = Field({}, description="Name -> place whose motion is wanted too, body axes")
+    markers: dict[Name, Place] = Field({}, description="Name -> place whose motion is an output too, body axes")
     free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(_each_once)] = Field(
         MOTIONS, description="What may move, about global axes; the rest is held"
     )

@@ -32,16 +32,16 @@ REASONS = (
     "no lengths were found for which the cables have what they state",
     "no tensions within the bounds hold the bodies where they shall be",
 )
-MAX_STEPS = 100
-HALVINGS = 30
-FEW_STEPS = 12
-SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))
-SOFT_STEPS, LOOSE = 60, 1e-3
+MAX_STEPS, HALVINGS = 100, 30
+FEW_STEPS = 12  # of a search straight from the start: those that need more go by softer cables
+SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))  # strains of those: ten times stiffer each is few steps
+SOFT_STEPS, LOOSE = 60, 1e-6  # most steps with each, and net force over the sum of forces that is small enough there
 MOST_LOAD = 10.0  # tension that a soft cable may have, over the loads on all bodies
 BALANCED = 1e-11  # net force over the sum of forces at which a pose has converged,
 STALLED = 1e-8  # and at which it has where rounding stops the iteration; also the size of the last step of either
 FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the longest chord, and in radians
-SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo)
+SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo),
+FLAT = 0.1  # and by how much the slope must have changed where the descent is rounding (delta of Hager and Zhang)
 FLATTEST = 1e-13  # scaled eigenvalues below it count as this large in a step
 TINY, EPSILON = 1e-300, 4e-16
 NEAREST = 1e-9  # of the unstretched length: ends closer than this are taken as this far apart, one above the other
@@ -239,11 +239,11 @@ def newton_step(suspension, state, point):
     free = suspension.free
     force = tangent.free_values(suspension, point.net)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
-    reach = np.ones((len(force), *free.shape)) * WIDEST
-    reach[..., :3] = FARTHEST * longest(state)[:, None, None]
+    largest_step = np.ones((len(force), *free.shape)) * WIDEST
+    largest_step[..., :3] = FARTHEST * longest(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
-    rounding = BALANCED * np.broadcast_to(point.scale[..., None], reach.shape)
-    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / reach)
+    rounding = BALANCED * np.broadcast_to(point.scale[..., None], largest_step.shape)
+    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / largest_step)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
     scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= tangent.DENSE:
@@ -254,9 +254,9 @@ def newton_step(suspension, state, point):
             _sparse_step(tangent.scaled_sparse(blocks.of(i), suspension, scales[i]), force[i] / scales[i])
             for i in cases
         ]
-    step = np.zeros(reach.shape)
+    step = np.zeros(largest_step.shape)
     step[:, free] = np.asarray(moves) / scales
-    return step / np.maximum(1.0, (np.abs(step) / reach).max(axis=(-1, -2)))[:, None, None]
+    return step / np.maximum(1.0, (np.abs(step) / largest_step).max(axis=(-1, -2)))[:, None, None]
 
 
 def _dense_step(matrix, force):
@@ -312,7 +312,7 @@ def line_search(suspension, state, point, step):
         rounding = there.rounding + point.rounding[rest]
         ahead = (there.net * step[rest]).sum(axis=(-1, -2))
         falls = change <= -SUFFICIENT * share[rest] * slope[rest]
-        flat = (change <= rounding) & (ahead >= -(1 - 2 * 0.1) * slope[rest])
+        flat = (change <= rounding) & (ahead >= -(1 - 2 * FLAT) * slope[rest])
         good = there.solved & (falls | flat)
         if not found.any() and good.all():
             return trial, there, share
@@ -398,8 +398,8 @@ def typical_loads(suspension, state):
 def search(suspension, state):
     """Poses of least energy: straight from the start, or where that takes many steps, by way of softer cables.
 
-    Stiff cables make a narrow, curved valley of the energy, along which a Newton iteration creeps. Strains of a third
-    make it wide; stiffer cables then follow, each strain about the square of the one before.
+    Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
+    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before.
     """
     first, record = descend(suspension, state, FEW_STEPS)
     hard = np.flatnonzero(~record.converged)

@@ -354,8 +354,8 @@ class Superelement:
     def _slow_poles(self):
         """Poles of the modes that damped strain couples, the slow ones most accurate.
 
-        The modes reach over many powers of ten, and an eigen-solution has rounding of the size of its largest
-        eigenvalue: so the inverse is taken.
+        The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
+        largest eigenvalue: so the inverse is taken.
         """
         omega, n = self.omega, len(self.omega)
         unit = np.outer(omega, omega)

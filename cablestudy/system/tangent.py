@@ -340,9 +340,9 @@ def _condensed(blocks, suspension, count, follow):
     """`body_stiffness` of one case, with the degrees of freedom that follow."""
     from scipy.sparse.linalg import splu
 
-    wanted = follow.copy()
-    wanted[:count] = True
-    matrix = sparse(blocks, suspension, wanted)  # bodies first
+    kept = follow.copy()
+    kept[:count] = True
+    matrix = sparse(blocks, suspension, kept)  # bodies first
     size = 6 * count
     moved = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())
     condensed = matrix[:size, :size].toarray() - matrix[:size, size:] @ moved

@@ -72,7 +72,7 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     low, high : float
         Range. [Hz]
     resonances, half_widths : sequence of float
-        Frequencies of the poles and how far they reach to either side. [Hz]
+        Frequencies of the poles and their half-widths. [Hz]
     marks : sequence of float
         Further boundaries. [Hz]
     anchor : float, optional
@@ -153,7 +153,9 @@ def integrate(function, edges, tolerance=1e-6):
     error = (error + noise).sum(axis=1)
     if (error > tolerance * total).any():
         reached = np.max(error[total > 0] / total[total > 0])
-        raise ConvergenceError(f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} was wanted")
+        raise ConvergenceError(
+            f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} is the tolerance"
+        )
     boundaries = np.exp(np.concatenate([low, edges[-1:]]))
     return Integral(value=total, error=error, evaluations=evaluations, edges=boundaries, panels=value.T)
 
@@ -170,7 +172,7 @@ def _panels(function, low, high):
     fine = both[..., 0] * half
     if not np.isfinite(fine).all():
         raise ConvergenceError("a value of the response spectrum is not finite")
-    # a frequency is only known to rounding: on the flank of a very narrow resonance that is felt
+    # rounding of a frequency changes the value on the flank of a very narrow resonance
     rounding = EPSILON * (1 + np.maximum(np.abs(low), np.abs(high)))
     change = values[..., 1:] - values[..., :-1]
     noise = rounding * np.abs(change, out=change).sum(axis=-1)
