@@ -402,6 +402,29 @@ def test_without_mass_there_is_no_hysteretic_state_space():
         second_order(Layout(state), kept)
 
 
+def test_a_cable_between_fixed_ends(folder):
+    """The winch and the tension at its end: the modes that one cable alone keeps for a movement along it."""
+    cable = "{elastic_modulus: 200 GPa, density: 7850 kg/m^3, diameter: 4 mm}"
+    held = f"cable: {cable}\ncables: {{c: {{from: [0, 0, 0], to: [8, 0, 0], preload: 5 kN}}}}\n"
+    (folder / "held.yaml").write_text(held, encoding="utf-8")
+    (folder / "wound.yaml").write_text(held + "winches: {c: {}}\n", encoding="utf-8")
+    alone = cable[:-1] + ", ends: [[0, 0, 0], [8, 0, 0]], preload: 5 kN}"
+    (folder / "alone.yaml").write_text(f"cable: {alone}\nmodel: {{elements: 8, order: 4}}\n", encoding="utf-8")
+    exact = ("--set", "model.elements=8", "--set", "model.order=4")
+    found = table("wound.yaml", *exact, "--error", 0.1, "--output", "c.tension_from")
+    single = table("alone.yaml", "--error", 0.1, "--input", "end_1_x", "--output", "end_1_x")
+    assert 2 < len(single) < 40
+    assert [row["frequency_Hz"] for row in found] == pytest.approx([row["frequency_Hz"] for row in single], rel=1e-9)
+    # nothing to keep
+    run("ssm", "wound.yaml", "--upto", "0.1Hz", "--out", "none.json")
+    assert read(folder / "none.json")["D"].shape == (2, 1)
+    assert len(table("wound.yaml", "--upto", "0.1Hz", "--response", "1:2:3")) == 3
+    done = run("ssm", "held.yaml", code=3)
+    assert done.lines == [
+        "held.yaml: a state space needs an input: one of the winches, or a body or point that is free"
+    ]
+
+
 # ---------------------------------------------------------------------------------------------- pictures of modes
 
 

@@ -75,12 +75,17 @@ class SecondOrderSystem:
     def inertia_share(self, output, input_):
         """Share of each mode in the inertia between an input and an output, shape (n,), by their numbers. [-]
 
-        About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2), m = Phi^T (B0/W^2 - B2): a mode left
-        out takes C0 Phi m w^2/W^2 from the response, see `reduction.inertia_share`.
+        About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2) with m = Phi^T (B0/W^2 - B2), and at
+        its frequency the output is W^2 (C0/W^2 - C2) Phi of it. The share is that of |(C0/W^2 - C2) Phi m|, for two
+        ends of a cable as in `reduction.inertia_share`.
         """
         compliance, shapes = self.modes
         inertia = compliance * (shapes.T @ self.driven[0][:, input_]) - shapes.T @ self.driven[2][:, input_]
-        return shares(np.abs(self.moved[0][output] @ shapes * inertia))
+        seen = compliance * (self.moved[0][output] @ shapes) - self.moved[2][output] @ shapes
+        square = np.where(
+            compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0
+        )  # of mass-normalised shapes
+        return shares(np.abs(seen * inertia) * square)
 
     def keep(self, chosen):
         """The system in some of its modes, the static part of the others kept.
@@ -149,7 +154,7 @@ class SecondOrderSystem:
         frequency : ndarray, shape (m,)
             [Hz]
         """
-        at_once = max(1, ENTRIES // len(self.mass) ** 2)
+        at_once = max(1, ENTRIES // max(1, len(self.mass)) ** 2)
         pieces = np.split(frequency, range(at_once, len(frequency), at_once))
         return np.concatenate([self._response(output, input_, 2j * np.pi * piece) for piece in pieces])
 

@@ -159,6 +159,8 @@ def moved(suspension, state, step):
     -------
     State
     """
+    if not suspension.body_names:
+        return state
     turned = turn(step[..., 3:])
     owner = suspension.owner
     rotation = state.rotation + turned @ state.rotation

@@ -127,6 +127,8 @@ def choose(scene, options, highest=None):
     """
     case = SuspensionCase(scene)
     inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case))
+    if not inputs:
+        raise NoSolutionError("a state space needs an input: one of the winches, or a body or point that is free")
     pair = _place("--output", options.output, outputs), _place("--input", options.input, inputs)
     if options.error is not None:
         return _fewest(case, options.error, pair, highest)
