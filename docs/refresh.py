@@ -44,7 +44,6 @@ def workplace():
     shutil.copytree(ROOT / "configs", Path(folder.name) / "configs")
     shutil.copytree(ROOT / "results", Path(folder.name) / "results")
     (Path(folder.name) / PICTURES).mkdir(parents=True)
-    shutil.copy(ROOT / "docs" / "condensed.py", Path(folder.name) / "docs")
     return folder
 
 

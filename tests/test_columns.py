@@ -57,8 +57,8 @@ def test_every_column_listed_for_suspensions_is_one():
     # the names that docs/suspensions.md promises
     expected = {
         "BODY.x_m", "BODY.roll_deg", "CABLE.max_tension_N", "BODY.stiffness_xx_N_per_m", "frequency_K_Hz",
-        "BODY.stiffness_rxrx_Nm_per_rad", "BODY.frequency_K_Hz", "min_tension_N", "max_tension_N", "max_utilisation",
-        "cable_mass_kg", "CABLE.tension_from_N", "POINT.z_m",
+        "BODY.stiffness_rxrx_Nm_per_rad", "BODY.frequency_K_Hz", "BODY.frequency_static_K_Hz", "min_tension_N",
+        "max_tension_N", "max_utilisation", "cable_mass_kg", "CABLE.tension_from_N", "POINT.z_m",
     }  # fmt: skip
     assert expected <= set(listed)
 

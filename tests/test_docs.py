@@ -43,13 +43,16 @@ def test_links_within_the_project_lead_somewhere(page):
         assert (page.parent / target).exists(), target
 
 
-def test_yaml_examples_of_the_file_reference_are_valid(folder):
-    blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / "files.md").read_text(), re.DOTALL)
+@pytest.mark.parametrize("page", ["files.md", "suspensions.md"])
+def test_yaml_examples_are_valid_and_scenes_have_an_answer(page, folder):
+    blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / page).read_text(), re.DOTALL)
     assert blocks
     for number, block in enumerate(blocks):
         file = Path(folder) / "configs" / f"example-{number}.yaml"
         file.write_text(block)
         run("validate", file)
+        if "vary:" not in block and "over:" not in block:
+            run("static", file)
 
 
 TOUR = [

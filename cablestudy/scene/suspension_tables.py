@@ -256,8 +256,7 @@ class Tensions(Table):
     def relations(self):
         """Bounds in order; a reference goes with `closest`."""
         if self.max is not None:
-            message = f"{self.max:g} N is below min, {self.min:g} N"
-            yield [(("max",), self.min <= self.max, lambda: message)]
+            yield [(("max",), self.min <= self.max, lambda: f"{self.max:g} N is below min, {self.min:g} N")]
         closest, given = self.method == "closest", self.reference is not None
         message = f"belongs to the method closest; the method is {self.method}"
         yield [((), given or not closest, lambda: "missing key: reference (the method is closest)")]

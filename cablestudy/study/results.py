@@ -163,7 +163,8 @@ class Results:
         Its rounding acts over the short piece that has this tension.
         """
         largest = self.statics.max_tension
-        steep = largest / np.maximum(self.catenary.min_tension, FOLDED * largest)
+        least = np.maximum(self.catenary.min_tension, FOLDED * largest)
+        steep = np.divide(largest, least, out=np.ones_like(largest), where=least > 0)  # not without tension
         return np.maximum(np.maximum(ROUNDING, self.length_rounding), EPSILON * steep**0.75)
 
     @cached_property

@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from pandas.api.types import is_numeric_dtype
 
 from cablestudy.scene.scene import quantity_of
+from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import common_factor
 from cablestudy.study.all_columns import find, why_not
 
@@ -61,19 +62,23 @@ def variable(name, study, option):
     if name in study.varied:
         quantity = quantity_of(name)
         return Variable(name, quantity and quantity.unit, is_varied=True)
-    if "." in name and not _is_column(name, study):
-        near = get_close_matches(name, study.varied, 1)
-        listed = f"did you mean {near[0]}?" if near else f"varied: {', '.join(study.varied) or 'nothing'}"
-        raise ValueError(f"the study does not vary {name!r} ({listed})")
+    if "." in name:
+        _refuse_unknown(name, study)
     column = find(name)
     if column.name != "status" and not {column.name, column.header}.intersection(study.columns):
         study.ask(column.name, option)
     return Variable(column.header, column.unit, is_text=column.name == "status")
 
 
-def _is_column(name, study):
-    """Whether a name with a dot is a column of the study's suspension."""
+def _refuse_unknown(name, study):
+    """Raise ValueError for a name with a dot that is no column of the study's suspension."""
+    scene = study.case(0)[1]
     try:
-        return not why_not(study.case(0)[1], find(name))
-    except ValueError:
-        return False
+        reason = why_not(scene, find(name))
+    except ValueError as error:
+        reason = str(error)
+    if reason:
+        near = get_close_matches(name, study.varied, 1)
+        listed = f"did you mean {near[0]}?" if near else f"varied: {', '.join(study.varied) or 'nothing'}"
+        more = f", and it is no column: {reason}" if isinstance(scene, SuspensionScene) else ""
+        raise ValueError(f"the study does not vary {name!r} ({listed}){more}")

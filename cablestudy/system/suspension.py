@@ -126,6 +126,8 @@ class Suspension:
             [m]
         """
         fixed = self.owner == GROUND
+        if fixed.all():
+            return self.place
         turned = (rotation[..., self.owner, :, :] * self.place[..., None, :]).sum(axis=-1)
         return np.where(fixed[..., None], self.place, turned)
 
@@ -144,6 +146,8 @@ class Suspension:
             Global axes. [m]
         """
         fixed = self.owner == GROUND
+        if fixed.all():
+            return self.place
         return self.arms(rotation) + np.where(fixed[..., None], 0.0, position[..., self.owner, :])
 
 

@@ -16,7 +16,8 @@ from cablestudy.system.descent import REASONS
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
 
-STIFFNESS_ROUNDING = 1e-13  # of an entry over the geometric mean of those on the diagonal
+STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
+HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero but for rounding
 MOST_MODES = 400  # that are searched for the K-th mode of a body
 FIRST = 12  # modes computed at first for all up to a frequency
 MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
@@ -70,7 +71,9 @@ class CableResults:
             Results -> array.
         """
         if name not in self._values:
-            self._values[name] = np.broadcast_to(compute(self), np.shape(self.span.chord))
+            values = np.broadcast_to(compute(self), np.shape(self.span.chord))
+            vertical = np.abs(self.span.cosine) < ROUNDING
+            self._values[name] = np.where(vertical, 0.0, values) if name in HORIZONTAL else values
         return self._values[name]
 
 
@@ -94,6 +97,8 @@ class Group:
         else:
             self.equilibrium = statics.pose(numbers)
         self.cables = CableResults(scenes, self.equilibrium.catenary)
+        self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
+        self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
 
     def failure(self, place):
         """The error of a case without a stable equilibrium, or None."""
@@ -165,11 +170,11 @@ class SuspensionCase:
 
     def cable(self, name):
         """Place of a cable among all."""
-        return self.group.equilibrium.suspension.cable_names.index(name)
+        return self.group.cable_places[name]
 
     def body(self, name):
         """Place of a body or free point among all."""
-        return self.group.equilibrium.suspension.body_names.index(name)
+        return self.group.body_places[name]
 
     def of_cables(self, column):
         """A column of single cables for all cables of this case, shape (c,); `column` is a `Column`."""

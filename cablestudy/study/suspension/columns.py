@@ -6,6 +6,7 @@ number and its estimated relative error.
 
 import re
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -23,9 +24,8 @@ OF_CABLES = tuple(
 )
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
-MODE = re.compile(r"((?:[^.]+\.)?)frequency_([1-9]\d{0,3})(?:_Hz)?")
-STIFFNESS = re.compile(r"([^.]+)\.stiffness_(r?[xyz])(r?[xyz])(?:_\w+)?")
-ROUNDING = 1e-13  # of a coordinate over the size of the suspension, and of a stiffness: what is less is shown as zero
+MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
+ROUNDING = 1e-12  # of a coordinate over the size of the suspension: what is less is shown as zero
 
 
 # ------------------------------------------------------------------------------------------------- of one cable
@@ -52,7 +52,8 @@ def _inclination(name):
     def compute(case):
         span = case.group.cables.span
         place = case.place, case.cable(name)
-        return np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
+        value = np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
+        return value if abs(value) > 360 * ROUNDING else 0.0
 
     return Column(f"{name}.inclination", "deg", "of its chord, upwards from `from` to `to`", "statics", compute)
 
@@ -194,20 +195,19 @@ def find(name):
     """
     if match := MODE.fullmatch(name):
         owner, number = match[1][:-1], int(match[2])
-        if number <= MAX_MODE_NUMBER:
+        if 0 < number <= MAX_MODE_NUMBER:
             return _body_frequency(owner, number) if owner else _frequency(number)
         raise ValueError(f"unknown column {name!r} (frequency_K: K is a whole number from 1 to {MAX_MODE_NUMBER})")
-    known = WHOLE
-    if "." in name:
-        owner = name.partition(".")[0]
-        match = STIFFNESS.fullmatch(name)
-        stiffness = [_stiffness(owner, match[2], match[3])] if match else []
+    owner, dot, _ = name.partition(".")
+    known, numbered = WHOLE, "frequency_K"
+    if dot:
+        stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
         static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
-        known = [*stiffness, *static, *body_columns(owner), *cable_columns(owner)]
+        known, numbered = [*body_columns(owner), *cable_columns(owner), *stiffness, *static], f"{owner}.frequency_K"
     for column in known:
-        if name in (column.name, column.header):
+        if owner and name in (column.name, column.header):
             return column
-    hint = suggestion(name, [column.name for column in known])
+    hint = suggestion(name, [numbered, *(column.name for column in known)])
     raise ValueError(f"unknown column of a suspension {name!r} ({hint})")
 
 
@@ -224,7 +224,8 @@ def why_not(scene, column):
         if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
             return "max_utilisation needs the strength of a cable, which the scene does not have"
         known = MODE.fullmatch(column.name) or any(column.name == other.name for other in WHOLE)
-        return "" if known else f"{column.name} is a column of a single cable; here it is CABLE.{column.name}"
+        here = f"; here it is CABLE.{column.name}" if column.name in {other.name for other in OF_CABLES} else ""
+        return "" if known else f"{column.name} is a column of a single cable{here}"
     junctions = [name for name, point in scene.points.items() if point.free]
     if owner in scene.points and owner not in junctions:
         return f"{owner} is a fixed point, which has no columns"

@@ -2,7 +2,13 @@
 
 import numpy as np
 
-LISTED = 12  # cables that are named one by one
+LISTED = 12  # cables, or runs of modes, that are named one by one
+LEAST = 1e-16  # net force over the forces: what is less is rounding
+
+
+def counted(number, noun):
+    """For example `1 cable`, `6 cables`."""
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def notes_of(case):
@@ -20,11 +26,13 @@ def notes_of(case):
     if not case.solved:
         return ()
     found = case.equilibrium
-    record = found.record
-    held = int(found.suspension.free.sum())
+    record, free = found.record, int(found.suspension.free.sum())
+    residual = float(record.residual)
+    shown = f"{residual:.1e}" if residual > LEAST else f"below {LEAST:g}"
     return (
-        f"statics: {len(found.suspension.cable_names)} cables in closed form, {held} free displacements; "
-        f"{int(record.steps)} Newton steps, net force {float(record.residual):.1e} of the forces",
+        f"statics: {counted(len(found.suspension.cable_names), 'cable')} in closed form, "
+        f"{counted(free, 'free displacement')}; {counted(int(record.steps), 'Newton step')}, "
+        f"net force {shown} of the forces",
         *_of_slack(found),
         *(line for modes in case.largest_modes for line in _of_modes(modes)),
     )
@@ -51,5 +59,7 @@ def _of_modes(modes):
     for reason, names in list(reasons.items())[:LISTED]:
         more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
         yield f"{', '.join(names[:LISTED])}{more}: {reason}"
-    for first, last in modes.coincident:
+    for first, last in modes.coincident[:LISTED]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
+    if len(modes.coincident) > LISTED:
+        yield f"and {len(modes.coincident) - LISTED} more runs of modes that coincide"

@@ -4,18 +4,21 @@ import json
 
 import numpy as np
 
+from cablestudy.study.columns import ROUNDING
 from cablestudy.study.suspension.columns import body_columns, cable_columns, point_columns
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.system.suspension import AXES
 
 
-def static_tables(case):
+def static_tables(case, only=None):
     """The tables bodies, points, cables and stiffness of a case.
 
     Parameters
     ----------
     case : SuspensionCase
+    only : str, optional
+        The name of one of them; the others are not made.
 
     Returns
     -------
@@ -29,12 +32,13 @@ def static_tables(case):
     """
     suspension = case.equilibrium.suspension
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
-    return {
-        "bodies": _listed(case, bodies, body_columns("")[:-1], body_columns),
-        "points": _listed(case, points, point_columns("")[:-1], point_columns),
-        "cables": _listed(case, suspension.cable_names, cable_columns(""), cable_columns),
-        "stiffness": _stiffness_table(case),
+    makers = {
+        "bodies": lambda: _listed(case, bodies, body_columns("")[:-1], body_columns),
+        "points": lambda: _listed(case, points, point_columns("")[:-1], point_columns),
+        "cables": lambda: _listed(case, suspension.cable_names, cable_columns(""), cable_columns),
+        "stiffness": lambda: _stiffness_table(case),
     }
+    return {name: make() for name, make in makers.items() if only in (None, name)}
 
 
 def _listed(case, names, kinds, columns_of):
@@ -80,14 +84,14 @@ def all_tables(tables, style):
     return json.dumps({name: json.loads(table.render(style)) for name, table in tables.items()}, indent=1) + "\n"
 
 
-def mode_table(modes, limit=None):
+def mode_table(modes, chosen):
     """Coupled modes as rows.
 
     Parameters
     ----------
     modes : CoupledModes
-    limit : float, optional
-        Highest frequency. [Hz]
+    chosen : sequence of int
+        Which of them, from 0.
 
     Returns
     -------
@@ -100,11 +104,12 @@ def mode_table(modes, limit=None):
         Field("moves", "moves"),
         Field("body_share", "body share"),
     )
-    numbers = zip(modes.frequency, modes.damping_ratio, modes.moves, modes.body_share, strict=True)
-    rows = [
-        dict(zip((field.name for field in fields), (place, float(f), float(d), moves, float(share)), strict=True))
-        for place, (f, d, moves, share) in enumerate(numbers, 1)
-        if limit is None or f <= limit
-    ]
-    known = [{} if np.isnan(error) else {"frequency_Hz": float(error)} for error in modes.error]
-    return Table(fields, rows, errors=lambda: iter(known))
+    share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
+    damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
+    rows, errors = [], []
+    for k in map(int, chosen):
+        numbers = k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])
+        rows.append(dict(zip((field.name for field in fields), numbers, strict=True)))
+        stated = {"frequency_Hz": float(modes.error[k]), "damping_ratio": float(modes.damping_error[k])}
+        errors.append({name: error for name, error in stated.items() if not np.isnan(error)})
+    return Table(fields, rows, errors=lambda: iter(errors))

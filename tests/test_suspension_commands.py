@@ -1,0 +1,497 @@
+"""The commands static, modes and sweep on suspensions: tables, columns by path, and what is said of wrong input."""
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+from command import CONFIGS, ROOT, edit_rows, rows_of, run, study_file, table_of
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+# A trifilar pendulum whose wires, of EA = 1 MN and without mass to speak of, are H long under its weight.
+MASS, RADIUS, H, EA, G = 30.0, 0.4, 4.0, 1e6, 9.81
+YAW_INERTIA, TILT_INERTIA = 3.5, 2.0
+LENGTH = H / (1 + MASS * G / 3 / EA)
+PLACES = [(RADIUS * math.cos(angle), RADIUS * math.sin(angle)) for angle in (0.0, 2 * math.pi / 3, 4 * math.pi / 3)]
+TRIFILAR = f"""\
+cable: {{elastic_modulus: 1 GPa, diameter: {2e3 * math.sqrt(EA / 1e9 / math.pi)!r} mm, density: 1e-6,
+        damping: {{model: modal, ratio: 0.01}}, unstretched_length: {LENGTH!r} m}}
+points:
+{"".join(f"  top{i}: [{x!r}, {y!r}, {H}]{chr(10)}" for i, (x, y) in enumerate(PLACES, 1))}\
+bodies:
+  disc:
+    at: [0, 0, 0]
+    mass: {MASS} kg
+    inertia: [{TILT_INERTIA}, {TILT_INERTIA}, {YAW_INERTIA}]
+    attachments: {{{", ".join(f"a{i}: [{x!r}, {y!r}, 0]" for i, (x, y) in enumerate(PLACES, 1))}}}
+cables: {{w1: {{from: top1, to: disc.a1}}, w2: {{from: top2, to: disc.a2}}, w3: {{from: top3, to: disc.a3}}}}
+"""
+HEAVE = 3 * EA / LENGTH  # N/m
+STIFFNESS = [MASS * G / H, MASS * G / H, HEAVE, HEAVE * RADIUS**2 / 2, HEAVE * RADIUS**2 / 2, MASS * G * RADIUS**2 / H]
+INERTIA = [MASS, MASS, MASS, TILT_INERTIA, TILT_INERTIA, YAW_INERTIA]
+FREQUENCIES = sorted(math.sqrt(k / m) / (2 * math.pi) for k, m in zip(STIFFNESS, INERTIA, strict=True))
+
+# A knot of 2 kg on two lines: held in the plane x-z by tension alone along y.
+KNOT = """\
+cable: {elastic_modulus: 1 GPa, area: 100 mm^2, density: 1400 kg/m^3, unstretched_length: 2.4 m}
+points: {left: [-2, 0, 2], right: [2, 0, 2], knot: {at: [0.3, 0, 1], free: true, mass: 2 kg}}
+cables: {a: {from: left, to: knot}, b: {from: right, to: knot}}
+"""
+
+# A gondola on two cables, one up and one down, at its attachment; it may roll, and its center of mass is above that.
+TOPPLES = """\
+cable: {elastic_modulus: 1 GPa, area: 1000 mm^2, density: 1e-6, preload: 100 N}
+bodies:
+  gondola:
+    at: [0, 0, 5]
+    mass: 1 kg
+    inertia: [1, 1, 1]
+    center_of_mass: [0, 0, 30 m]
+    attachments: {a: [0, 0, 0]}
+    free: [roll]
+cables: {up: {from: [0, 0, 10], to: gondola.a}, down: {from: [0, 0, 0], to: gondola.a}}
+"""
+
+
+def scene(text=TRIFILAR, name="scene.yaml"):
+    """A scene in the working directory; its name."""
+    with open(name, "w", encoding="utf-8") as file:
+        file.write(text)
+    return name
+
+
+def study(text, base=TRIFILAR):
+    """A study in the working directory on a scene given as text; its name."""
+    return study_file(".", text, base=scene(base))
+
+
+# ------------------------------------------------------------------------------------------------------------ static
+
+
+def test_static_prints_all_tables_as_one_object():
+    tables = json.loads(run("static", scene(), "--format", "json").out)
+    assert list(tables) == ["bodies", "points", "cables", "stiffness"]
+    assert all({"columns", "rows"} <= table.keys() for table in tables.values())
+    assert tables["points"]["rows"] == []
+    (disc,) = tables["bodies"]["rows"]
+    assert disc.pop("name") == "disc"
+    assert list(disc.values()) == [0.0] * 6  # rounding is shown as zero
+    assert tables["cables"]["columns"]["tension_to_N"] == "N"
+    for cable in tables["cables"]["rows"]:
+        assert cable["tension_to_N"] == pytest.approx(MASS * G / 3, rel=1e-9)
+        assert cable["tension_from_N"] == pytest.approx(MASS * G / 3, rel=1e-9)
+        assert cable["inclination_deg"] == pytest.approx(-90, abs=1e-9)
+    matrix = [[row[axis] for axis in ("x", "y", "z", "rx", "ry", "rz")] for row in tables["stiffness"]["rows"]]
+    np.testing.assert_allclose(matrix, np.diag(STIFFNESS), rtol=1e-8, atol=1e-9)
+
+
+def test_static_in_markdown_leaves_out_empty_tables():
+    out = run("static", scene()).out
+    assert [line for line in out.splitlines() if line.startswith("#")] == ["## bodies", "## cables", "## stiffness"]
+    assert [line for line in run("static", scene(KNOT)).out.splitlines() if line.startswith("#")] == [
+        "## points",
+        "## cables",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("table", "names", "header"),
+    [
+        ("bodies", ["disc"], ["name", "x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"]),
+        ("points", [], ["name", "x_m", "y_m", "z_m"]),
+        ("cables", ["w1", "w2", "w3"], None),
+        ("stiffness", ["disc"] * 6, ["body", "row", "x", "y", "z", "rx", "ry", "rz"]),
+    ],
+)
+def test_one_table_in_every_format(table, names, header):
+    texts = {
+        style: run("static", scene(), "--table", table, "--format", style).out for style in ("csv", "json", "jsonl")
+    }
+    (first, *lines) = csv.reader(texts["csv"].splitlines())
+    assert first == header or (header is None and {"name", "preload_N", "sag_m", "tension_from_N"} <= set(first))
+    assert [line[0] for line in lines] == names
+    assert rows_of(texts["json"], "json") == rows_of(texts["jsonl"], "jsonl") == rows_of(texts["csv"], "csv")
+    markdown = run("static", scene(), "--table", table).out.splitlines()
+    assert len(markdown) == 2 + len(names)
+
+
+@pytest.mark.parametrize("style", ["csv", "jsonl"])
+def test_a_format_of_one_table_needs_its_name(style):
+    outcome = run("static", scene(), "--format", style, code=2)
+    assert outcome.err == f"--format {style}: one table at a time: give --table bodies, points, cables, stiffness\n"
+    assert outcome.out == ""
+
+
+def test_options_of_one_cable_and_of_suspensions():
+    assert run("static", scene(), "--shape", code=2).err == "--shape: no effect: the scene is a suspension\n"
+    carlina = CONFIGS / "carlina.yaml"
+    assert run("static", carlina, "--table", "cables", code=2).err == "--table: no effect: the scene has one cable\n"
+    assert "bodies" in run("static", scene(), "--table", "lines", code=2).err
+
+
+def test_a_knot_on_two_lines_is_where_statics_by_hand_puts_it():
+    (row,) = table_of("static", scene(KNOT), "--table", "points")
+    # EA = 1e5 N: a half of the weight of knot and lines on each line of tension T at an angle below the horizontal;
+    # the sag of the lines shortens their chord by less than (w d/T)^2/24
+    chord, weight, lines = 2.4, 2 * G, 2.4 * 1400 * 1e-4 * G
+    for _ in range(50):
+        sine = math.sqrt(chord**2 - 4) / chord
+        tension = (weight + lines) / 2 / sine
+        chord = 2.4 * (1 + tension / 1e5)
+    assert row["x_m"] == pytest.approx(0, abs=1e-9)
+    assert row["z_m"] == pytest.approx(2 - math.sqrt(chord**2 - 4), abs=chord * (lines / tension) ** 2 / 24 * 2)
+
+
+def test_an_unstable_suspension_has_no_answer_and_its_motion_is_named():
+    outcome = run("static", scene(TOPPLES), code=3)
+    assert outcome.err == "scene.yaml: unstable: gondola roll\n"
+    assert outcome.out == ""
+    assert run("modes", "scene.yaml", code=3).err == outcome.err
+
+
+def test_a_mechanism_is_named():
+    # all cables at one attachment, which is the center of mass: it may turn as it likes
+    text = TOPPLES.replace("center_of_mass: [0, 0, 30 m]", "center_of_mass: [0, 0, 0]")
+    assert run("static", scene(text), code=3).err == "scene.yaml: nothing holds gondola roll\n"
+
+
+# ------------------------------------------------------------------------------------------------------------- modes
+
+
+def test_modes_of_a_trifilar_pendulum():
+    rows = table_of("modes", scene(), "-n", "6")
+    np.testing.assert_allclose([row["frequency_Hz"] for row in rows], FREQUENCIES, rtol=1e-8)
+    assert [row["moves"] for row in rows[2:4]] == ["disc yaw", "disc z"]
+    assert {row["moves"] for row in rows[:2]} <= {"disc x", "disc y"}
+    assert [row["number"] for row in rows] == [1, 2, 3, 4, 5, 6]
+    assert all(row["body_share"] == pytest.approx(1, abs=1e-9) for row in rows)
+
+
+def test_modes_up_to_a_frequency():
+    rows = table_of("modes", scene(), "--upto", "1 Hz")
+    np.testing.assert_allclose([row["frequency_Hz"] for row in rows], FREQUENCIES[:3], rtol=1e-8)
+    assert table_of("modes", scene(), "--upto", "1 mHz") == []
+    assert run("modes", scene(), "-n", "3", "--upto", "1 Hz", code=2).err == "-n and --upto exclude each other\n"
+
+
+def test_coincident_modes_are_told():
+    lines = run("modes", scene(), "-n", "6", "--explain").lines
+    assert [line for line in lines if "coincide" in line] == [
+        "modes 1 to 2 coincide: their motions may be combined at will",
+        "modes 5 to 6 coincide: their motions may be combined at will",
+    ]
+    none = [line.partition(": no modes: its first one, at ") for line in lines if "no modes" in line]
+    assert sorted(", ".join(names for names, _, _ in none).split(", ")) == ["w1", "w2", "w3"]
+    first = math.sqrt(MASS * G / 3 / (1e-6 * EA / 1e9)) / (2 * H)  # of a string: far above the body's
+    assert {text.split()[0] for _, _, text in none} == {f"{first:.4g}"}
+
+
+def test_a_suspension_has_no_picture_of_modes_yet_and_says_so():
+    assert run("modes", scene(), "--plot", "a.svg", code=2).err == "--plot: no effect: the scene is a suspension\n"
+
+
+def test_estimated_errors_of_modes():
+    def errors(*options):
+        return json.loads(run("modes", scene(), "-n", "3", "--format", "json", *options).out)["errors"]
+
+    assert [row.keys() for row in errors()] == [{"frequency_Hz"}] * 3  # modal damping states none of its own
+    hysteretic = "cable.damping={model: hysteretic, loss_factor: 0.02}"
+    assert [row.keys() for row in errors("--set", hysteretic)] == [{"frequency_Hz", "damping_ratio"}] * 3
+    assert errors("--set", "model.elements=4") == [{}] * 3
+    one = json.loads(run("modes", scene(), "--upto", "0.26 Hz", "--format", "json").out)
+    assert len(one["errors"]) == len(one["rows"]) == 2
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_cables_without_anything_that_moves_are_each_as_if_alone(held):
+    section = "elastic_modulus: 70.3 GPa, density: 1440 kg/m^3, area: 2.69 mm^2, unstretched_length: 184.4883 m"
+    damping = "damping: {model: modal, ratio: 0.01}"
+    body = "bodies: {mast: {at: [185.8, 0, 0], mass: 1, free: [], attachments: {top: [0, 0, 0]}}}\n" if held else ""
+    end = "mast.top" if held else "[185.8, 0, 0]"
+    single = scene(f"cable: {{{section}, chord: 185.8 m, {damping}}}\n", "single.yaml")
+    scene(f"cable: {{{section}, {damping}}}\n{body}cables: {{one: {{from: [0, 0, 0], to: {end}}}}}\n")
+    (alone,) = table_of("static", single)
+    (cable,) = table_of("static", "scene.yaml", "--table", "cables")
+    for name in ("preload_N", "max_tension_N", "sag_m", "stretched_length_m", "lambda_squared"):
+        assert cable[name] == pytest.approx(alone[name], rel=1e-10)
+    frequencies = [
+        [mode["frequency_Hz"] for mode in table_of("modes", path, "-n", "8")] for path in (single, "scene.yaml")
+    ]
+    np.testing.assert_allclose(frequencies[1], frequencies[0], rtol=1e-4)  # the accuracy of both
+    assert all(mode["body_share"] == 0 for mode in table_of("modes", "scene.yaml"))
+
+
+def test_notes_count_what_there_is():
+    lines = run("static", scene(KNOT), "--explain").lines
+    assert lines[0].startswith("statics: 2 cables in closed form, 3 free displacements; ")
+    lines = run(
+        "static", scene(KNOT), "--explain", "--set", "points.knot.free=null", "--set", "points.knot.mass=null"
+    ).lines
+    assert lines == [
+        "statics: 2 cables in closed form, 0 free displacements; 0 Newton steps, net force below 1e-16 of the forces",
+        "slack: b",
+    ]
+
+
+# ------------------------------------------------------------------------------------------------------------- sweep
+
+COLUMNS = (
+    "[disc.z, disc.yaw, disc.mass, disc.stiffness_xx, disc.stiffness_rzrz, w1.preload, w2.sag, w3.tension_to, "
+    "max_tension, cable_mass, frequency_1, frequency_4, disc.frequency_3, disc.frequency_static_1]"
+)
+MASSES = "vary: [{bodies.disc.mass: [30 kg, 20 kg, 45 kg]}]\n"
+
+
+def test_cells_of_a_sweep_are_those_of_static_and_modes():
+    name = study(f"{MASSES}columns: {COLUMNS}\n")
+    rows = table_of("sweep", name, "--no-write")
+    for row, mass in zip(rows, (30.0, 20.0, 45.0), strict=True):
+        changed = ("--set", f"bodies.disc.mass={mass} kg")
+        (disc,) = table_of("static", "scene.yaml", *changed, "--table", "bodies")
+        cables = table_of("static", "scene.yaml", *changed, "--table", "cables")
+        stiffness = table_of("static", "scene.yaml", *changed, "--table", "stiffness")
+        modes = [mode["frequency_Hz"] for mode in table_of("modes", "scene.yaml", *changed)]
+        assert row["status"] == "ok"
+        assert (row["disc.mass_kg"], row["disc.z_m"], row["disc.yaw_deg"]) == (mass, disc["z_m"], disc["yaw_deg"])
+        assert row["disc.stiffness_xx_N_per_m"] == stiffness[0]["x"]
+        assert row["disc.stiffness_rzrz_Nm_per_rad"] == stiffness[5]["rz"]
+        assert row["w1.preload_N"] == cables[0]["preload_N"]
+        assert row["w2.sag_m"] == cables[1]["sag_m"]
+        assert row["w3.tension_to_N"] == cables[2]["tension_to_N"]
+        assert row["max_tension_N"] == max(cable["max_tension_N"] for cable in cables)
+        assert row["cable_mass_kg"] == pytest.approx(sum(cable["mass_kg"] for cable in cables), rel=1e-14)
+        np.testing.assert_allclose([row["frequency_1_Hz"], row["frequency_4_Hz"]], [modes[0], modes[3]], rtol=1e-9)
+        assert row["disc.frequency_3_Hz"] == pytest.approx(modes[2], rel=1e-9)
+
+
+def test_columns_of_a_sweep_against_closed_forms():
+    (row, *_) = table_of("sweep", study(f"{MASSES}columns: {COLUMNS}\n"), "--no-write")
+    assert row["disc.stiffness_xx_N_per_m"] == pytest.approx(MASS * G / H, rel=1e-8)
+    assert row["disc.stiffness_rzrz_Nm_per_rad"] == pytest.approx(MASS * G * RADIUS**2 / H, rel=1e-8)
+    assert row["frequency_1_Hz"] == pytest.approx(math.sqrt(G / H) / (2 * math.pi), rel=1e-8)
+    assert row["frequency_4_Hz"] == pytest.approx(math.sqrt(HEAVE / MASS) / (2 * math.pi), rel=1e-8)
+    assert row["disc.frequency_static_1_Hz"] == pytest.approx(math.sqrt(G / H) / (2 * math.pi), rel=1e-8)
+
+
+def test_static_frequencies_count_a_third_of_the_cables():
+    # wires of 0.5 kg each: sway and yaw by the mean tension, since a heavy wire is stiffer at its top than at its end
+    heavy = TRIFILAR.replace("density: 1e-6", f"density: {0.5 / (EA / 1e9 * LENGTH)!r}")
+    text = "vary: [{gravity: [9.81]}]\ncolumns: [disc.frequency_static_1, disc.stiffness_xx, disc.frequency_static_4]\n"
+    (row,) = table_of("sweep", study(text, heavy), "--no-write")
+    expected = math.sqrt(row["disc.stiffness_xx_N_per_m"] / (MASS + 0.5)) / (2 * math.pi)
+    assert row["disc.frequency_static_1_Hz"] == pytest.approx(expected, rel=1e-9)
+    assert row["disc.stiffness_xx_N_per_m"] == pytest.approx((MASS + 1.5 / 2) * G / H, rel=1e-3)
+    assert row["disc.frequency_static_4_Hz"] == pytest.approx(math.sqrt(HEAVE / (MASS + 0.5)) / (2 * math.pi), rel=1e-4)
+
+
+def test_json_states_the_error_of_each_cell():
+    name = study(f"{MASSES}columns: [disc.mass, disc.z, frequency_1]\n")
+    answer = json.loads(run("sweep", name, "--no-write", "--format", "json").out)
+    assert len(answer["errors"]) == 3
+    for row, errors in zip(answer["rows"], answer["errors"], strict=True):
+        assert errors.get("disc.mass_kg", 0.0) == 0.0  # as the file states it
+        assert errors["frequency_1_Hz"] <= 1e-4  # the accuracy of a scene that asks for none
+        mass = row["disc.mass_kg"]
+        height = LENGTH * (1 + mass * G / 3 / EA)
+        squared = min(G / height, mass * G * RADIUS**2 / (YAW_INERTIA * height))
+        assert row["frequency_1_Hz"] == pytest.approx(
+            math.sqrt(squared) / (2 * math.pi), rel=errors["frequency_1_Hz"] + 1e-8
+        )
+
+
+def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
+    text = "vary: [{bodies.gondola.center_of_mass.2: [-1 m, 30 m, 0, -2 m]}]\n"
+    text += "columns: [gondola.roll, gondola.stiffness_rxrx, frequency_1]\n"
+    outcome = run("sweep", study(text, TOPPLES), "--no-write", "--format", "csv", code=3)
+    rows = rows_of(outcome.out, "csv")
+    assert [row["status"] for row in rows] == ["ok", "unstable: gondola roll", "nothing holds gondola roll", "ok"]
+    assert [row["gondola.roll_deg"] for row in rows] == [0.0, None, None, 0.0]
+    for row, depth in ((rows[0], 1.0), (rows[3], 2.0)):  # a pendulum of 1 kg: stiffness m g l, inertia 1 + m l^2
+        assert row["gondola.stiffness_rxrx_Nm_per_rad"] == pytest.approx(G * depth, rel=1e-6)
+        expected = math.sqrt(G * depth / (1 + depth**2)) / (2 * math.pi)
+        assert row["frequency_1_Hz"] == pytest.approx(expected, rel=1e-6)
+    assert outcome.lines[:2] == ["row 2: unstable: gondola roll", "row 3: nothing holds gondola roll"]
+
+
+@pytest.mark.parametrize(
+    ("column", "message"),
+    [
+        ("disk.z", "no body, free point or cable disk (did you mean disc?)"),
+        ("disc.zz", "unknown column of a suspension 'disc.zz' (did you mean disc.z?)"),
+        ("w1.preloads", "unknown column of a suspension 'w1.preloads' (did you mean w1.preload?)"),
+        ("w9.sag", "no body, free point or cable w9 (allowed: disc, w1, w2, w3)"),
+        ("top1.x", "top1 is a fixed point, which has no columns"),
+        ("w1.roll", "w1 has no column roll (allowed: w1.preload"),
+        ("disc.sag", "disc has no column sag (did you mean disc.yaw?)"),
+        ("disc.stiffness_qq", "unknown column of a suspension 'disc.stiffness_qq' (did you mean disc.stiffness_"),
+        (
+            "disc.stiffness_xx_bar",
+            "unknown column of a suspension 'disc.stiffness_xx_bar' (did you mean disc.stiffness_",
+        ),
+        ("disc.frequency_x", "unknown column of a suspension 'disc.frequency_x' (did you mean disc.frequency_K?)"),
+        ("disc.frequency_0", "unknown column 'disc.frequency_0' (frequency_K: K is a whole number from 1 to "),
+        ("frequency_999999", "unknown column 'frequency_999999' (frequency_K: K is a whole number from 1 to "),
+        ("disc.frequency_static_7", "unknown column of a suspension 'disc.frequency_static_7' (did you mean "),
+        ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
+        ("gondola_rms", "gondola_rms is a column of a single cable"),
+        ("w1.utilisation", "w1.utilisation needs the key cables.w1.strength, which the scene does not have"),
+        ("max_utilisation", "max_utilisation needs the strength of a cable, which the scene does not have"),
+        (".z", "unknown column of a suspension '.z' ("),
+        ("disc.", "unknown column of a suspension 'disc.' ("),
+    ],
+)
+def test_an_unknown_column_is_told_at_its_place(column, message):
+    name = study(f"{MASSES}columns: [disc.z, {column}]\n")
+    (line,) = run("sweep", name, code=2).lines
+    assert line.startswith(f"{name}:3:19: columns.1: {message}")
+    if message.endswith("single cable"):
+        assert line.endswith(message)
+
+
+def test_columns_of_suspensions_are_none_of_a_single_cable():
+    name = study_file(".", "vary: [{gravity: [9.81]}]\ncolumns: [sag, gondola.x, frequency_2]\n")
+    assert run("sweep", name, code=2).lines == [
+        f"{name}:3:16: columns.1: gondola.x is a column of suspensions",
+        f"{name}:3:27: columns.2: frequency_2 is a column of suspensions",
+    ]
+
+
+def test_rows_are_chosen_and_sorted_by_columns_by_path():
+    name = study(f"{MASSES}columns: [w1.preload, disc.z]\n")
+
+    def masses(*options):
+        return [row["bodies.disc.mass"] for row in table_of("sweep", name, "--no-write", *options)]
+
+    assert masses("--where", "w1.preload > 70 N") == ["30 kg", "45 kg"]
+    assert masses("--where", "disc.z < 0 and w1.preload < 1 kN") == ["45 kg"]
+    assert masses("--sort", "w1.preload") == ["20 kg", "30 kg", "45 kg"]
+    assert masses("--sort", "-w1.preload_N") == ["45 kg", "30 kg", "20 kg"]
+    assert masses("--best", "max disc.z") == ["20 kg"]
+    (line,) = run("sweep", name, "--no-write", "--sort", "disk.z", code=2).lines
+    assert line == (
+        "--sort: the study does not vary 'disk.z' (varied: bodies.disc.mass), "
+        "and it is no column: no body, free point or cable disk (did you mean disc?)"
+    )
+    (line,) = run("sweep", name, "--no-write", "--where", "bodies.disc.mas > 1 kg", code=2).lines
+    assert "did you mean bodies.disc.mass?" in line
+
+
+def test_a_sweep_goes_on_with_the_rows_it_has():
+    name = study(f"{MASSES}columns: [disc.z, w1.preload, frequency_1]\n")
+    run("sweep", name)
+    with open("results/study.csv", encoding="utf-8") as file:
+        whole = file.read()
+    edit_rows("results/study.rows.sqlite", "DELETE FROM rows WHERE row = 1")
+    outcome = run("sweep", name, "--resume")
+    assert outcome.lines[0] == "2 of 3 rows are there already"
+    with open("results/study.csv", encoding="utf-8") as file:
+        assert file.read() == whole
+    assert "written: results/study.csv" in outcome.err
+    assert run("sweep", name, "--check").err == "results/study.csv: agrees\n"
+
+
+def test_rows_of_a_batch_are_those_of_each_case_alone():
+    text = "vary:\n  - {bodies.disc.mass: [30 kg, 3 kg, 45 kg]}\n"
+    text += "  - {points.top1.2: [4, 4.2], cables.w1.diameter: [1 mm, 2 mm]}\n"
+    name = study(f"{text}columns: [disc.x, disc.z, disc.pitch, w1.preload, disc.stiffness_xx, frequency_1]\n")
+    rows = table_of("sweep", name, "--no-write")
+    assert len(rows) == 6
+    assert len({row["frequency_1_Hz"] for row in rows}) == 6
+    alone = [row for place in range(1, 7) for row in table_of("sweep", name, "--row", place)]
+    assert rows == alone
+
+
+def test_a_key_that_all_cables_share_changes_those_that_have_it_from_there():
+    own = TRIFILAR.replace("w2: {from: top2,", "w2: {diameter: 3 mm, from: top2,")
+    text = "vary: [{cable.diameter: [1 mm, 2 mm]}]\ncolumns: [w1.diameter, w2.diameter, w3.area]\n"
+    rows = table_of("sweep", study(text, own), "--no-write")
+    assert [(row["w1.diameter_mm"], row["w2.diameter_mm"]) for row in rows] == [(1.0, 3.0), (2.0, 3.0)]
+    assert [row["w3.area_mm2"] for row in rows] == pytest.approx([math.pi / 4, math.pi], rel=1e-12)
+
+
+def test_the_number_of_cables_may_vary():
+    text = "vary: [{cables.w4: [null, {from: [0, 0, 8], to: disc.a1, unstretched_length: 9 m}]}]\n"
+    rows = table_of("sweep", study(f"{text}columns: [disc.z, cable_mass, frequency_1]\n"), "--no-write")
+    assert [row["status"] for row in rows] == ["ok", "ok"]
+    area = EA / 1e9
+    assert rows[0]["cable_mass_kg"] == pytest.approx(1e-6 * area * 3 * LENGTH, rel=1e-9)
+    assert rows[1]["cable_mass_kg"] == pytest.approx(1e-6 * area * (3 * LENGTH + 9), rel=1e-9)
+
+
+def test_bounds_of_tensions_vary_within_each_other():
+    text = TRIFILAR.replace(f", unstretched_length: {LENGTH!r} m", "")
+    text += "solve_for: lengths\ntensions: {min: 1 N, max: 1 kN}\n"
+    text = text.replace("disc:\n", "disc:\n    free: [z, roll, pitch]\n")
+    name = study("vary: [{tensions.min: [10 N, 20 N, 500 N]}]\ncolumns: [w1.preload, w2.unstretched_length]\n", text)
+    rows = table_of("sweep", name, "--no-write", code=3)
+    assert [row["status"] for row in rows[:2]] == ["ok", "ok"]
+    assert rows[2]["status"].startswith("no tensions in [500, 1000] N hold disc here; nearest: w1 at 98.1 N")
+    for row in rows[:2]:
+        assert row["w1.preload_N"] == pytest.approx(MASS * G / 3, rel=1e-9)
+        assert row["w2.unstretched_length_m"] == pytest.approx(LENGTH, rel=1e-9)
+    wrong = study("vary: [{tensions.min: [10 N, 2 kN]}]\ncolumns: [w1.preload]\n", text)
+    (line,) = run("sweep", wrong, code=2).lines
+    assert "1000 N is below min, 2000 N" in line
+
+
+# ------------------------------------------------------------------------------------------- the studies of the project
+
+
+def stored(name):
+    """Rows of a stored table, which `make tables` compares with those that the program computes."""
+    return rows_of((ROOT / "results" / f"{name}.csv").read_text(encoding="utf-8"), "csv")
+
+
+def test_lowest_frequencies_of_fast_over_its_focal_surface_are_those_published():
+    rows = stored("fast-focal")
+    assert len(rows) == 9
+    for row in rows:
+        assert row["status"] == "ok"
+        assert 0.12 <= row["frequency_1_Hz"] <= 0.20  # Nan et al. (2011)
+        assert row["min_tension_N"] >= 0.95 * 120e3  # the mean tension is bounded, that of the lower end is less
+        # the cabin on the static stiffness of its cables cannot know that their own modes are as low
+        assert row["cabin.frequency_static_1_Hz"] > 1.5 * row["frequency_1_Hz"]
+    (computed,) = table_of("sweep", CONFIGS / "suspensions" / "fast-focal.yaml", "--row", "5")
+    assert computed["frequency_1_Hz"] == pytest.approx(rows[4]["frequency_1_Hz"], rel=1e-6)
+
+
+def test_tension_balances_the_weight_and_stiffness_is_that_of_bars_where_cables_are_taut():
+    # six bars of EA = 70.3 GPa x 2.69 mm^2 at the angle a, L long: K_zz = sum (EA/L0 s^2 + T/L c^2), and K_xx has of
+    # each bar's horizontal part the mean over all directions; the sag of 0.1 m takes away less than 1 % of EA/L0
+    ea = 70.3e9 * 2.69e-6
+    for row in stored("gondola-angle"):
+        angle = math.radians(row["d1.inclination_deg"])
+        low, sine, cosine = 1000.0, math.sin(angle), math.cos(angle)
+        chord = (175.678 - 0.5) / cosine
+        cables = 6 * 1440 * 2.69e-6 * chord
+        high = low + (50 + cables / 2) * G / (3 * sine)
+        k_zz = k_xx = 0.0
+        for tension in (low, high):
+            axial, lateral = ea / chord * (1 + tension / ea), tension / chord
+            k_zz += 3 * (axial * sine**2 + lateral * cosine**2)
+            k_xx += 3 * ((axial * cosine**2 + lateral * (sine**2 + 1)) / 2)
+        assert row["max_tension_N"] == pytest.approx(high, rel=0.005)
+        assert row["gondola.stiffness_zz_N_per_m"] == pytest.approx(k_zz, rel=0.03)
+        assert row["gondola.stiffness_xx_N_per_m"] == pytest.approx(k_xx, rel=0.03)
+
+
+def test_twice_as_many_cables_of_one_preload_are_twice_as_stiff():
+    first, down, up, both = stored("gondola-cables")
+    assert [row["status"] for row in (first, down, up, both)] == ["ok"] * 4
+    assert both["cable_mass_kg"] == pytest.approx(2 * first["cable_mass_kg"], rel=0.01)
+    for column in ("gondola.stiffness_xx_N_per_m", "gondola.stiffness_zz_N_per_m"):
+        assert both[column] == pytest.approx(2 * first[column], rel=0.03)
+        assert first[column] < min(down[column], up[column]) < both[column]
+
+
+def test_preload_straightens_the_cables_and_holds_the_yaw():
+    rows = stored("gondola-preload")
+    frequencies = [row["frequency_1_Hz"] for row in rows]
+    assert frequencies == sorted(frequencies)
+    # turning by a small angle, each cable of tension T and length L, whose ends are r and R from the axis, holds with
+    # T r (R cos(a)/L + ... ) = T r R / L, all but independent of EA
+    low, high = 5000.0, 5000.0 + 50 * G * math.hypot(175.178, 60.191) / (3 * 60.191)
+    expected = 3 * (low + high) * 0.5 * 175.678 / math.hypot(175.178, 60.191)
+    assert rows[-1]["gondola.stiffness_rzrz_Nm_per_rad"] == pytest.approx(expected, rel=0.01)
