@@ -58,7 +58,8 @@ class MoorPyBody:
 
     setup = (
         "one `System` with a free body, its mass changed from row to row, `solveEquilibrium` with its default "
-        "tolerance (0.05 m) and with one of 1e-6 m, from the place at 30 t; lines of no diameter and the seabed a thousand kilometres below"
+        "tolerance (0.05 m) and with one of 1e-6 m, from the place at 30 t; lines of no diameter and the seabed a "
+        "thousand kilometres below"
     )
 
     def __init__(self, scene):
