@@ -4,7 +4,8 @@
 # make trade   measures error against time: results/trade-*.csv and .md, and their pictures
 # make kills   kills a sweep 100 times, resumes it each time, and compares its table
 # make bench   measures speed and error, beside other programs where they can be had: docs/benchmarks.md
-# make extremes   ten thousand random scenes against independent references: the errors stated are true
+# make extremes   ten thousand random scenes and a thousand random suspensions against independent references: the
+#                 errors stated are true
 #                 (SCENES=500 for fewer; OUT=FILE.jsonl keeps what is done, and goes on from it)
 
 PYTHON ?= python3
@@ -15,6 +16,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --co
 STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
 DAMPED := cable.damping={model: hysteretic, loss_factor: 0.02}
 SCENES ?= 10000
+SUSPENSIONS ?= 1000
 
 .PHONY: study test tables docs trade kills bench extremes clean
 
@@ -55,6 +57,8 @@ bench: $(VENV)/.bench
 
 extremes: $(VENV)/.test
 	$(BIN)/python benchmarks/extremes.py --scenes $(SCENES) $(if $(OUT),--out $(OUT) --resume)
+	$(BIN)/python benchmarks/extremes.py --suspensions --scenes $(SUSPENSIONS) \
+	    $(if $(OUT),--out $(OUT).suspensions --resume)
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -11,6 +11,7 @@ import time
 import others
 import rows
 import scaling
+import suspensions
 import sweeps
 
 
@@ -22,7 +23,7 @@ def wrapped(line):
 def main():
     """Every section, one after the other."""
     # first: what they start would inherit the peak memory of all that came before, and be counted with it
-    whole, size = list(sweeps.section()), list(scaling.section())
+    whole, size, suspended = list(sweeps.section()), list(scaling.section()), list(suspensions.section())
     import numpy
     import scipy
 
@@ -32,6 +33,7 @@ def main():
         "Rows of a sweep": rows.section(),
         "Sweeps": whole,
         "Effort against size": size,
+        "Suspensions": suspended,
         "Start-up": scaling.start_up(),
     }
     lines = [

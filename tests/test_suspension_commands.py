@@ -188,10 +188,6 @@ def test_coincident_modes_are_told():
     assert {text.split()[0] for _, _, text in none} == {f"{first:.4g}"}
 
 
-def test_a_suspension_has_no_picture_of_modes_yet_and_says_so():
-    assert run("modes", scene(), "--plot", "a.svg", code=2).err == "--plot: no effect: the scene is a suspension\n"
-
-
 def test_estimated_errors_of_modes():
     def errors(*options):
         return json.loads(run("modes", scene(), "-n", "3", "--format", "json", *options).out)["errors"]

@@ -67,8 +67,7 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
     limit = None if upto is None else read_frequency("--upto", upto)
     _, model = load_scene(scene, sets, suspensions=True)
     if isinstance(model, SuspensionScene):
-        refuse({"--plot": plot}, "the scene is a suspension")
-        _suspension_modes(model, count or 12, limit, style, explain, quiet)
+        _suspension_modes(model, count or 12, limit, style, plot, explain, quiet)
         return
     case, found, notes, warnings = case_modes.modes(Case(model), count or 12, limit, estimate=explain)
     echo_notes((*(notes if explain else ()), *warnings), quiet)
@@ -78,7 +77,7 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
     show(report.mode_table(case, found), style)
 
 
-def _suspension_modes(scene, count, limit, style, explain, quiet):
+def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
     """Print the coupled modes of a suspension, so many or all up to a frequency."""
     from cablestudy.study.suspension.case import SuspensionCase
     from cablestudy.study.suspension.notes import notes_of
@@ -89,7 +88,9 @@ def _suspension_modes(scene, count, limit, style, explain, quiet):
     echo_notes(notes_of(case) if explain else (), quiet)
     if limit is None and len(found) < count:
         echo_notes([f"the model has {len(found)} modes, not {count}"], quiet)
-    show(mode_table(found, limit), style)
+    asked = range(len(found)) if limit is None else found.up_to(limit)
+    save_plot(plot, lambda plots: plots.suspension_modes(case, found, len(asked)))
+    show(mode_table(found, asked), style)
 
 
 @scene_command

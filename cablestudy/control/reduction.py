@@ -58,9 +58,13 @@ def inertia_share(model, force, displacement):
         static part, kept in D, does not cover: |p_r p_c| w^2/W^4. [-]
     """
     mass = np.abs(model.coupling)
-    product = mass[:, force] * mass[:, displacement]
-    total = product.sum()
-    return product / (total if total > 0 else 1.0)
+    return shares(mass[:, force] * mass[:, displacement])
+
+
+def shares(parts):
+    """Parts over their sum, zeros where that is zero, shape (n,). [-]"""
+    total = parts.sum()
+    return parts / (total if total > 0 else 1.0)
 
 
 def fewest(share, allowed):

@@ -275,8 +275,7 @@ def _first_order(model, free, driven, inputs, gondola=None):
     if gondola is not None:
         rows = [np.pad(block, ((2, 0), (0, 0))) for block in rows]
         rows[1][0, -1] = rows[2][1, -1] = 1.0
-    held, *rows = rows
-    a, b, output, d, derivatives = first_order((k, c), given, acceleration, scale, rows[:3], rows[3:], held)
+    a, b, output, d, derivatives = first_order((k, c), given, acceleration, scale, rows[1:4], rows[4:], rows[0])
     return StateSpace(
         a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola)
     )

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.statespace import MODAL, SecondOrder, StateSpace, first_order
+from cablestudy.control.second_order import SecondOrderSystem
+from cablestudy.control.statespace import MODAL, SecondOrder
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import AXES
@@ -91,8 +92,12 @@ def _lifted(equilibrium, winches):
     return lifted.reshape(6 * len(lifted), len(winches))
 
 
-@np.errstate(all="ignore")  # StateSpace refuses what overflows
 def state_space(layout, kept, winches=(), markers=()):
+    """`StateSpace` of `second_order` with all its coordinates."""
+    return second_order(layout, kept, winches, markers).state_space()
+
+
+def second_order(layout, kept, winches=(), markers=()):
     """The suspension from winches and forces to displacements and tensions.
 
     Parameters
@@ -105,15 +110,15 @@ def state_space(layout, kept, winches=(), markers=()):
 
     Returns
     -------
-    StateSpace
+    SecondOrderSystem
         Inputs: `winch.CABLE` (m reeled in), then `BODY.force_x` to `BODY.moment_z` of all free displacements, at the
         reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.tension_from`,
-        `CABLE.tension_to`. Displacements need no `derivatives`; tensions at moved ends do.
+        `CABLE.tension_to`. Displacements need no derivatives of inputs in the state space; tensions at moved ends do.
 
     Raises
     ------
     NoSolutionError
-        Something that moves has no mass, or entries overflow.
+        There are too many coordinates.
 
     Notes
     -----
@@ -121,45 +126,40 @@ def state_space(layout, kept, winches=(), markers=()):
     per cycle; tensions are then without their damped part.
     """
     equilibrium = layout.equilibrium
-    imposed = reeled(equilibrium, winches)
-    size = len(layout.free) + sum(len(one.element.omega) for one in kept)
-    if size > MOST:
+    free, modal = len(layout.free), sum(len(one.element.omega) for one in kept)
+    if free + modal > MOST:
         raise NoSolutionError(
-            f"a state space of {2 * size} states is too large (at most {2 * MOST}): take fewer modes of the cables"
+            f"the linear model has {free + modal} coordinates, and a state space is made of at most {MOST}"
         )
+    imposed = reeled(equilibrium, winches)
     system = layout.system([one.element for one in kept], imposed)
     mass, damping, stiffness = (_dense(part) for part in (system.mass, system.damping, system.stiffness))
     if np.iscomplexobj(stiffness):
         damping, stiffness = damping + _equivalent_viscous(mass, stiffness), stiffness.real
-    free, n = len(layout.free), len(mass)
     lifted = _lifted(equilibrium, winches)
-    forces = np.eye(n)[:, n - free :]
-    driven = [_dense(part).real for part in system.driven]
-    driven[0][n - free :] -= layout.moved.T @ lifted
-    try:
-        solved = np.linalg.solve(mass, np.concatenate([stiffness, damping, *driven, forces], axis=1))
-    except np.linalg.LinAlgError:
-        raise NoSolutionError("the state space needs a mass of everything that moves") from None
-    i = len(winches)
-    k, c, rest = solved[:, :n], solved[:, n : 2 * n], solved[:, 2 * n :]
-    given = [-rest[:, place * i : (place + 1) * i] for place in range(3)]
-    moved, follow, names = outputs(layout, kept, imposed, lifted, markers)
-    omega = [one.element.omega for one in kept]
-    scale = np.concatenate([*omega, np.ones(free)])
-    held = np.zeros((len(names), free))
-    a, b, output, d, derivatives = first_order((k, c), given, rest[:, 3 * i :], scale, moved, follow, held)
+    driven = [-_dense(part).real for part in system.driven]
+    driven[0][modal:] += layout.moved.T @ lifted
+    loads = np.eye(free + modal)[:, modal:]
+    driven = [np.concatenate([part, loads * (order == 0)], axis=1) for order, part in enumerate(driven)]
+    moved, follow = outputs(layout, kept, imposed, lifted, markers)
+    inputs, names = labels(layout, winches, markers)
     coordinates = _coordinates(layout, kept)
-    amplitudes = [(f"{name}_amplitude", f"{unit}/s") for name, unit in coordinates[: n - free]]
+    amplitudes = [(f"{name}_amplitude", f"{unit}/s") for name, unit in coordinates[:modal]]
     rates = [(f"{name}_velocity", f"{unit}/s") for name, unit in coordinates]
-    inputs = [(f"winch.{equilibrium.suspension.cable_names[winch.cable]}", "m") for winch in winches]
-    return StateSpace(
-        a, b, output, d,
-        (*amplitudes, *coordinates[n - free :], *rates),
-        (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)),
+    held = np.zeros((len(names), free))
+    return SecondOrderSystem(
+        mass,
+        damping,
+        stiffness,
+        tuple(driven),
+        moved,
+        tuple(np.concatenate([part, held], axis=1) for part in follow),
+        np.concatenate([*(one.element.omega for one in kept), np.ones(free)]),
+        (*amplitudes, *coordinates[modal:], *rates),
+        inputs,
         names,
-        derivatives,
         SecondOrder(mass, damping, stiffness, coordinates),
-    )  # fmt: skip
+    )
 
 
 def _dense(matrix):
@@ -168,7 +168,10 @@ def _dense(matrix):
 
 def _equivalent_viscous(mass, stiffness):
     """Viscous damping that gives each mode the energy loss per cycle of a complex stiffness."""
-    lower = np.linalg.cholesky(mass)
+    try:
+        lower = np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise NoSolutionError("the state space needs a mass of everything that moves") from None
     half = np.linalg.solve(lower, stiffness.real)
     square, vectors = np.linalg.eigh(np.linalg.solve(lower, half.T))
     shapes = np.linalg.solve(lower.T, vectors)
@@ -182,6 +185,16 @@ def _of_bodies(layout, words, units):
     """Name and unit of what belongs to each free displacement."""
     names = layout.equilibrium.suspension.body_names
     return tuple((f"{names[place // 6]}.{words[place % 6]}", units[place % 6]) for place in layout.free.tolist())
+
+
+def labels(layout, winches=(), markers=()):
+    """Name and unit of each input and of each output of `second_order`: two tuples."""
+    suspension = layout.equilibrium.suspension
+    inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
+    places = [f"{suspension.body_names[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
+    tensions = [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
+    moved = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
+    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*moved, *tensions)
 
 
 def _coordinates(layout, kept):
@@ -208,26 +221,22 @@ def outputs(layout, kept, imposed, lifted, markers):
     -------
     moved, follow : tuple of 3 ndarray, shapes (o, n) and (o, i)
         By the coordinates, and by the winches.
-    names : tuple of (str, str)
-        Name and unit of each.
     """
     suspension, free = layout.equilibrium.suspension, len(layout.free)
     modal = sum(len(one.element.omega) for one in kept)
     place = np.eye(6 * len(suspension.body_names))[:, layout.free]
-    rows, names = [np.eye(free)], list(_of_bodies(layout, AXES, LENGTHS))
+    rows = [np.eye(free)]
     for marker in markers:
         arm = layout.equilibrium.rotation[marker.body] @ np.asarray(marker.place, dtype=float)
         moving = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
         rows.append(moving @ place[6 * marker.body : 6 * marker.body + 6])
-        names += [(f"{suspension.body_names[marker.body]}.{marker.name}.{axis}", "m") for axis in "xyz"]
     shown = np.concatenate(rows)
     shown = np.concatenate([np.zeros((len(shown), modal)), shown], axis=1)
     tensions = _tensions(layout, kept, imposed, lifted, modal)
     moved = [np.concatenate([shown * (order == 0), part]) for order, (part, _) in enumerate(tensions)]
     still = np.zeros((len(shown), imposed.shape[1]))
     follow = [np.concatenate([still, part]) for _, part in tensions]
-    names += [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
-    return tuple(moved), tuple(follow), tuple(names)
+    return tuple(moved), tuple(follow)
 
 
 def _tensions(layout, kept, imposed, lifted, modal):

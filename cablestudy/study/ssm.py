@@ -9,6 +9,7 @@ import numpy as np
 
 from cablestudy.control import export, reduction, statespace
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
 from cablestudy.study.case import MAX_MODES, Case
@@ -45,8 +46,8 @@ class Options:
     residual: bool = True  # whether the static part of omitted modes is kept
     attached: str | None = None  # None, "gondola" or "loop"
     wind: bool = False  # whether forces on the nodes are inputs
-    input: str = END  # end displacement and end force that errors and responses refer to
-    output: str = END
+    input: str | None = None  # input and output that errors and responses refer to, by name
+    output: str | None = None
 
     def __post_init__(self):
         if sum(value is not None for value in (self.count, self.upto, self.error)) > 1:
@@ -72,9 +73,21 @@ class Options:
         return None if self.upto is None else read_frequency("--upto", self.upto)
 
     @property
+    def ends(self):
+        """Of a single cable, names of the displaced end and of the end with the force."""
+        return self.input or END, self.output or END
+
+    @property
     def pair(self):
-        """Indices of the force and of the displacement among the six ends."""
-        return NAMES.index(self.output), NAMES.index(self.input)
+        """Indices of the force and of the displacement among the six ends of a single cable; SceneError."""
+        return number_of("--output", self.output or END, NAMES), number_of("--input", self.input or END, NAMES)
+
+
+def number_of(option, name, names):
+    """Place of a name among those allowed for an option; SceneError if it is none of them."""
+    if name not in names:
+        raise SceneError(f"{option} {name}: unknown ({suggestion(name, names)})")
+    return list(names).index(name)
 
 
 def read_span(text):
@@ -155,7 +168,7 @@ class Choice:
         notes = [
             *self.about_model,
             f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
-            f"{options.input} and {options.output}; their static part is {static}",
+            f"{' and '.join(options.ends)}; their static part is {static}",
         ]
         if options.attached != "loop":
             notes.append(
@@ -206,6 +219,7 @@ def choose(document, scene, options):
     NoSolutionError, ConvergenceError
         There are no such modes, or not to the accuracy.
     """
+    _ = options.pair  # raises SceneError
     _check_attached(document, scene, options.attached)
     fixed, before = scene.model.elements is not None, ""
     size = MAX_MODES if fixed else options.count or DEFAULT_MODES
@@ -247,18 +261,46 @@ def _chosen(case, found, accurate, options):
     kinds = "" if options.kinds is None else f"{' and '.join(options.kinds_kept)} "
     if options.error is not None:
         share = reduction.inertia_share(case.end_model, *options.pair)
-        excluded = share.sum() - share[allowed].sum()
-        if excluded > options.error:
-            which = f"the {kinds}ones of the {accurate}" if kinds else f"the {accurate}"
-            raise NoSolutionError(
-                f"--error {options.error:g}: {which} lowest modes leave out {excluded:.3g} of the inertia "
-                f"between {options.input} and {options.output}"
-            )
-        return allowed[reduction.fewest(share[allowed], options.error - excluded)]
+        which = f"the {kinds}ones of the {accurate}" if kinds else f"the {accurate}"
+        return fewest_modes(share, allowed, options.error, which, options.ends)
     if options.count is not None and len(allowed) < options.count:
         among = f" among its {accurate} lowest" if kinds else ""
         raise SceneError(f"--modes {options.count}: the model has {len(allowed)} {kinds}modes{among}")
     return allowed[: options.count]
+
+
+def fewest_modes(share, allowed, error, which, names):
+    """The fewest modes that leave out no more than a share of the inertia.
+
+    Parameters
+    ----------
+    share : ndarray, shape (n,)
+        See `reduction.inertia_share`. [-]
+    allowed : ndarray of int
+        The modes that may be kept.
+    error : float
+        The share that may be left out. [-]
+    which : str
+        The modes allowed, in words.
+    names : tuple of str
+        Of the input and the output.
+
+    Returns
+    -------
+    ndarray of int
+
+    Raises
+    ------
+    NoSolutionError
+        All that may be kept leave out more.
+    """
+    excluded = share.sum() - share[allowed].sum()
+    if excluded > error:
+        raise NoSolutionError(
+            f"--error {error:g}: {which} lowest modes leave out {excluded:.3g} of the inertia "
+            f"between {' and '.join(names)}"
+        )
+    return allowed[reduction.fewest(share[allowed], error - excluded)]
 
 
 def nodal_forces(case, modes):

@@ -1,5 +1,6 @@
 """Tables of the command `ssm`: kept modes and frequency responses."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -51,7 +52,8 @@ def curves(choice):
     if options.attached == "loop":
         label = "gondola position over the force on it, loop closed"
         return [Curve("", label, "m/N", partial(response.position, case.loop, model))]
-    label = f"force at {options.output} over displacement of {options.input}"
+    displaced, end = options.ends
+    label = f"force at {end} over displacement of {displaced}".replace("_", " ")
     return [Curve("", label, "N/m", partial(response.between_ends, model, *options.pair))]
 
 
@@ -108,7 +110,7 @@ def response_table(span, shown):
     fields = [Field("frequency_Hz", "frequency", "Hz")]
     for curve in shown:
         before, title = (f"{curve.name}_", f"{curve.name} ") if curve.name else ("", "")
-        suffix = {"N/m": "_N_per_m", "m/N": "_m_per_N", "": ""}[curve.unit]
+        suffix = f"_{re.sub('[ ()]', '', curve.unit).replace('/', '_per_')}" if curve.unit else ""
         fields += [Field(f"{before}magnitude{suffix}", f"{title}magnitude", curve.unit)]
         fields += [Field(f"{before}phase_deg", f"{title}phase", "deg")]
     return Table(tuple(fields), _Rows([field.name for field in fields], span, shown))

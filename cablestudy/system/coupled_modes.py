@@ -192,6 +192,10 @@ class CoupledModes:
         found = self.solution.models.nodes(self.solution.amplitudes(shape), self.layout.ends(self.layout.bodies(shape)))
         return [(place, moved[..., 0]) for place, moved in found]
 
+    def up_to(self, frequency):
+        """The modes up to a frequency [Hz], numbers from 0."""
+        return np.flatnonzero(self.frequency <= frequency)
+
     @property
     def body_share(self):
         """Share of the kinetic energy in bodies and junctions, shape (k,). [-]"""

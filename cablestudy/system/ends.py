@@ -45,7 +45,7 @@ class Ends:
         return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous)
 
     def motion(self, amplitudes, ends):
-        """Displacements of the nodes of all cables, shape (..., nodes, 3, r), chord frame. [m]
+        """Displacements of the nodes of all cables.
 
         Parameters
         ----------
@@ -53,6 +53,11 @@ class Ends:
             Of the modes, about the static shapes. [sqrt(kg) m]
         ends : ndarray, shape (..., 6, r)
             Displacements of the ends, global axes. [m]
+
+        Returns
+        -------
+        ndarray, shape (..., nodes, 3, r)
+            Chord frame. [m]
         """
         local = self._turn @ ends
         moved = self._modes.shapes @ amplitudes[..., None, :, :]

@@ -256,7 +256,8 @@ def describe(suspension, which, answer, settled, low, high):
     if answer.within:
         return f"no lengths were found that hold {held} here"
     rounding = 1e-6 * np.abs(answer.tension).max()
-    outside = (answer.tension < low - rounding) | (answer.tension > high + rounding)
+    beyond = np.maximum(low - answer.tension, answer.tension - high)
+    outside = beyond > min(rounding, beyond.max() / 2)
     unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
     nearest = ", ".join(
         f"{cable} at {value / unit:.4g} {name}"

@@ -6,6 +6,7 @@ from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import study_plot
 from cablestudy.study.plots.style import save
 from cablestudy.study.plots.suspension import suspension_views
+from cablestudy.study.plots.suspension_modes import suspension_modes
 from cablestudy.study.plots.trade import trade_plot
 from cablestudy.study.plots.wind import wind_response
 
@@ -15,6 +16,7 @@ __all__ = [
     "save",
     "static_form",
     "study_plot",
+    "suspension_modes",
     "suspension_views",
     "trade_plot",
     "wind_response",

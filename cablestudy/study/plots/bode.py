@@ -37,7 +37,7 @@ def bode(curves, frequency, *numbers):
     if len(curves) > 1:
         magnitude.legend()
     else:
-        title = curves[0].label.replace("_", " ")
+        title = curves[0].label
     figure.suptitle(title[0].upper() + title[1:], x=0.01, ha="left", fontsize=10)
     figure.align_ylabels()
     return figure

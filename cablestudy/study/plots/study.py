@@ -68,6 +68,8 @@ class _Abscissa:
     def __init__(self, name, table):
         try:
             column = find(name)
+            if column.header not in (field.name for field in table.fields):  # a key named as a column of a suspension
+                raise ValueError(name)
             self.name, self.printed, self.label = column.header, beside(column.header, "printed"), _label(column)
         except ValueError:
             self.name, self.printed, self.label = name, None, _words(name)

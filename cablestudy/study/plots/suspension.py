@@ -152,7 +152,7 @@ def suspension_views(case):
         axes.set_aspect("equal", adjustable="box")
         if not labels[0]:
             axes.set_axis_off()
-        _scale_bar(axes, size)
+        scale_bar(axes, size)
     figure.colorbar(colour, ax=grid.tolist(), shrink=0.6, aspect=35, label="mean tension of the cable [N]")
     return figure
 
@@ -191,7 +191,7 @@ def _draw(axes, drawing, view, colour):
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
 
 
-def _scale_bar(axes, size):
+def scale_bar(axes, size):
     """A bar of a round length at the lower right, with that length."""
     from matplotlib.transforms import blended_transform_factory
 

@@ -84,14 +84,14 @@ def all_tables(tables, style):
     return json.dumps({name: json.loads(table.render(style)) for name, table in tables.items()}, indent=1) + "\n"
 
 
-def mode_table(modes, limit=None):
+def mode_table(modes, chosen):
     """Coupled modes as rows.
 
     Parameters
     ----------
     modes : CoupledModes
-    limit : float, optional
-        Highest frequency. [Hz]
+    chosen : sequence of int
+        Which of them, from 0.
 
     Returns
     -------
@@ -106,16 +106,10 @@ def mode_table(modes, limit=None):
     )
     share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
     damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
-    numbers = zip(modes.frequency, damping, modes.moves, share, strict=True)
-    rows = [
-        dict(zip((field.name for field in fields), (place, float(f), float(d), moves, float(share)), strict=True))
-        for place, (f, d, moves, share) in enumerate(numbers, 1)
-        if limit is None or f <= limit
-    ]
-
-    def errors():
-        names = ("frequency_Hz", "damping_ratio")
-        for _, *pair in zip(rows, modes.error, modes.damping_error, strict=False):
-            yield {name: float(error) for name, error in zip(names, pair, strict=True) if not np.isnan(error)}
-
-    return Table(fields, rows, errors=errors)
+    rows, errors = [], []
+    for k in map(int, chosen):
+        numbers = k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])
+        rows.append(dict(zip((field.name for field in fields), numbers, strict=True)))
+        stated = {"frequency_Hz": float(modes.error[k]), "damping_ratio": float(modes.damping_error[k])}
+        errors.append({name: error for name, error in stated.items() if not np.isnan(error)})
+    return Table(fields, rows, errors=lambda: iter(errors))

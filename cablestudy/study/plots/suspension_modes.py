@@ -1,0 +1,225 @@
+"""Coupled modes of a suspension beside its static form, in perspective."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from cablestudy.study.plots.deflection import between_nodes
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, nice, styled
+from cablestudy.study.plots.suspension import Perspective, drawing_of, scale_bar
+from cablestudy.study.table import short
+
+PANELS = 6  # modes in one picture
+COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
+STILL = "#b4b4b4"
+PEAK = 0.08  # largest displacement drawn over the size of the suspension
+TURN = 0.6  # largest rotation drawn [rad]
+FULL = 0.25  # share of the largest displacement from which a place has its full colour
+POINTS = 80  # along a cable, about
+SMALL = 0.08  # size of a body over that of the suspension, below which its rotation is drawn enlarged
+MANY = 100  # cables from which lines are thin
+TALL = 1.8  # height over width of the tallest panel
+ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
+
+
+@dataclass(frozen=True)
+class Displaced:
+    """One mode: all that is drawn of it, without scale.
+
+    Attributes
+    ----------
+    cables : list of (ndarray, ndarray)
+        Places along each cable and their displacements, shape (j, 3).
+    bodies : dict
+        Name -> places of attachments and reference point, and their displacements, shape (k, 3).
+    points : tuple of ndarray
+        Places of the free points and their displacements, shape (p, 3).
+    turn : float
+        Largest rotation of a body.
+    kind : {"bodies", "points", "cables"}
+        What has the largest share of the kinetic energy.
+    body : str or None
+        The body of which that is, where it turns.
+    """
+
+    cables: list
+    bodies: dict
+    points: tuple
+    turn: float
+    kind: str
+    body: str | None
+
+    @property
+    def largest(self):
+        """Largest displacement."""
+        parts = [*self.cables, *self.bodies.values(), self.points]
+        return max(float(np.linalg.norm(moved, axis=-1).max(initial=0.0)) for _, moved in parts)
+
+    def factor(self, peak):
+        """Factor to a largest displacement [m], or to a smaller one where a body would turn too far."""
+        return min(peak / self.largest, TURN / self.turn if self.turn else np.inf)
+
+    def colours(self, *moved):
+        """Colours of places that are displaced so far: of what moves, grey where they hardly move."""
+        share = np.clip(np.linalg.norm(moved, axis=-1).mean(axis=0) / self.largest / FULL, 0, 1)[..., None]
+        return share * to_rgb(COLOURS[self.kind]) + (1 - share) * to_rgb(STILL)
+
+
+def displaced(case, modes, drawing, number):
+    """`Displaced` of a mode (from 0) of `CoupledModes`."""
+    equilibrium = case.equilibrium
+    suspension = equilibrium.suspension
+    starts = suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
+    cables = []
+    for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
+        both = np.stack(nodal)
+        if mesh is not None:
+            both = np.moveaxis(between_nodes(mesh, np.moveaxis(both, 0, 1))[1], 1, 0)
+            step = max(1, (both.shape[1] - 1) // POINTS)
+            both = np.concatenate([both[:, :-1:step], both[:, -1:]], axis=1)
+        cables.append((start + both[0], both[1]))
+    motion = np.zeros(6 * len(suspension.body_names))
+    motion[modes.layout.free] = modes.layout.bodies(modes.shapes[:, number])
+    motion, count = motion.reshape(-1, 6), suspension.bodies
+    bodies = {}
+    for (name, places), moved, at in zip(drawing.bodies.items(), motion, equilibrium.position, strict=False):
+        bodies[name] = places, moved[:3] + np.cross(moved[3:], places - at)
+    what = modes.moves[number].split(" ")
+    kind = "cables"
+    if what[0] in suspension.body_names or what[0] == "points":
+        kind = "bodies" if what[0] in drawing.bodies else "points"
+    turns = np.linalg.norm(motion[:count, 3:], axis=-1)
+    body = what[0] if kind == "bodies" and what[-1] in ("roll", "pitch", "yaw") else None
+    points = equilibrium.position[count:], motion[count:, :3]
+    return Displaced(cables, bodies, points, float(turns.max(initial=0.0)), kind, body)
+
+
+@styled
+def suspension_modes(case, modes, listed=None):
+    """Draws the first modes of a suspension, each displaced beside the static form, in perspective.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+        With a stable equilibrium.
+    modes : CoupledModes
+    listed : int, optional
+        How many of them are asked for. Default: all.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    listed = len(modes) if listed is None else listed
+    count = min(listed, PANELS)
+    if not count:
+        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+        figure.suptitle("There is no mode to show")
+        return figure
+    drawing = drawing_of(case)
+    low, high = drawing.places.min(axis=0), drawing.places.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    view, peak = Perspective((low + high) / 2, size), nice(PEAK * size)
+    shown = [displaced(case, modes, drawing, k) for k in range(count)]
+    flat = np.concatenate([view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)])
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    low[1] -= 0.1 * max(high[1] - low[1], 0.3 * (high[0] - low[0]))  # room for the scale
+    middle, half = (low + high) / 2, 0.53 * (high - low)
+    half = np.maximum(half, [half[1] / TALL, 0.4 * half[0]])
+    columns = 1 if count == 1 else 2 if count < 5 else 3
+    tall, rows = half[1] / half[0], -(-count // columns)
+    width = WIDTH if columns == 1 else min(3.3, max(2.3, 4.0 / tall))
+    figure = Figure(figsize=(columns * width, rows * (width * tall + 0.35) + 0.4), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.1)
+    for k, axes in enumerate(figure.subplots(rows, columns, squeeze=False).ravel()):
+        axes.set_axis_off()
+        if k >= count:
+            continue
+        one = shown[k]
+        axes.set(xlim=middle[0] + half[0] * np.array([-1, 1]), ylim=middle[1] + half[1] * np.array([-1, 1]))
+        axes.set_aspect("equal", adjustable="box")
+        factor = one.factor(peak)
+        _draw(axes, drawing, view, one, factor)
+        _name(axes, modes, k, one, factor)
+        scale_bar(axes, size)
+        if one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size:
+            _enlarge(axes, view, one, factor)
+    which = f"First {count} of {listed} modes" if count < listed else f"{count} mode{'s' if count > 1 else ''}"
+    figure.suptitle(f"{which} beside the static form (grey), displacements enlarged", x=0.01, ha="left", fontsize=10)
+    return figure
+
+
+def _outline(view, one, factor):
+    """Displaced places on the paper, shape (n, 2)."""
+    parts = [*one.cables, *one.bodies.values(), one.points]
+    return view(np.concatenate([places + factor * moved for places, moved in parts]))
+
+
+def _name(axes, modes, k, one, factor):
+    """Number, frequency, what moves, and the largest displacement drawn."""
+    axes.set_title(f"{k + 1}   {short(float(modes.frequency[k]))} Hz", loc="left", weight="bold")
+    axes.set_title(modes.moves[k], loc="right", fontsize=8, color=COLOURS[one.kind])
+    peak = f"largest displacement {factor * one.largest:.2g} m"
+    axes.text(0.99, -0.02, peak, transform=axes.transAxes, ha="right", va="top", fontsize=7, color=GREY)
+
+
+def _draw(axes, drawing, view, one, factor):
+    """The static form, and the displaced suspension over it in the colour of what moves, where it does."""
+    width = 1.3 if len(one.cables) < MANY else 0.5
+    still = [view(places) for places, _ in one.cables]
+    axes.add_collection(LineCollection(still, colors=STILL, linewidths=0.6 * width))
+    for places, moved in one.cables:
+        line = view(places + factor * moved)
+        ends = np.minimum(np.arange(2, len(line) + 1), len(line) - 1)  # overlapping pieces have no gaps
+        pieces = np.stack([line[:-1], line[1:], line[ends]], axis=1)
+        colours = one.colours(moved[:-1], moved[1:])
+        axes.add_collection(LineCollection(pieces, colors=colours, linewidths=width, zorder=3))
+    if drawing.anchors:
+        mark = 4 if len(one.cables) < MANY else 2
+        axes.plot(*view(np.array(list(drawing.anchors.values()))).T, "^", color=GREY, ms=mark, zorder=4)
+    places, moved = one.points
+    if len(places):
+        mark = 3 if len(one.cables) < MANY else 0.8
+        axes.plot(*view(places).T, "o", color=STILL, ms=mark, zorder=2)
+        axes.scatter(*view(places + factor * moved).T, s=mark**2, c=one.colours(moved), zorder=5)
+    for places, moved in one.bodies.values():
+        _body(axes, view(places), STILL, 2)
+        _body(axes, view(places + factor * moved), one.colours(moved[np.linalg.norm(moved, axis=-1).argmax()]), 6)
+
+
+def _body(axes, flat, colour, zorder):
+    """Arms from the reference point of a body, the last of the places, to its attachments."""
+    arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
+    axes.add_collection(LineCollection(arms, colors=colour, linewidths=1.6, zorder=zorder))
+    axes.plot(*flat[-1], "s", color=colour, ms=4, zorder=zorder)
+
+
+def _enlarge(axes, view, one, factor):
+    """A body that turns, enlarged in the emptiest corner, with the ends of its cables."""
+    places, moved = one.bodies[one.body]
+    reach = float(np.linalg.norm(places - places[-1], axis=-1).max())
+    factor = min(factor, reach / float(np.linalg.norm(moved, axis=-1).max()))
+    inset = axes.inset_axes(_corner(axes, _outline(view, one, factor)))
+    centre = view(places[-1])
+    inset.set(xlim=centre[0] + 1.7 * reach * np.array([-1, 1]), ylim=centre[1] + 1.7 * reach * np.array([-1, 1]))
+    inset.set(xticks=[], yticks=[])
+    inset.spines[:].set(visible=True, color=STILL, linewidth=0.6)
+    colour = COLOURS[one.kind]
+    for scale, look, zorder in ((0.0, STILL, 2), (factor, colour, 3)):
+        lines = [view(line + scale * shift) for line, shift in one.cables]
+        inset.add_collection(LineCollection(lines, colors=look, linewidths=0.7, zorder=zorder))
+        _body(inset, view(places + scale * moved), look, zorder)
+    inset.set_title(one.body, fontsize=7, color=colour, pad=2)
+
+
+def _corner(axes, flat):
+    """Place in a panel of a square in the corner with the fewest of some points; at the lower right is the scale."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    width, height = ENLARGED, ENLARGED * (right - left) / (high - low)
+    share = (flat - [left, low]) / [right - left, high - low]
+    corners = [(0.0, 0.0), (0.0, 0.97 - height), (1.0 - width, 0.97 - height)]
+    inside = [np.all((share > corner) & (share < np.add(corner, (width, height))), axis=1).sum() for corner in corners]
+    return (*corners[int(np.argmin(inside))], width, height)

@@ -1,0 +1,216 @@
+"""A suspension as a state space: which coupled modes are kept, between which inputs and outputs."""
+
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.study.ssm import DAMPING_NOTES, DEFAULT_MODES, fewest_modes, number_of
+from cablestudy.study.ssm_tables import Curve
+from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
+from cablestudy.study.suspension.notes import LISTED, notes_of
+from cablestudy.study.suspension.report import mode_table as coupled_mode_table
+from cablestudy.system.coupled import Layout
+
+RESPONSE_MODES = 96  # beyond which a response does not ask for more by itself
+
+
+@dataclass(frozen=True)
+class SuspensionChoice:
+    """A suspension with the coupled modes to keep.
+
+    Attributes
+    ----------
+    case : SuspensionCase
+    found : CoupledModes
+        The lowest modes.
+    whole : SecondOrderSystem
+        In the coordinates of cables and bodies.
+    chosen : ndarray of int
+        Modes to keep, from 0.
+    pair : tuple of int
+        Numbers of the output and of the input that errors and responses refer to.
+    highest : float or None
+        Highest frequency of the response asked for. [Hz]
+    """
+
+    case: SuspensionCase
+    found: object
+    whole: object
+    chosen: np.ndarray
+    pair: tuple
+    highest: float | None = None
+
+    @property
+    def modes(self):
+        """1/W^2 of all modes of the linear model, see `SecondOrderSystem.modes`. [s^2]"""
+        return self.whole.modes[0]
+
+    @cached_property
+    def kept(self):
+        """`SecondOrderSystem` of the chosen modes."""
+        return self.whole.keep(self.chosen)
+
+    def system(self):
+        """The `StateSpace`; NoSolutionError where it overflows."""
+        return self.kept.state_space()
+
+    @property
+    def notes(self):
+        """What is modelled and what is left out: list of str."""
+        omitted = float(np.delete(self.whole.inertia_share(*self.pair), self.chosen).sum())
+        output, input_ = self.pair
+        names = f"{self.whole.inputs[input_][0]} and {self.whole.outputs[output][0]}"
+        return [
+            *notes_of(self.case),
+            f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
+            f"{names}; their static part is kept in D",
+            "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
+            " (D1 and D2 of the file)",
+            *_no_winches(self.case.scene),
+            *_damping_notes(self.case.scene),
+        ]
+
+    @property
+    def warnings(self):
+        """A response beyond the modes kept: list of str."""
+        kept = self.found.frequency[self.chosen]
+        if self.highest is None or kept.max(initial=0.0) >= self.highest or len(self.chosen) == len(self.modes):
+            return []
+        last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
+        return [f"warning: {last}: of those above only the static part is in the response; see --modes and --upto"]
+
+
+def _no_winches(scene):
+    if not scene.winches:
+        yield "winches: the scene names none, and no cable is reeled in"
+
+
+def _damping_notes(scene):
+    """Which damping is assumed, and how that of the cables is represented."""
+    cables = scene.cables
+    silent = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
+    if silent:
+        named = ", ".join(silent[:LISTED]) if len(silent) < len(cables) else "the scene"
+        more = f" and {len(silent) - LISTED} more" if LISTED < len(silent) < len(cables) else ""
+        damping = cables[silent[0]].damping
+        assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
+        yield f"damping: none is given for {named}{more}; {assumed}"
+    for law in dict.fromkeys(cable.damping.model for cable in cables.values()):
+        yield from DAMPING_NOTES[law]
+
+
+def choose(scene, options, highest=None):
+    """Choose the coupled modes to keep.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    options : Options
+        Those that have no meaning for a suspension are not looked at.
+    highest : float, optional
+        Of a response [Hz]: without other choice the modes up to it are kept, at least DEFAULT_MODES and not many more
+        than RESPONSE_MODES.
+
+    Returns
+    -------
+    SuspensionChoice
+
+    Raises
+    ------
+    SceneError
+        `options.input` or `options.output` is unknown, or the model has fewer modes than `options.count`.
+    NoSolutionError, ConvergenceError
+        There is no stable equilibrium, there are no such modes, or not to the accuracy.
+    """
+    case = SuspensionCase(scene)
+    inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case))
+    pair = _place("--output", options.output, outputs), _place("--input", options.input, inputs)
+    if options.error is not None:
+        return _fewest(case, options.error, pair, highest)
+    if options.upto:
+        found = case.modes_up_to(options.limit)
+        return SuspensionChoice(case, found, linear_model(case, found), found.up_to(options.limit), pair, highest)
+    size = MOST_MODES if scene.model.elements is not None else options.count or DEFAULT_MODES
+    found = case.modes(size)
+    if options.count is not None and len(found) < options.count:
+        raise SceneError(f"--modes {options.count}: the model has {len(found)} modes")
+    while options.count is None and highest and len(found) == size < RESPONSE_MODES and found.frequency[-1] < highest:
+        size *= 2
+        found = case.modes(size)
+    return SuspensionChoice(
+        case, found, linear_model(case, found), np.arange(len(found))[: options.count], pair, highest
+    )
+
+
+def _fewest(case, error, pair, highest):
+    """The `SuspensionChoice` of the fewest modes that leave out a share of the inertia; of equal ones all or none."""
+    size, before = MOST_MODES if case.scene.model.elements is not None else DEFAULT_MODES, ""
+    while True:
+        try:
+            found = case.modes(size)
+        except ConvergenceError as failure:
+            raise ConvergenceError(f"{before}{failure}") from None
+        whole = linear_model(case, found)
+        names = whole.inputs[pair[1]][0], whole.outputs[pair[0]][0]
+        share, allowed = whole.inertia_share(*pair), np.arange(len(found))
+        try:
+            chosen = fewest_modes(share, allowed, error, f"the {len(found)}", names)
+        except NoSolutionError as lacking:
+            if len(found) < size or size == MOST_MODES:
+                raise
+            before = f"{lacking}; of more, "
+            size = min(2 * size, MOST_MODES)
+            continue
+        for first, last in found.coincident:
+            run = np.arange(first - 1, last)
+            if np.isin(run, chosen).any():
+                chosen = np.union1d(chosen, run)
+        return SuspensionChoice(case, found, whole, chosen, pair, highest)
+
+
+def _winches_and_markers(case):
+    """Those of the scene, as the linear model takes them: lists of Winch and of Marker."""
+    names = list(case.scene.cables)
+    winches = [
+        Winch(names.index(name), TO if winch.end == "to" else FROM) for name, winch in case.scene.winches.items()
+    ]
+    markers = [
+        Marker(name, case.body(body), place)
+        for body, parts in case.scene.bodies.items()
+        for name, place in parts.markers.items()
+    ]
+    return winches, markers
+
+
+def linear_model(case, found):
+    """`SecondOrderSystem` from the winches of the scene and forces on its bodies to displacements and tensions.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    found : CoupledModes
+        Of which it has the coordinates.
+    """
+    return second_order(found.layout, found.solution.kept, *_winches_and_markers(case))
+
+
+def _place(option, name, pairs):
+    """Place of a name among inputs or outputs, the first where none is given; SceneError if it is none of them."""
+    return 0 if name is None else number_of(option, name, [known for known, _ in pairs])
+
+
+def mode_table(choice):
+    """Table of the modes that a `SuspensionChoice` keeps."""
+    return coupled_mode_table(choice.found, choice.chosen)
+
+
+def curves(choice):
+    """List of one `Curve`: the output over the input."""
+    output, input_ = choice.pair
+    (above, above_unit), (below, below_unit) = choice.whole.outputs[output], choice.whole.inputs[input_]
+    below_unit = f"({below_unit})" if " " in below_unit else below_unit
+    unit = "" if above_unit == below_unit else f"{above_unit}/{below_unit}"
+    return [Curve("", f"response of {above} to {below}", unit, partial(choice.kept.response, output, input_))]

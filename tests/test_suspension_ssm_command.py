@@ -1,0 +1,442 @@
+"""The command ssm for suspensions, modes that are left out, and pictures of coupled modes."""
+
+import json
+import re
+import shlex
+
+import numpy as np
+import pytest
+from command import CONFIGS, rows_of, run
+from scenes import PAPER
+from scipy.io import loadmat
+from suspension_scenes import hung, platform, suspension
+from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
+
+from cablestudy.control.second_order import SecondOrderSystem
+from cablestudy.control.suspension import second_order
+from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import plots
+from cablestudy.study.case import Case
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.system.cables import Cables, Models
+from cablestudy.system.coupled import Layout
+from cablestudy.system.superelement import Damping
+
+BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
+NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")
+TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")
+GONDOLA = ["x", "y", "z", "rx", "ry", "rz"]
+LOADS = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"]
+
+# A mass of 3 kg free along x between two cables of next to no mass, 2 m and 4 m long, EA 1e5 N, drawn to 500 N: each is
+# a spring EA/L at a unit movement along it.
+BETWEEN = """
+gravity: 0
+cable: {elastic_modulus: 100 GPa, area: 1 mm^2, density: 1e-6 kg/m^3}
+bodies:
+  mass: {at: [2, 0, 0], mass: 3 kg, inertia: [1, 1, 1], attachments: {a: [0, 0, 0]}, free: [x]}
+cables:
+  left: {from: [0, 0, 0], to: mass.a, unstretched_length: 1.9900497512437811}
+  right: {from: [6, 0, 0], to: mass.a, unstretched_length: 3.9800995024875623}
+winches: {left: {}, right: {end: to}}
+"""
+LEFT, RIGHT = 1e5 / 1.9900497512437811, 1e5 / 3.9800995024875623  # [N/m]
+
+# A small box on six long cables: its three lowest modes are rotations.
+BOX = """
+cable: {elastic_modulus: 100 GPa, density: 1440 kg/m^3, diameter: 2 mm, preload: 2 kN}
+bodies:
+  box:
+    at: [0, 0, 0]
+    mass: 500 kg
+    inertia: [800, 800, 1000]
+    attachments: {a: [0.5, 0, 0.3], b: [-0.25, 0.43, 0.3], c: [-0.25, -0.43, 0.3],
+                  d: [-0.5, 0, -0.3], e: [0.25, -0.43, -0.3], f: [0.25, 0.43, -0.3]}
+cables:
+  c1: {from: [30, 0, 20], to: box.a}
+  c2: {from: [-15, 26, 20], to: box.b}
+  c3: {from: [-15, -26, 20], to: box.c}
+  c4: {from: [-30, 0, -20], to: box.d}
+  c5: {from: [15, -26, -20], to: box.e}
+  c6: {from: [15, 26, -20], to: box.f}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def case_of(text, folder, *sets):
+    path = folder / "scene.yaml"
+    path.write_text(text, encoding="utf-8")
+    return SuspensionCase(load_scene(str(path), sets, suspensions=True)[1])
+
+
+def read(path):
+    """Content of a file of a state space, matrices as arrays and names as lists."""
+    if path.suffix == ".json":
+        found = json.loads(path.read_text(encoding="utf-8"))
+    elif path.suffix == ".npz":
+        with np.load(path) as file:
+            found = dict(file)
+    else:
+        found = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
+        found |= {
+            name: [str(row[0][0]) for row in value] for name, value in found.items() if name.endswith(("Name", "Unit"))
+        }
+        found |= {name: found[name].toarray() for name in ("Mass", "Damping", "Stiffness")}
+    return {name: list(map(str, v)) if name.endswith(("Name", "Unit")) else np.array(v) for name, v in found.items()}
+
+
+def response(found, frequency):
+    """Of a file, C (s I - A)^-1 B + D + s D1 + s^2 D2, for each frequency [Hz]."""
+    s = 2j * np.pi * frequency
+    direct = found["D"] + s * found["D1"] + s**2 * found["D2"]
+    return found["C"] @ np.linalg.solve(s * np.eye(len(found["A"])) - found["A"], found["B"]) + direct
+
+
+def table(*arguments):
+    return rows_of(run("ssm", *arguments, "--format", "csv").out, "csv")
+
+
+# ---------------------------------------------------------------------------------------- modes that are left out
+
+
+def test_all_modes_are_the_whole_system():
+    state = platform()
+    damping = Damping("modal", viscous=0.02)
+    whole = second_order(*model(state, damping), WINCHES, MARKERS)
+    every = whole.keep(np.arange(len(whole.mass)))
+    for frequency in (0.7, 2.0, 15.0):
+        expected = by_bars(state, frequency, 0.02, 0.0)
+        size = np.abs(expected).max(axis=1)
+        found = response(vars_of(every.state_space()), frequency)
+        assert np.abs(found - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-7)
+        one = np.array([[every.response(o, i, np.array([frequency]))[0] for i in range(9)] for o in range(25)])
+        assert np.abs(one - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-7)
+
+
+def vars_of(system):
+    """A StateSpace by the names in a file."""
+    first, second = system.derivatives
+    return {"A": system.a, "B": system.b, "C": system.c, "D": system.d, "D1": first, "D2": second}
+
+
+def test_modes_left_out_keep_their_static_part():
+    state = platform()
+    whole = second_order(*model(state, Damping("modal", viscous=0.02)), WINCHES, MARKERS)
+    few = whole.keep(np.array([0, 2, 5, 9])).state_space()
+    assert len(few.a) == 8
+    expected = by_bars(state, 1e-9, 0.02, 0.0)
+    size = np.abs(expected).max(axis=1)
+    static = few.response(np.zeros(1))[0]
+    assert np.abs(static - expected).max(axis=1) / size == pytest.approx(0 * size, abs=1e-8)
+
+
+def test_fewer_modes_err_by_the_square_of_the_frequency():
+    state = platform()
+    whole = second_order(*model(state, Damping()), WINCHES, MARKERS)
+    omega = 1 / np.sqrt(whole.modes[0])
+    kept = whole.keep(np.arange(30))
+    for output, input_ in ((0, 0), (8, 4), (20, 1)):
+        low = np.array([0.02, 0.04]) * omega[30] / (2 * np.pi)
+        error = np.abs(kept.response(output, input_, low) - whole.response(output, input_, low))
+        assert error[1] / error[0] == pytest.approx(4, rel=0.02)
+
+
+@pytest.mark.parametrize(("output", "input_"), [(0, 0), (2, 5), (5, 8), (7, 2)])
+def test_the_share_of_a_mode_in_the_inertia_is_what_leaving_it_out_changes(output, input_):
+    """At low frequencies the response without a mode misses w^2 times a number that is in proportion to its share."""
+    whole = second_order(*model(platform(), Damping(ratio=0.0)), WINCHES, MARKERS)
+    share = whole.inertia_share(output, input_)
+    assert share.sum() == pytest.approx(1, abs=1e-12)
+    omega = 1 / np.sqrt(whole.modes[0])
+    low = np.array([1e-2 * omega[0] / (2 * np.pi)])
+    exact = whole.response(output, input_, low)
+    largest = np.argsort(share)[-4:]
+    missed = [
+        abs((whole.keep(np.delete(np.arange(len(share)), k)).response(output, input_, low) - exact)[0]) for k in largest
+    ]
+    assert np.array(missed) / missed[-1] == pytest.approx(share[largest] / share[largest[-1]], rel=1e-3)
+
+
+def test_a_response_at_an_undamped_pole_is_no_number():
+    one, none = np.ones((1, 1)), np.zeros((1, 1))
+    stiffness = np.array([[np.pi * np.pi]])  # resonance at 0.5 Hz
+    system = SecondOrderSystem(
+        one, none, stiffness, (one, none, none), (one, none, none), (none,) * 3, np.ones(1), (), (), (), None
+    )
+    found = system.response(0, 0, np.array([0.25, 0.5, 1.0]))
+    assert np.isfinite(found).tolist() == [True, False, True]
+    assert found[[0, 2]].real == pytest.approx([1 / (0.75 * np.pi**2), -1 / (3 * np.pi**2)], rel=1e-14)
+
+
+# ---------------------------------------------------------------------------------------------------- closed forms
+
+
+def test_a_mass_between_two_springs(folder):
+    (folder / "between.yaml").write_text(BETWEEN, encoding="utf-8")
+    run("ssm", "between.yaml", "--set", "cable.damping.ratio=0", "--out", "between.json")
+    found = read(folder / "between.json")
+    assert found["InputName"] == ["winch.left", "winch.right", "mass.force_x"]
+    assert found["OutputName"] == ["mass.x", *(f"{c}.tension_{e}" for c in ("left", "right") for e in ("from", "to"))]
+    assert found["OutputUnit"] == ["m", "N", "N", "N", "N"]
+    wound = 1.005  # 1 + T/EA
+    for frequency in (0.0, 10.0, 40.0):
+        stiffness = LEFT + RIGHT - 3 * (2 * np.pi * frequency) ** 2
+        x = np.array([-LEFT * wound, RIGHT * wound, 1.0]) / stiffness
+        left, right = LEFT * (x + np.array([wound, 0, 0])), RIGHT * (np.array([0, wound, 0]) - x)
+        expected = np.array([x, left, left, right, right])
+        assert response(found, frequency) == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
+
+
+def test_one_cable_with_a_gondola_free_along_x(folder):
+    """The numbers of `ssm --with gondola` of a scene of one cable."""
+    exact = ("model.elements=4", "model.order=10", "cable.damping={model: kelvin_voigt, time: 1e-3}")
+    twin = PAPER.scene(*exact)
+    pull = -Case(twin).catenary.end_forces("global").reshape(-1, 2, 3)[0, 1]
+    (folder / "one.yaml").write_text(
+        f"""
+cable: {{elastic_modulus: {twin.cable.elastic_modulus!r}, density: {twin.cable.density!r}, area: {PAPER.area!r}}}
+bodies:
+  gondola: {{at: [{PAPER.a!r}, 0, {PAPER.b!r}], mass: 50, inertia: [1, 1, 1], attachments: {{a: [0, 0, 0]}}, free: [x],
+            force: [{float(pull[0])!r}, 0, 0]}}
+cables: {{c: {{from: [0, 0, 0], to: gondola.a, unstretched_length: {PAPER.length!r}}}}}
+winches: {{c: {{}}}}
+""",
+        encoding="utf-8",
+    )
+    sets = [part for text in exact for part in ("--set", text)]
+    run("ssm", "one.yaml", *sets, "--out", "many.npz")
+    single = [
+        f"cable.ends=[[0, 0, 0], [{PAPER.a!r}, 0, {PAPER.b!r}]]",
+        f"cable.unstretched_length={PAPER.length!r}",
+        f"cable.area={PAPER.area!r}",
+        "gondola.mass=50",
+    ]
+    sets += [part for text in single for part in ("--set", text)]
+    run("ssm", CONFIGS / "carlina.yaml", *sets, "--with", "gondola", "--out", "one.npz")
+    many, one = read(folder / "many.npz"), read(folder / "one.npz")
+    position = one["OutputName"].index("gondola_position")
+    force = one["InputName"].index("force_gondola")
+    for frequency in (0.01, 0.5, 0.7188, 1.59, 6.0):
+        found, expected = response(many, frequency)[0], response(one, frequency)[position]
+        assert found[many["InputName"].index("gondola.force_x")] == pytest.approx(expected[force], rel=1e-10)
+
+
+def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium(folder):
+    """All cables of given length, one of them a little shorter or longer: pose and tensions by differences."""
+    scene = load_scene(BALLOON, (), suspensions=True)[1]
+    lengths = dict(zip(scene.cables, SuspensionCase(scene).equilibrium.lengths.tolist(), strict=True))
+    run("ssm", BALLOON, "--modes", 12, "--out", "balloon.npz")
+    found = read(folder / "balloon.npz")
+    gain = response(found, 0.0).real
+    assert found["InputName"][:3] == ["winch.lower1", "winch.lower2", "winch.lower3"]
+    text = (CONFIGS / "suspensions" / "carlina-balloon.yaml").read_text(encoding="utf-8")
+    for name in lengths:
+        text = re.sub(rf"(\n  {name}: {{[^\n]*, )[a-z_]+: [^}}]*}}", rf"\1unstretched_length: @{name}@}}", text)
+
+    def outputs(change):
+        given = text
+        for name, length in lengths.items():
+            given = given.replace(f"@{name}@", repr(length - change * (name == "lower1")))
+        state = case_of(given, folder).equilibrium
+        turned = state.rotation[0]
+        angles = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
+        focus = state.position[0] + turned @ [0, 0, -0.5]
+        tensions = np.linalg.norm(state.end_forces, axis=-1).ravel()
+        return np.concatenate([state.position[0], angles, state.position[1], focus, tensions])
+
+    for step, accuracy in ((1e-6, 1e-5), (1e-4, 1e-6)):
+        expected = (outputs(step) - outputs(-step)) / (2 * step)
+        moved, tensions = gain[:12, 0] - expected[:12], gain[12:, 0] - expected[12:]
+        assert np.abs(moved).max() <= accuracy * np.abs(expected[:12]).max()
+        assert np.abs(tensions).max() <= accuracy * np.abs(expected[12:]).max()
+
+
+# ---------------------------------------------------------------------------------------------------- the command
+
+
+def test_files_of_all_kinds_hold_the_same(folder):
+    for kind in ("npz", "mat", "json"):
+        done = run("ssm", BALLOON, "--modes", 5, "--out", f"m.{kind}")
+        assert re.fullmatch(r"state space: 10 states, 12 inputs, 30 outputs; 5 of \d+ modes", done.lines[0])
+        assert done.lines[1] == f"written: m.{kind}"
+    first, *others = (read(folder / f"m.{kind}") for kind in ("npz", "mat", "json"))
+    assert first["InputName"] == [
+        *(f"winch.lower{k}" for k in (1, 2, 3)),
+        *(f"gondola.{load}" for load in LOADS),
+        *(f"knot.{load}" for load in LOADS[:3]),
+    ]
+    cables = [f"{group}{k}" for group in ("upper", "bridle", "lower") for k in (1, 2, 3)]
+    assert first["OutputName"] == [
+        *(f"gondola.{axis}" for axis in GONDOLA),
+        *(f"knot.{axis}" for axis in "xyz"),
+        *(f"gondola.focus.{axis}" for axis in "xyz"),
+        *(f"{cable}.tension_{end}" for cable in cables for end in ("from", "to")),
+    ]
+    assert first["StateName"] == [f"mode_{k}_{what}" for what in ("amplitude", "velocity") for k in range(1, 6)]
+    assert first["A"].shape == (10, 10)
+    assert not np.any(first["D1"][:12])  # displacements need no derivatives of inputs
+    assert not np.any(first["D2"][:12])
+    assert first["Mass"].shape == (len(first["CoordinateName"]),) * 2
+    for other in others:
+        for name, value in first.items():
+            if isinstance(value, list):
+                assert other[name] == value
+            else:
+                assert np.squeeze(other[name]) == pytest.approx(np.squeeze(value), rel=1e-15, abs=0)
+
+
+def test_the_poles_are_the_modes_with_their_damping(folder):
+    run("ssm", NET, "--modes", 6, "--out", "net.npz")
+    poles = np.linalg.eigvals(read(folder / "net.npz")["A"])
+    poles = poles[poles.imag > 0]
+    poles = poles[np.argsort(np.abs(poles))]
+    rows = rows_of(run("modes", NET, "-n", 6, "--format", "csv").out, "csv")
+    assert np.abs(poles) / (2 * np.pi) == pytest.approx([row["frequency_Hz"] for row in rows], rel=1e-4)
+    assert -poles.real / np.abs(poles) == pytest.approx([row["damping_ratio"] for row in rows], rel=0.02)
+
+
+def test_which_modes_are_kept():
+    rows = rows_of(run("modes", NET, "--format", "csv").out, "csv")
+    assert table(NET) == rows
+    assert [row["number"] for row in table(NET, "--modes", 3)] == [1, 2, 3]
+    assert [row["number"] for row in table(NET, "--upto", "1.2Hz")] == [1, 2, 3]
+    some = table(NET, "--error", 0.05, "--input", "gondola.force_z", "--output", "gondola.z")
+    assert [row["moves"] for row in some] == ["gondola z"]
+    done = run("ssm", NET, "--error", 0.05, "--input", "gondola.force_z", "--output", "gondola.z", "--explain")
+    left = re.search(
+        r"left out: \d+ modes, which carry (\S+) of the inertia between gondola.force_z and gondola.z", done.err
+    )
+    assert 0 < float(left[1]) <= 0.05
+
+
+@pytest.mark.parametrize("style", ["csv", "json", "jsonl"])
+def test_a_response_is_that_of_the_file(folder, style):
+    options = ("--response", "0.05Hz:0.8Hz:4", "--input", "winch.lower2", "--output", "lower1.tension_to", "--modes", 9)
+    rows = rows_of(run("ssm", BALLOON, *options, "--format", style).out, style)
+    run("ssm", BALLOON, "--modes", 9, "--out", "m.npz")
+    found = read(folder / "m.npz")
+    place = found["OutputName"].index("lower1.tension_to"), found["InputName"].index("winch.lower2")
+    assert list(rows[0]) == ["frequency_Hz", "magnitude_N_per_m", "phase_deg"]
+    for row in rows:
+        value = row["magnitude_N_per_m"] * np.exp(1j * np.radians(row["phase_deg"]))
+        assert value == pytest.approx(response(found, row["frequency_Hz"])[place], rel=1e-9)
+
+
+def test_units_of_a_response():
+    options = ("--response", "0.1:1:2", "--modes", 3)
+    for signal, column in (
+        (("gondola.moment_z", "gondola.rz"), "magnitude_rad_per_Nm"),
+        (("gondola.force_x", "gondola.x"), "magnitude_m_per_N"),
+        (("gondola.force_x", "u1.tension_to"), "magnitude"),
+    ):
+        assert column in table(NET, *options, "--input", signal[0], "--output", signal[1])[0]
+
+
+def test_a_response_has_the_modes_up_to_its_end():
+    done = run("ssm", NET, "--response", "0.1:4:2", "--explain")
+    assert "warning" not in done.err
+    assert int(re.search(r"modes: (\d+) of a linear model", done.err)[1]) > 12
+    done = run("ssm", NET, "--response", "0.1:4:2", "--modes", 3)
+    assert done.lines == [
+        "warning: the highest mode kept is at 1.168 Hz: of those above only the static part is in the response;"
+        " see --modes and --upto"
+    ]
+    assert run("ssm", NET, "--response", "0.1:4:2", "--modes", 3, "--quiet").err == ""
+
+
+def test_what_is_assumed_is_said(folder):
+    (folder / "box.yaml").write_text(BOX, encoding="utf-8")
+    done = run("ssm", "box.yaml", "--modes", 3, "--explain")
+    assert "damping: none is given for the scene; modal, with a ratio of 1 %, is assumed" in done.lines
+    assert "winches: the scene names none, and no cable is reeled in" in done.lines
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--response 1:2:3 --input winch.lower", "--input winch.lower: unknown (did you mean winch.lower"),
+        ("--error 0.1 --output gondola.yaw", "--output gondola.yaw: unknown"),
+        ("--error 0.1 --output 1", "allowed: gondola.x, gondola.y,"),
+        ("--input winch.lower1", "--input: no effect: for --response and --error only"),
+        ("--with gondola", "--with: no effect: the scene is a suspension"),
+        ("--wind --kinds axial --no-residual", "--kinds, --no-residual, --wind: no effect: the scene is a suspension"),
+        ("--modes 3 --upto 2Hz", "exclude each other"),
+        ("--plot bode.png", "--response"),
+        ("--out m.txt", ".npz, .mat, .json"),
+    ],
+)
+def test_mistakes_are_one_line(folder, options, words):
+    done = run("ssm", BALLOON, *shlex.split(options), code=2)
+    assert done.out == ""
+    assert len(done.lines) == 1
+    assert words in done.err
+    assert not list(folder.iterdir())
+
+
+def test_more_modes_than_there_are(folder):
+    (folder / "between.yaml").write_text(BETWEEN, encoding="utf-8")
+    exact = ("--set", "model.elements=2", "--set", "model.order=1")
+    # one inner node of each cable, and the mass
+    assert len(table("between.yaml", *exact)) == 7
+    assert run("ssm", "between.yaml", *exact, "--modes", 8, code=2).lines == ["--modes 8: the model has 7 modes"]
+    done = run("ssm", CONFIGS / "suspensions" / "net-30x30.yaml", code=3)
+    assert done.lines[0].endswith("the linear model has 2700 coordinates, and a state space is made of at most 2000")
+
+
+def test_without_mass_there_is_no_hysteretic_state_space():
+    anchors = [(10.0, 0, 3.0), (-4.0, 9.0, 2.0), (-5, -8, 4.0)]
+    scene = suspension(
+        {"knot": {"junction": True, "force": (0, 0, -10.0)}},
+        [(anchor, ("knot", (0.0, 0.0, 0.0)), 2e5, 0.0) for anchor in anchors],
+    )
+    state = hung(scene, [10.3, 10.0, 10.1])
+    cables = Cables(state.catenary, Damping("hysteretic", loss_factor=0.01))
+    kept = Models(cables, [None] * 3).keep(np.zeros(3))
+    with pytest.raises(NoSolutionError, match="needs a mass"):
+        second_order(Layout(state), kept)
+
+
+# ---------------------------------------------------------------------------------------------- pictures of modes
+
+
+def test_the_picture_of_modes_shows_the_displaced_suspension(folder):
+    case = SuspensionCase(load_scene(TRIFILAR, (), suspensions=True)[1])
+    found = case.modes(8)
+    figure = plots.suspension_modes(case, found)
+    panels = [axes for axes in figure.axes if axes.get_title(loc="left")]
+    assert len(panels) == 6
+    for number, axes in enumerate(panels):
+        assert axes.get_title(loc="left").startswith(f"{number + 1}   ")
+        assert axes.get_title(loc="right") == found.moves[number]
+        assert "largest displacement 0.2 m" in [text.get_text() for text in axes.texts]
+    assert "First 6 of 8 modes" in figure.get_suptitle()
+    # the swinging disc: drawn 0.2 m beside itself in space, the projection of which is near to true scale
+    grey, moved = [line.get_xydata()[0] for line in panels[0].lines if line.get_marker() == "s"]
+    assert 0.02 < np.linalg.norm(moved - grey) < 0.22
+
+
+def test_the_body_that_turns_is_enlarged(folder):
+    case = case_of(BOX, folder)
+    found = case.modes(6)
+    figure = plots.suspension_modes(case, found)
+    enlarged = [[child.get_title() for child in axes.child_axes] for axes in figure.axes]
+    turning = [moves.split(" ")[1] in ("roll", "pitch", "yaw") for moves in found.moves]
+    assert [titles == ["box"] for titles in enlarged] == turning
+    assert sum(turning) == 3
+
+
+def test_the_command_draws_modes(folder):
+    run("modes", NET, "-n", 2, "--plot", "modes.svg")
+    drawn = (folder / "modes.svg").read_text(encoding="utf-8")
+    assert drawn.startswith("<?xml")
+    assert len(drawn) > 10_000
+    assert run("modes", NET, "--upto", "0.1Hz", "--plot", "none.png").code == 0
+    case = SuspensionCase(load_scene(NET, (), suspensions=True)[1])
+    figure = plots.suspension_modes(case, case.modes(3), 0)
+    assert figure.get_suptitle() == "There is no mode to show"
