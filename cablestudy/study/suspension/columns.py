@@ -221,24 +221,33 @@ def why_not(scene, column):
     """
     owner, dot, quantity = column.name.partition(".")
     if not dot:
-        if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
-            return "max_utilisation needs the strength of a cable, which the scene does not have"
-        known = MODE.fullmatch(column.name) or any(column.name == other.name for other in WHOLE)
-        here = f"; here it is CABLE.{column.name}" if column.name in {other.name for other in OF_CABLES} else ""
-        return "" if known else f"{column.name} is a column of a single cable{here}"
+        return _why_not_of_whole(scene, column)
+    columns = _columns_of_owners(scene)
+    if owner not in columns:
+        fixed = f"{owner} is a fixed point, which has no columns"
+        missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
+        return fixed if owner in scene.points else missing
+    names = [other.name for other in columns[owner](owner)]
+    numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_"))
+    if column.name not in names and not numbered:
+        return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
+    if column.key and scene.cables[owner].strength is None:
+        return f"{column.name} needs the key {column.key}, which the scene does not have"
+    return ""
+
+
+def _columns_of_owners(scene):
+    """Name of each body, free point and cable -> function that lists the columns of that name."""
     junctions = [name for name, point in scene.points.items() if point.free]
-    if owner in scene.points and owner not in junctions:
-        return f"{owner} is a fixed point, which has no columns"
-    if owner in scene.cables:
-        if column.key and scene.cables[owner].strength is None:
-            return f"{column.name} needs the key {column.key}, which the scene does not have"
-        kinds = cable_columns(owner)
-    elif owner in junctions:
-        kinds = point_columns(owner)
-    elif owner in scene.bodies:
-        kinds = body_columns(owner)
-        kinds += [column] if quantity.startswith(("stiffness_", "frequency_")) else []
-    else:
-        return f"no body, free point or cable {owner} ({suggestion(owner, [*scene.bodies, *junctions, *scene.cables])})"
-    names = [other.name for other in kinds]
-    return "" if column.name in names else f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
+    kinds = (scene.bodies, body_columns), (junctions, point_columns), (scene.cables, cable_columns)
+    return {name: columns for names, columns in kinds for name in names}
+
+
+def _why_not_of_whole(scene, column):
+    """`why_not` of a column without a name before it."""
+    if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
+        return "max_utilisation needs the strength of a cable, which the scene does not have"
+    if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:
+        return ""
+    here = f"; here it is CABLE.{column.name}" if column.name in {other.name for other in OF_CABLES} else ""
+    return f"{column.name} is a column of a single cable{here}"
