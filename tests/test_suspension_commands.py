@@ -219,6 +219,12 @@ def test_cables_without_anything_that_moves_are_each_as_if_alone(held):
     assert all(mode["body_share"] == 0 for mode in table_of("modes", "scene.yaml"))
 
 
+def test_a_winch_without_any_cable():
+    text = KNOT.partition("cables:")[0] + "cables: {}\nwinches: {a: {}}\n"
+    lines = run("static", scene(text), code=2).lines
+    assert "scene.yaml:4:11: winches.a: unknown cable (there is none)" in lines
+
+
 def test_notes_count_what_there_is():
     lines = run("static", scene(KNOT), "--explain").lines
     assert lines[0].startswith("statics: 2 cables in closed form, 3 free displacements; ")

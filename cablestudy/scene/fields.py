@@ -22,6 +22,8 @@ def wrong(message):
 def suggestion(word, known):
     """`did you mean ...?` when one of the known words is similar, else all that are known."""
     known = list(known)
+    if not known:
+        return "there is none"
     near = get_close_matches(str(word)[:100], known, n=1, cutoff=0.6)
     return f"did you mean {near[0]}?" if near else f"allowed: {', '.join(known)}"
 
