@@ -3,10 +3,14 @@
 import csv
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from command import CONFIGS, ROOT, edit_rows, rows_of, run, study_file, table_of
+
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.suspension.case import SuspensionCase
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -497,3 +501,52 @@ def test_preload_straightens_the_cables_and_holds_the_yaw():
     low, high = 5000.0, 5000.0 + 50 * G * math.hypot(175.178, 60.191) / (3 * 60.191)
     expected = 3 * (low + high) * 0.5 * 175.678 / math.hypot(175.178, 60.191)
     assert rows[-1]["gondola.stiffness_rzrz_Nm_per_rad"] == pytest.approx(expected, rel=0.01)
+
+
+# ------------------------------------------------------------------------------------------------- force densities
+
+ANCHORS, DENSITIES = np.array([[-3.0, 0.0, 4.0], [3.0, 1.0, 5.0], [0.0, -4.0, 6.0]]), np.array([50.0, 80.0, 120.0])
+FORM = f"""\
+cable: {{elastic_modulus: 1 GPa, area: 100 mm^2, density: 1400 kg/m^3}}
+points: {{knot: {{at: [9, 9, -90], free: true, mass: 2 kg, force: [10, 0, 0]}}}}
+cables:
+{
+    "".join(
+        f"  c{i}: {{from: {a.tolist()}, to: knot, unstretched_length: 4.5, force_density: {q}}}{chr(10)}"
+        for i, (a, q) in enumerate(zip(ANCHORS, DENSITIES, strict=True))
+    )
+}"""
+
+
+def test_form_finding_is_the_linear_balance_of_force_densities():
+    Path("form.yaml").write_text(FORM, encoding="utf-8")
+    load = np.array([10.0, 0.0, -2 * 9.81])
+    place = (DENSITIES @ ANCHORS + load) / DENSITIES.sum()
+    lengths = np.linalg.norm(place - ANCHORS, axis=1)
+    found = json.loads(run("static", "form.yaml", "--form-finding", "--format", "json").out)
+    (point,), cables = found["points"]["rows"], found["cables"]["rows"]
+    assert [point[f"{axis}_m"] for axis in "xyz"] == pytest.approx(place, rel=1e-14)
+    assert [cable["length_m"] for cable in cables] == pytest.approx(lengths, rel=1e-14)
+    assert [cable["tension_N"] for cable in cables] == pytest.approx(DENSITIES * lengths, rel=1e-14)
+
+
+def test_the_exact_search_begins_at_the_form():
+    Path("form.yaml").write_text(FORM, encoding="utf-8")
+    found = SuspensionCase(load_scene("form.yaml", suspensions=True)[1]).equilibrium
+    load = np.array([10.0, 0.0, -2 * 9.81])
+    assert found.suspension.position[0] == pytest.approx((DENSITIES @ ANCHORS + load) / DENSITIES.sum(), rel=1e-14)
+    assert found.record.converged
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "message"),
+    [
+        ("knot", (), "knot.yaml: no cable has a force density"),
+        ("form", ("--table", "bodies"), "--table bodies: --form-finding has the tables points, cables"),
+        ("form", ("--format", "csv"), "--format csv: one table at a time: give --table points, cables"),
+    ],
+)
+def test_form_finding_says_what_it_lacks(scene, options, message):
+    Path("knot.yaml").write_text(KNOT, encoding="utf-8")
+    Path("form.yaml").write_text(FORM, encoding="utf-8")
+    assert run("static", f"{scene}.yaml", "--form-finding", *options, code=None).err == f"{message}\n"

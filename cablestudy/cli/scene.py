@@ -7,12 +7,14 @@ from cablestudy.cli.options import refuse, save_plot, scene_command
 from cablestudy.errors import SceneError
 
 TABLES = ("bodies", "points", "cables", "stiffness")
+FORM_TABLES = ("points", "cables")
 
 
 @scene_command
 @click.option("--shape", is_flag=True, help="The coordinates along the cable instead.")
 @click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
-def static(scene, sets, shape, name, style, plot, explain, quiet):
+@click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
+def static(scene, sets, shape, name, form, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
@@ -21,9 +23,13 @@ def static(scene, sets, shape, name, style, plot, explain, quiet):
     _, model = load_scene(scene, sets, suspensions=True)
     if isinstance(model, SuspensionScene):
         refuse({"--shape": shape}, "the scene is a suspension")
-        _suspension_tables(model, name, style, plot, explain, quiet)
+        if form:
+            refuse({"--plot": plot, "--explain": explain}, "--form-finding is no equilibrium of cables with weight")
+            _form(model, name, style)
+        else:
+            _suspension_tables(model, name, style, plot, explain, quiet)
         return 0
-    refuse({"--table": name}, "the scene has one cable")
+    refuse({"--table": name, "--form-finding": form}, "the scene has one cable")
     table, row = report.static_table(model)
     code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.static_form(row.case))
     if not shape:
@@ -35,16 +41,38 @@ def static(scene, sets, shape, name, style, plot, explain, quiet):
 
 def _suspension_tables(scene, name, style, plot, explain, quiet):
     """Print one table of a suspension, or all of them."""
-    if name is None and style in ("csv", "jsonl"):
-        raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(TABLES)}")
+    _check_one_table(name, style, TABLES)
     from cablestudy.study.suspension.case import SuspensionCase
     from cablestudy.study.suspension.notes import notes_of
-    from cablestudy.study.suspension.report import all_tables, static_tables
+    from cablestudy.study.suspension.report import static_tables
 
     case = SuspensionCase(scene)
     tables = static_tables(case, name)
     echo_notes(notes_of(case) if explain else (), quiet)
     save_plot(plot, lambda plots: plots.suspension_views(case))
+    _show(tables, name, style)
+
+
+def _form(scene, name, style):
+    """Print the form of a net by force densities."""
+    _check_one_table(name, style, FORM_TABLES)
+    if name not in (None, *FORM_TABLES):
+        raise SceneError(f"--table {name}: --form-finding has the tables {', '.join(FORM_TABLES)}")
+    from cablestudy.study.suspension.report import form_tables
+
+    _show(form_tables(scene), name, style)
+
+
+def _check_one_table(name, style, tables):
+    """Refuse a format that holds one table only, without the name of one."""
+    if name is None and style in ("csv", "jsonl"):
+        raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(tables)}")
+
+
+def _show(tables, name, style):
+    """Print the table of a name, or all."""
+    from cablestudy.study.suspension.report import all_tables
+
     if name:
         show(tables[name], style)
     else:

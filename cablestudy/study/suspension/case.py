@@ -13,12 +13,14 @@ from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.descent import REASONS
+from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
 
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
 HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero but for rounding
 MOST_MODES = 400  # that are searched for the K-th mode of a body
+EPSILON = 4e-16  # rounding of one number
 FIRST = 12  # modes computed at first for all up to a frequency
 MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
 
@@ -95,7 +97,7 @@ class Group:
         if scenes[0].solve_for == "lengths":
             self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
-            self.equilibrium = statics.pose(numbers)
+            self.equilibrium = statics.pose(_formed(numbers))
         self.cables = CableResults(scenes, self.equilibrium.catenary)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
@@ -121,6 +123,16 @@ class Group:
             batch.catenary.take(place),
             type(record)(*(np.asarray(part)[place] for part in vars(record).values())),
         )
+
+
+def _formed(numbers):
+    """The same cases with their junctions where force densities place them, where all that is needed is stated."""
+    if numbers.force_density is None:
+        return numbers
+    try:
+        return find_form(numbers)[0]
+    except NoSolutionError:
+        return numbers  # some force densities are missing: the search begins where the file says
 
 
 class SuspensionCase:
@@ -235,7 +247,14 @@ class SuspensionCase:
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
         if column.needs == "scene":
             return 0.0
-        return max(ROUNDING, float(self.group.equilibrium.record.correction[self.place]))
+        found, span = self.group.equilibrium, self.group.equilibrium.catenary.span
+        tension = np.asarray(found.catenary.mean_tension)[self.place]
+        taut = tension > 0
+        # a relative change of its length by rounding changes a tension by EA/T times as much
+        stiff = np.max(
+            np.broadcast_to(span.axial_stiffness, span.chord.shape)[self.place][taut] / tension[taut], initial=0.0
+        )
+        return max(ROUNDING, EPSILON * float(stiff), float(found.record.correction[self.place]))
 
     @property
     def size(self):

@@ -6,8 +6,10 @@ import numpy as np
 
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.suspension.columns import body_columns, cable_columns, point_columns
+from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
+from cablestudy.system.force_density import find_form
 from cablestudy.system.suspension import AXES
 
 
@@ -67,6 +69,42 @@ def _stiffness_table(case):
         for axis, line in zip(AXES, case.body_stiffness(name), strict=True)
     ]
     return Table(tuple(fields), rows)
+
+
+def form_tables(scene):
+    """The tables points and cables of the form that force densities give.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    dict
+        Name -> Table: places of the free points; force density, tension and distance of the ends of each cable.
+
+    Raises
+    ------
+    NoSolutionError
+        A cable at a free point states no force density, or they do not hold a point.
+    """
+    form, tension = find_form(numbers_of([scene]))
+    name, density = Field("name", "name"), form.force_density[0]
+    points = (name, *(Field(f"{axis}_m", axis, "m") for axis in "xyz"))
+    cables = (name, Field("force_density_N_per_m", "force density", "N/m"), Field("tension_N", "tension", "N"),
+              Field("length_m", "length", "m"))  # fmt: skip
+    places = zip(form.body_names[form.bodies :], form.position[0, form.bodies :].tolist(), strict=True)
+    stated = np.isfinite(density)
+    numbers = np.stack([density, tension[0], tension[0] / density], axis=-1)[stated].tolist()
+    names = [name for name, known in zip(form.cable_names, stated, strict=True) if known]
+
+    def table(fields, lines):
+        return Table(fields, [dict(zip((field.name for field in fields), line, strict=True)) for line in lines])
+
+    return {
+        "points": table(points, ([name, *place] for name, place in places)),
+        "cables": table(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),
+    }
 
 
 def all_tables(tables, style):
