@@ -13,7 +13,9 @@ from cablestudy.errors import SceneError
 from cablestudy.sweep.condition import parse
 
 KEYS = ("cable.preload", "cable.material", "gondola.mass", "winch.controller.notch.frequency")
-STUDY = SimpleNamespace(columns=("sag", "mass", "gondola_rms", "status"), varied=KEYS, ask=lambda *_: None)
+STUDY = SimpleNamespace(
+    columns=("sag", "mass", "gondola_rms", "status"), varied=KEYS, ask=lambda *_: None, case=lambda _: ({}, None)
+)
 ROW = {
     "sag_m": 0.3,
     "mass_kg": 2.0,

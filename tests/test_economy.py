@@ -10,8 +10,9 @@ from cablestudy.scene.scene import Scene, load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import loops, results
 from cablestudy.study.columns import COLUMNS, ROUNDING, find, lacks
-from cablestudy.study.row import evaluate, evaluate_cases, evaluate_tables
+from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.scene_values import tables_of
+from cablestudy.study.study_rows import evaluate_tables
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
 WIND = [find(name) for name in ("preload", "end_stiffness", "gondola_frequency", "gondola_rms", "gain_margin")]
