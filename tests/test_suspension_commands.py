@@ -550,3 +550,8 @@ def test_form_finding_says_what_it_lacks(scene, options, message):
     Path("knot.yaml").write_text(KNOT, encoding="utf-8")
     Path("form.yaml").write_text(FORM, encoding="utf-8")
     assert run("static", f"{scene}.yaml", "--form-finding", *options, code=None).err == f"{message}\n"
+
+
+def test_a_point_too_heavy_for_its_preloads_is_refused_without_a_warning():
+    outcome = run("static", CONFIGS / "suspensions" / "mast-guys.yaml", "--set", "points.top.mass=1e9 kg", code=3)
+    assert "no lengths were found" in outcome.err

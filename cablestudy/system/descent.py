@@ -322,8 +322,8 @@ def line_search(suspension, state, point, step):
         for whole, fresh in ((new_state, trial), (new_point, there)):
             put(whole, put_into, some(fresh, good))
         found[put_into] = True
-        # where the slope along the step vanishes, by the secant
-        secant = slope[rest] / np.maximum(slope[rest] - ahead, TINY)
+        # where the slope along the step vanishes, by the secant; a whole step at most
+        secant = slope[rest] / np.maximum(slope[rest] - np.minimum(ahead, 0.0), TINY)
         smaller = np.where(there.solved, np.clip(secant, 0.05, 0.5), 0.25)
         rest, smaller = rest[~good], smaller[~good]
         share[rest] *= smaller
