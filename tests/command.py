@@ -44,6 +44,15 @@ def run(*arguments, stdin=None, code=0):
     return Outcome(result.exit_code, result.stdout, result.stderr)
 
 
+def refused_in_one_line(folder, words, *arguments):
+    """A command that is refused with exit code 2 and one line that has these words, and that writes nothing."""
+    done = run(*arguments, code=2)
+    assert done.out == ""
+    assert len(done.lines) == 1
+    assert words in done.err
+    assert not list(folder.iterdir())
+
+
 def process(*arguments, **options):
     """A command in a process of its own."""
     command = [sys.executable, "-m", "cablestudy", *map(str, arguments)]

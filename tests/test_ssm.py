@@ -9,7 +9,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from command import CARLINA, SLACK, rows_of, run, table_of
+from command import CARLINA, SLACK, refused_in_one_line, rows_of, run, table_of
 from scipy.io import loadmat
 
 from cablestudy.control import export, statespace
@@ -332,11 +332,7 @@ def test_both_ends_of_a_long_response_are_those_of_the_whole():
     ],
 )
 def test_mistakes_are_one_line(folder, options, words):
-    done = run("ssm", CARLINA, *shlex.split(options), code=2)
-    assert done.out == ""
-    assert len(done.lines) == 1
-    assert words in done.err
-    assert not list(folder.iterdir())
+    refused_in_one_line(folder, words, "ssm", CARLINA, *shlex.split(options))
 
 
 def test_more_than_the_accuracy_can_give_is_said():

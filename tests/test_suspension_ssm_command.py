@@ -6,7 +6,7 @@ import shlex
 
 import numpy as np
 import pytest
-from command import CONFIGS, rows_of, run
+from command import CONFIGS, refused_in_one_line, rows_of, run
 from scenes import PAPER
 from scipy.io import loadmat
 from suspension_scenes import hung, platform, suspension
@@ -372,11 +372,7 @@ def test_what_is_assumed_is_said(folder):
     ],
 )
 def test_mistakes_are_one_line(folder, options, words):
-    done = run("ssm", BALLOON, *shlex.split(options), code=2)
-    assert done.out == ""
-    assert len(done.lines) == 1
-    assert words in done.err
-    assert not list(folder.iterdir())
+    refused_in_one_line(folder, words, "ssm", BALLOON, *shlex.split(options))
 
 
 def test_more_modes_than_there_are(folder):

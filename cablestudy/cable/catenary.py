@@ -16,6 +16,7 @@ from cablestudy.cable.segment import TINY, SegmentedCable, evaluate, extension, 
 from cablestudy.cable.span import Span
 
 GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
+FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 LAST = 1e-8  # relative size of the last step up to which a tension counts as found: the error is about its square
 
 
@@ -141,6 +142,17 @@ class Catenary(SegmentedCable):
         transverse = np.array([[0, 1, 1], [1, 1, 1], [1, 1, 1]], dtype=bool)
         none = (folded[..., None, None] & transverse) | self.slack[..., None, None]
         return np.where(none, 0.0, np.stack(columns, axis=-1))
+
+    @cached_property
+    def global_end_stiffness(self):
+        """`end_stiffness` along x, y, z. [N/m]"""
+        frame = self.span.frame
+        return np.swapaxes(frame, -1, -2) @ self.end_stiffness @ frame
+
+    @property
+    def folded(self):
+        """Whether a cable has next to no tension somewhere, shape (...): it has no stiffness about this form."""
+        return self.min_tension <= FOLDED * self.max_tension
 
     def at(self, position):
         """Displacement [-] and tension vector [N] along the cable, chord frame, shapes (..., j, 3).

@@ -7,12 +7,14 @@ of the paper and for any order leaves no locking. Lumped mass is Lobatto quadrat
 import itertools
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from math import ceil
 
 import numpy as np
 from numpy.polynomial import legendre
 
 MASSES = ("lumped", "consistent", "blended")
 MAX_ORDER = 64
+PER_WAVE = 1.7  # orders for each half-wave from which the error falls exponentially: pi/2 and a little more
 SHORTEST = 1e-9  # of the length: shorter pieces are not divided
 MERGED = 1e-11  # of the length: loads closer than this to each other, or to an end, share a node
 
@@ -206,6 +208,11 @@ def pieces(fractions, singularities):
             else:
                 edges.append(high)
     return tuple(edges)
+
+
+def counts_of_pieces(elements, shares):
+    """Elements of each piece, a tuple: so many on the piece with most waves, on each other its share of them."""
+    return tuple(ceil(elements * share - 1e-9) or 1 for share in shares)
 
 
 @lru_cache(maxsize=256)

@@ -1,5 +1,7 @@
 """Whether the cables of a suspension state as much as its statics need: equations and unknowns, counted and named."""
 
+from cablestudy.scene.words import counted, first_of
+
 STATED = ("unstretched_length", "preload", "sag", "tension_to")
 ROTATIONS = ("roll", "pitch", "yaw")
 LISTED = 8  # names in a message
@@ -25,7 +27,7 @@ def determinacy_mistakes(scene):
     reference = scene.tensions.reference if scene.tensions else None
     lacking = [name for name in silent if name not in reference] if isinstance(reference, dict) else []
     if lacking:
-        message = f"missing key: one for each cable that states nothing: {_few(lacking)}"
+        message = f"missing key: one for each cable that states nothing: {first_of(lacking, LISTED)}"
         return [(("tensions", "reference"), message)]
     motions = {name: body.free for name, body in scene.bodies.items()}
     turning = found_rotations(scene)
@@ -60,7 +62,7 @@ def found_rotations(scene):
 def _of_pose(scene, silent):
     found = []
     if silent:
-        count = f"{len(silent)} of {len(scene.cables)} cables give none: {_few(silent)}"
+        count = f"{len(silent)} of {len(scene.cables)} cables give none: {first_of(silent, LISTED)}"
         message = f"missing key: one of {', '.join(STATED)} (solve_for: pose needs one of each cable; {count})"
         found.append((("cables", silent[0]), message))
     if scene.tensions is not None:
@@ -70,11 +72,5 @@ def _of_pose(scene, silent):
 
 def _counted(count, noun, names):
     """For example `9 equations (gondola: x, y, z)`."""
-    listed = "; ".join(f"{name} {_few(inside)}" for name, inside in names.items() if inside)
-    return f"{count} {noun}{'s' * (count != 1)} ({listed})"
-
-
-def _few(names):
-    """The first of some names, and how many more there are."""
-    more = len(names) - LISTED
-    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
+    listed = "; ".join(f"{name} {first_of(inside, LISTED)}" for name, inside in names.items() if inside)
+    return f"{counted(count, noun)} ({listed})"

@@ -6,6 +6,7 @@ from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.fields import group_mistakes, suggestion, table_at
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import show
+from cablestudy.scene.words import counted
 
 MAX_SHOWN = 100
 # How messages begin that are about a key rather than about its value.
@@ -85,7 +86,7 @@ def _plain(detail, tables):
     if kind in ("too_long", "too_short"):
         limit = context.get("max_length", context.get("min_length"))
         bound = "at most" if kind == "too_long" else "at least"
-        return [(path, f"expected {bound} {limit} item{'s' * (limit != 1)}, got {len(value)}")]
+        return [(path, f"expected {bound} {counted(limit, 'item')}, got {len(value)}")]
     expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
     return [(path, f"{expected}, got {show(value)}")]
 

@@ -4,6 +4,7 @@ from math import ceil
 
 import numpy as np
 
+from cablestudy.cable.element import PER_WAVE
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.control.gondola import coupled_modes, gondola_mode
 from cablestudy.control.plant import Notch, Plant
@@ -14,7 +15,6 @@ from cablestudy.study.cache import share
 
 RESOLVED = 1e-7  # largest error of the frequency of a mode that the gain could drive
 RESERVE = 9  # orders of each element beyond those that its waves need
-PER_WAVE = 1.7  # orders for each half-wave
 HIGHEST, MOST_ORDERS = 44, 600  # of an element, and of the longest smooth piece
 FINER = 1.3  # models that follow each other, in orders
 TRIALS = 4

@@ -1,13 +1,12 @@
 """Elements of many cables on one mesh, in equilibrium, and their motion; and of which mesh a case is."""
 
 from functools import cached_property
-from math import ceil
 
 import numpy as np
 
 from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
-from cablestudy.cable.element import mesh_pieces, mesh_segments
+from cablestudy.cable.element import counts_of_pieces, mesh_pieces, mesh_segments
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.results import along
 from cablestudy.system.ends import Ends
@@ -176,7 +175,7 @@ def mesh_of(case):
             return mesh_pieces(pieces, (elements,), order)
         # on each piece as many as its share of the waves needs
         shares = results.travel_shares(index, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
-        return mesh_pieces(pieces, tuple(ceil(elements * share - 1e-9) or 1 for share in shares), order)
+        return mesh_pieces(pieces, counts_of_pieces(elements, shares), order)
     model = case.scene.model
     nodes = model.elements * model.order
     if nodes > MAX_NODES:

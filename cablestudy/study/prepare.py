@@ -68,8 +68,8 @@ def columns_of(study):
             if any(column.header == other.header for other in columns):
                 raise ValueError(f"{column.name} is listed twice")
             columns.append(column)
-            if why_not(scene, column) and _no_case_has(study, column):
-                raise ValueError(why_not(scene, column))
+            if (reason := why_not(scene, column)) and _no_case_has(study, column):
+                raise ValueError(reason)
         except ValueError as error:
             by_option = place >= len(study.columns) - len(study.asked)
             key = "" if by_option else f"columns.{place}"

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, inf, log10
 
+from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study.columns import ROUNDING, relative
 
@@ -59,7 +60,7 @@ class Settings:
     most_dense: int = 2000
     many_waves: float = 100
     growth: float = 1.3
-    per_wave: float = 1.7
+    per_wave: float = PER_WAVE
     beside_waves: float = 3
     single: tuple = (1.0, 0.75)
     compared: tuple = (0.9, 1.0)

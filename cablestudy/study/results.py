@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable import initial_length
-from cablestudy.cable.catenary import solve, travel_shares
+from cablestudy.cable.catenary import FOLDED, solve, travel_shares
 from cablestudy.cable.element import pieces
 from cablestudy.cable.span import Span
 from cablestudy.cable.taut import lambda_squared
@@ -16,7 +16,6 @@ from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
-FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -194,7 +193,7 @@ class Results:
     @cached_property
     def folded(self):
         """Whether a cable has next to no tension somewhere, shape (n,)."""
-        return self.catenary.min_tension <= FOLDED * self.catenary.max_tension
+        return self.catenary.folded
 
     @cached_property
     def _bent(self):

@@ -163,7 +163,7 @@ def _solver(required, exact):
 
 
 def _closed_rows(results, closed, cells, required, cache):
-    """Yield the rows of cases of which nothing but closed forms is wanted."""
+    """Yield the rows of cases that need nothing but closed forms."""
     about = notes.NOTHING if required.scene_only else notes.STATIC
     for index in range(len(results.values)):
         failures, errors = closed.failures.get(index, {}), closed.errors_of(index)

@@ -7,11 +7,6 @@ from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension.rows import evaluate_suspensions
 
 
-def is_suspension(tables):
-    """Whether the cases of some tables are suspensions."""
-    return any(isinstance(table.scene, SuspensionScene) for table in tables)
-
-
 def evaluate_tables(tables, columns, explain=False):
     """Compute the columns of many cases of a study: closed forms by arrays, everything else case by case.
 
@@ -20,7 +15,7 @@ def evaluate_tables(tables, columns, explain=False):
     tables : list of CaseTable
     columns : sequence of Column
     explain : bool
-        Whether notes are wanted, and with them the errors of fixed elements.
+        Whether to return notes, and with them the errors of fixed elements.
 
     Returns
     -------
@@ -29,16 +24,17 @@ def evaluate_tables(tables, columns, explain=False):
         header -> estimated relative error where it exceeds ROUNDING or, None, is not known; notes.
     """
     headers = [column.header for column in columns if column.name != "status"]
+    suspensions = any(isinstance(table.scene, SuspensionScene) for table in tables)
     found, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
-        alone = explain or len(cases) == 1 or is_suspension(tables)
+        alone = explain or len(cases) == 1 or suspensions
         closed = None if alone else evaluate_table(table, columns)
         if closed is None:
             scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
         else:
             found.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
-    evaluate = evaluate_suspensions if is_suspension(tables) else evaluate_cases
+    evaluate = evaluate_suspensions if suspensions else evaluate_cases
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain), strict=True):
         errors = {name: error for name, error in row.errors.items() if error is None or error > ROUNDING}
         numbers = [row.cells[header] for header in headers]

@@ -94,12 +94,12 @@ def cable_force_of(case):
     """
     from cablestudy.study.cable_wind import DIRECTIONS, CableWind
 
-    wind, reach = case.scene.wind, CableWind(case)
+    wind, on_cable = case.scene.wind, CableWind(case)
     size = prod((
-        wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, reach.length, wind.speed,
+        wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, on_cable.length, wind.speed,
         wind.turbulence,
     ))  # fmt: skip
-    spectra = list(filter(None, [reach.spectrum(direction) for direction in DIRECTIONS]))
+    spectra = list(filter(None, [on_cable.spectrum(direction) for direction in DIRECTIONS]))
 
     def force(frequency):
         found = [size**2 * spectrum(frequency) for spectrum in spectra]
@@ -224,8 +224,8 @@ def cable_response_of(case, loop):
     from cablestudy.study.cable_wind import DIRECTIONS, CableWind
 
     loop.check_stable()
-    wind, reach = case.scene.wind, CableWind(case)
-    spectra = filter(None, [reach.spectrum(direction) for direction in DIRECTIONS])
+    wind, on_cable = case.scene.wind, CableWind(case)
+    spectra = filter(None, [on_cable.spectrum(direction) for direction in DIRECTIONS])
     corner, tolerance = wind.speed / wind.length_scale, tolerance_of(case.scene)
     # the wind on the cable shakes modes that a force on the gondola hardly does
     found = [respond(loop.whole, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
@@ -238,7 +238,7 @@ def cable_response_of(case, loop):
         evaluations=sum(response.evaluations for response in found),
         **{name: max(getattr(response, name) for response in found) for name in NUMBERS},
     )
-    size = wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, reach.length
+    size = wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, on_cable.length
     return _scaled(worst, *size, wind.speed, wind.turbulence)
 
 

@@ -4,6 +4,7 @@ import sqlite3
 from contextlib import closing
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.words import counted
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
 from cablestudy.sweep.record import unpack
@@ -58,7 +59,7 @@ class MergedRun(Run):
                 what = "not complete" if number in there else "no such shard"
                 listed = ", ".join(map(str, lacking[:SHOWN])) + (", ..." if len(lacking) > SHOWN else "")
                 how = command(self._words, "--out", self.files.folder, "--shard", f"{number}/{shards}", "--resume")
-                rows = f"{len(lacking)} row{'s' * (len(lacking) != 1)} missing" + (f" ({listed})" if lacking else "")
+                rows = f"{counted(len(lacking), 'row')} missing" + (f" ({listed})" if lacking else "")
                 found.append(f"{self.files.shard(number, shards)}: {what}, {rows}: {how}")
         return found
 

@@ -19,7 +19,7 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import basis, mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.ends import Ends
@@ -27,7 +27,6 @@ from cablestudy.system.superelement import Damping, Strain, Superelement
 
 MAX_MODES = 600  # of one cable
 HIGHEST_ORDER = 44
-FOLDED = 1e-12  # smallest tension over the largest, below which a cable hangs folded and has no motion
 STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends
 DEPENDENT = 1e-12  # size of a residual vector over the largest, below which rounding determines it
 
@@ -109,7 +108,7 @@ class Cables:
         self.catenary, self.count = catenary, count
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * count
         self.heavy = (np.asarray(catenary.span.mass) > 0) & ~catenary.slack
-        folded = self.heavy & (catenary.min_tension <= FOLDED * catenary.max_tension)
+        folded = self.heavy & catenary.folded
         if folded.any():
             place = int(np.argmax(folded))
             name = names[place] if len(names) else f"cable {place + 1}"
@@ -138,8 +137,7 @@ class Cables:
     @cached_property
     def end_stiffness(self):
         """Static, of the six ends, from the closed form, global axes, shape (c, 6, 6). [N/m]"""
-        frame = self.catenary.span.frame
-        static = np.swapaxes(frame, -1, -2) @ self.catenary.end_stiffness @ frame
+        static = self.catenary.global_end_stiffness
         return np.block([[static, -static], [-static, static]])
 
     @property
@@ -186,11 +184,8 @@ class Cables:
             elements = ceil(orders[place] / HIGHEST_ORDER)
             order = 2 * ceil(orders[place] / elements / 2)  # even ones, so that many cables share a mesh
             edges = self.edges[place]
-            counts = (elements,)
-            if len(edges) > 2:
-                shares = travel_shares(self.catenary.take(place), edges)
-                counts = tuple(ceil(elements * share - 1e-9) or 1 for share in shares)
-            found[place] = mesh_pieces(edges, counts, order)
+            shares = travel_shares(self.catenary.take(place), edges) if len(edges) > 2 else [1.0]
+            found[place] = mesh_pieces(edges, counts_of_pieces(elements, shares), order)
         return found
 
 

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
@@ -17,7 +18,7 @@ from cablestudy.system.linear import LinearSystem
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
-PER_WAVE, PER_DIGIT, MORE_ORDERS = 1.7, 0.9, 1.0  # orders of a cable's mesh, as in the refinement of one cable
+PER_DIGIT, MORE_ORDERS = 0.9, 1.0  # orders of a cable's mesh, as in the refinement of one cable
 STEPS = np.array([8, 12, 16, 24, 32, 40])  # sums of orders to begin with: few, so that many cables share a mesh
 STEP, GROWTH = 2, 1.3  # orders from one level to the next; growth where two levels do not agree
 ALLOWED = 0.25  # share of the accuracy that what is left out of the coordinates may take

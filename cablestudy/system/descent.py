@@ -21,7 +21,7 @@ from cablestudy.cable import catenary
 from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
 from cablestudy.system import tangent
-from cablestudy.system.rigid import turn
+from cablestudy.system.rigid import size, turn
 from cablestudy.system.tangent import GROUND
 
 CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD = range(5)
@@ -140,11 +140,6 @@ def put(record, index, part):
         getattr(record, f.name)[index] = getattr(part, f.name)
 
 
-def size(vectors):
-    """Euclidean lengths of the vectors on the last axis."""
-    return np.sqrt((vectors**2).sum(axis=-1))
-
-
 def moved(suspension, state, step):
     """State after a step.
 
@@ -191,8 +186,7 @@ def evaluate(suspension, state):
     """Forces, stiffness and energy in a state: `Point`."""
     cables = catenary.solve(spans(suspension, state))
     span = cables.span
-    forces, frame = cables.end_forces("global"), span.frame
-    stiffness = np.swapaxes(frame, -1, -2) @ cables.end_stiffness @ frame
+    forces, stiffness = cables.end_forces("global"), cables.global_end_stiffness
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
     q, n, y = (part[..., 0] for part in cables.tension)
     length, tension = span.unstretched_length, cables.mean_tension

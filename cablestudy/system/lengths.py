@@ -192,7 +192,7 @@ def search(suspension, which, found, method, low, high, reference):
     last, ended = np.full(cases, np.inf), settled.copy()
     for _ in range(MAX_STEPS):
         net, by_tension, by_place, worst = linearised(part, state, which, found)
-        step, wanted = np.zeros((*state.position.shape[:-1], 6)), tension.copy()
+        step, asked = np.zeros((*state.position.shape[:-1], 6)), tension.copy()
         change = np.zeros(cases)
         for case in np.flatnonzero(~ended):
             right = by_tension[case] @ tension[case] - net[case]
@@ -201,13 +201,13 @@ def search(suspension, which, found, method, low, high, reference):
             answers[case] = answer
             pushes = not answer.held or (not answer.within and answer.tension.min() <= 0)
             hopeless[case] = hopeless[case] + 1 if pushes else 0
-            wanted[case], step[case, found] = answer.tension, answer.unbounded
+            asked[case], step[case, found] = answer.tension, answer.unbounded
         step = step / body_units(part)
         wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
         share = allowed_share(state, step)
-        step, wanted = step * share[:, None, None], tension + share[:, None] * (wanted - tension)
-        wanted = np.where(ended[:, None], tension, np.maximum(wanted, SLOWEST * tension))
-        change = np.abs(wanted - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
+        step, asked = step * share[:, None, None], tension + share[:, None] * (asked - tension)
+        asked = np.where(ended[:, None], tension, np.maximum(asked, SLOWEST * tension))
+        change = np.abs(asked - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
         done = (worst < BALANCED) & (change < SETTLED) | (worst < STALLED) & (change < STALLED) & (change >= last / 2)
         settled |= done
         ended = settled | (hopeless >= HOPELESS)
@@ -215,7 +215,7 @@ def search(suspension, which, found, method, low, high, reference):
             break
         moving = ~ended
         steps += moving
-        tension = np.where(moving[:, None], wanted, tension)
+        tension = np.where(moving[:, None], asked, tension)
         wild = (wide > LARGEST) | ((change > SHRINKING * last) & (steps > 3))
         damping = np.where(wild, np.maximum(DAMPED, 3 * damping), damping)
         last = np.where(moving, change, last)

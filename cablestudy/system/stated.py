@@ -12,11 +12,13 @@ since a longer cable moves either end out by (1 + T/EA) dL/2 along its tangent. 
 because L (T_m + (|N|^2 + (w L)^2/12)/(2 EA)) is the complementary energy, whose derivative by N is d.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from cablestudy.cable import catenary, initial_length
+from cablestudy.cable.span import Span
+from cablestudy.system.rigid import size
 
 MAX_STEPS = 60
 EXACT = 1e-13  # relative error of a stated value at which its length is found,
@@ -78,11 +80,6 @@ def values(cables, given):
     return result
 
 
-def size(vectors):
-    """Euclidean lengths of the vectors on the last axis."""
-    return np.sqrt((vectors**2).sum(axis=-1))
-
-
 def rates(cables, given):
     """Derivatives of the end forces and of what is stated: `Rates`.
 
@@ -98,8 +95,7 @@ def rates(cables, given):
     middle, half = (first + last) / 2, (last - first) / 2
     t1, t2 = size(first)[..., None], size(last)[..., None]
     tangents = [p / np.maximum(t, TINY) for p, t in ((first, t1), (last, t2))]
-    frame = span.frame
-    stiffness = np.swapaxes(frame, -1, -2) @ cables.end_stiffness @ frame
+    frame, stiffness = span.frame, cables.global_end_stiffness
     outward = length * ((tangents[0] + tangents[1]) / 2 + middle / stiff)
     by_length = -(stiffness @ outward[..., None])[..., 0]
     end_forces = np.stack([by_length - half, -by_length - half], axis=-2)
@@ -127,13 +123,11 @@ def _sag_rates(span):
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
 
     def sag(factor, shift):
-        span_of = replace(span).__class__.between(
-            np.zeros(3), vector + shift, span.axial_stiffness, span.mass, span.gravity
-        )
+        moved = Span.between(np.zeros(3), vector + shift, span.axial_stiffness, span.mass, span.gravity)
         longer = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)
         length = span.unstretched_length
-        strain = span.chord_strain + longer / (span_of.chord + span.chord) / length
-        return catenary.solve(span_of.with_chord_strain((strain - factor) / (1 + factor))).sag
+        strain = span.chord_strain + longer / (moved.chord + span.chord) / length
+        return catenary.solve(moved.with_chord_strain(with_relative_length(strain, factor))).sag
 
     # a change of strain about as large as what the cable's slack or stretch can tell
     step = DIFFERENCE * np.maximum(np.abs(span.chord_strain), 1e-8)

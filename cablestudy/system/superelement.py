@@ -1,4 +1,4 @@
-"""A cable as seen from its two ends: static stiffness, mass, damping and the modes with fixed ends, in global axes.
+"""A cable at its two ends: static stiffness, mass, damping and the modes with fixed ends, in global axes.
 
 This is the Craig-Bampton form (Craig and Bampton, AIAA Journal 6, 1968). With u the displacements of the ends and q the
 modal amplitudes of the motion relative to the static shapes that the ends impose, m = -p/W^2,

@@ -192,8 +192,7 @@ class Equilibrium:
     @cached_property
     def end_stiffness(self):
         """Stiffness of end 2, end 1 fixed, of each cable, global axes, shape (..., c, 3, 3). [N/m]"""
-        frame = self.catenary.span.frame
-        return np.swapaxes(frame, -1, -2) @ self.catenary.end_stiffness @ frame
+        return self.catenary.global_end_stiffness
 
     @cached_property
     def blocks(self):

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablestudy.system.rigid import at_attachments, cross_matrix
+from cablestudy.system.rigid import at_attachments, cross_matrix, size
 
 GROUND = -1  # owner of a cable end that is fixed to the ground
 DENSE = 100  # degrees of freedom up to which dense matrices of all cases are faster than sparse ones of each
@@ -149,17 +149,13 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     net = np.empty((*shape, moment.shape[-2], 6))
     net[..., :3], net[..., 3:] = weight + suspension.force, moment
     scale = np.empty(net.shape[:-1])
-    scale[...] = _size(weight) + _size(suspension.force)
+    scale[...] = size(weight) + size(suspension.force)
     cable, end = np.nonzero(suspension.owner != GROUND)
     body = suspension.owner[cable, end]
     force, arm = end_forces[..., cable, end, :], arms[..., cable, end, :]
     np.add.at(net, (..., body, slice(None)), wrenches(arm, force))
     np.add.at(scale, (..., body), tension[..., cable])
     return net, scale
-
-
-def _size(vectors):
-    return np.sqrt((vectors**2).sum(axis=-1))
 
 
 def blocks(suspension, rotation, arms, end_forces, end_stiffness):
@@ -189,8 +185,8 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     bodies[..., 3:, 3:] = geometric
     on, end = np.nonzero(owner != GROUND)
     np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt[..., on, end, :, :])
-    leverage = np.zeros(bodies.shape[:-2]) + _size(weight) * _size(center)
-    np.add.at(leverage, (..., owner[on, end]), (_size(end_forces) * _size(arms))[..., on, end])
+    leverage = np.zeros(bodies.shape[:-2]) + size(weight) * size(center)
+    np.add.at(leverage, (..., owner[on, end]), (size(end_forces) * size(arms))[..., on, end])
     own = np.arange(bodies.shape[-3])
     return Blocks(
         np.concatenate([owner[cable, row], own]),

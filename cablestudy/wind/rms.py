@@ -15,8 +15,8 @@ EPSILON = np.finfo(float).eps
 MAX_GENERATIONS = 40
 MAX_PANELS = 200_000
 # breakpoints at a resonance and beside it, in half-widths: so that a rule of 15 points cannot step over a flank
-LADDER = np.concatenate([[0.0, 1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
-LADDER = np.concatenate([-LADDER[:0:-1], LADDER])
+OFFSETS = np.concatenate([[0.0, 1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
+OFFSETS = np.concatenate([-OFFSETS[:0:-1], OFFSETS])
 OUTER, OUTERMOST = 0.3, 0.5  # of the frequency: up to where these are taken, and the one after the last of them
 
 # Gauss-Kronrod 7-15 on [-1, 1]: positive nodes, Kronrod weights, Gauss weights (Piessens et al., QUADPACK, 1983)
@@ -89,8 +89,8 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     if len(resonances):
         centre, width = np.array([resonances, half_widths], dtype=float)
         centre = centre[:, None]
-        steps = np.maximum(width[:, None], 1e-12 * centre) * LADDER
-        steps = np.where(np.abs(steps) < OUTER * centre, steps, OUTERMOST * np.sign(LADDER) * centre)
+        steps = np.maximum(width[:, None], 1e-12 * centre) * OFFSETS
+        steps = np.where(np.abs(steps) < OUTER * centre, steps, OUTERMOST * np.sign(OFFSETS) * centre)
         points.append((centre + steps).ravel())
     every = np.sort(np.concatenate(points))
     every = every[every.searchsorted(low) : every.searchsorted(high, "right")]

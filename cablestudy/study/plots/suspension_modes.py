@@ -200,11 +200,11 @@ def _body(axes, flat, colour, zorder):
 def _enlarge(axes, view, one, factor):
     """A body that turns, enlarged in the emptiest corner, with the ends of its cables."""
     places, moved = one.bodies[one.body]
-    reach = float(np.linalg.norm(places - places[-1], axis=-1).max())
-    factor = min(factor, reach / float(np.linalg.norm(moved, axis=-1).max()))
+    radius = float(np.linalg.norm(places - places[-1], axis=-1).max())
+    factor = min(factor, radius / float(np.linalg.norm(moved, axis=-1).max()))
     inset = axes.inset_axes(_corner(axes, _outline(view, one, factor)))
     centre = view(places[-1])
-    inset.set(xlim=centre[0] + 1.7 * reach * np.array([-1, 1]), ylim=centre[1] + 1.7 * reach * np.array([-1, 1]))
+    inset.set(xlim=centre[0] + 1.7 * radius * np.array([-1, 1]), ylim=centre[1] + 1.7 * radius * np.array([-1, 1]))
     inset.set(xticks=[], yticks=[])
     inset.spines[:].set(visible=True, color=STILL, linewidth=0.6)
     colour = COLOURS[one.kind]

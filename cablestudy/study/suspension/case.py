@@ -12,7 +12,7 @@ from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
-from cablestudy.system.descent import REASONS
+from cablestudy.system.descent import REASONS, some
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
@@ -115,13 +115,13 @@ class Group:
 
     def take(self, place):
         """The `Equilibrium` of one case."""
-        batch, record = self.equilibrium, self.equilibrium.record
+        batch = self.equilibrium
         return Equilibrium(
             batch.suspension.take(place),
             batch.position[place],
             batch.rotation[place],
             batch.catenary.take(place),
-            type(record)(*(np.asarray(part)[place] for part in vars(record).values())),
+            some(batch.record, place),
         )
 
 

@@ -2,13 +2,10 @@
 
 import numpy as np
 
+from cablestudy.scene.words import counted, first_of
+
 LISTED = 12  # cables, or runs of modes, that are named one by one
 LEAST = 1e-16  # net force over the forces: what is less is rounding
-
-
-def counted(number, noun):
-    """For example `1 cable`, `6 cables`."""
-    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def notes_of(case):
@@ -42,10 +39,8 @@ def _of_slack(found):
     """Cables that hang by their own weight: the mean tension is below it."""
     span, tension = found.catenary.span, np.asarray(found.catenary.mean_tension)
     slack = np.flatnonzero((np.asarray(span.chord_strain) < 0) & (tension < span.weight))
-    names = [found.suspension.cable_names[place] for place in slack[:LISTED]]
-    more = f" and {len(slack) - LISTED} more" if len(slack) > LISTED else ""
     if len(slack):
-        yield f"slack: {', '.join(names)}{more}"
+        yield f"slack: {first_of([found.suspension.cable_names[place] for place in slack], LISTED)}"
 
 
 def _of_modes(modes):
@@ -57,8 +52,7 @@ def _of_modes(modes):
     for cable in modes.cables:
         reasons.setdefault(cable.reason, []).append(cable.name)
     for reason, names in list(reasons.items())[:LISTED]:
-        more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-        yield f"{', '.join(names[:LISTED])}{more}: {reason}"
+        yield f"{first_of(names, LISTED)}: {reason}"
     for first, last in modes.coincident[:LISTED]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > LISTED:

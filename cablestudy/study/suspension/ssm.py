@@ -7,6 +7,7 @@ import numpy as np
 
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.scene.words import first_of
 from cablestudy.study.ssm import DAMPING_NOTES, DEFAULT_MODES, fewest_modes, number_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
@@ -93,11 +94,10 @@ def _damping_notes(scene):
     cables = scene.cables
     silent = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
     if silent:
-        named = ", ".join(silent[:LISTED]) if len(silent) < len(cables) else "the scene"
-        more = f" and {len(silent) - LISTED} more" if LISTED < len(silent) < len(cables) else ""
+        named = first_of(silent, LISTED) if len(silent) < len(cables) else "the scene"
         damping = cables[silent[0]].damping
         assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
-        yield f"damping: none is given for {named}{more}; {assumed}"
+        yield f"damping: none is given for {named}; {assumed}"
     for law in dict.fromkeys(cable.damping.model for cable in cables.values()):
         yield from DAMPING_NOTES[law]
 
