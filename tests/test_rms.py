@@ -6,7 +6,7 @@ from scipy.special import hyp2f1
 
 from cablestudy.errors import ConvergenceError
 from cablestudy.wind import rms
-from cablestudy.wind.rms import LADDER, breakpoints, integrate
+from cablestudy.wind.rms import OFFSETS, breakpoints, integrate
 
 TOLERANCES = [1e-3, 1e-6, 1e-10]
 
@@ -227,7 +227,7 @@ def test_breakpoints():
     assert points[0] == 1e-3
     assert points[-1] == 1e3
     assert np.diff(np.log10(points)).max() <= 0.5 + 1e-12  # two a decade
-    for wanted in (0.1, 0.5, 7.0, *(0.5 + 1e-4 * LADDER[np.abs(LADDER) < 300])):
+    for wanted in (0.1, 0.5, 7.0, *(0.5 + 1e-4 * OFFSETS[np.abs(OFFSETS) < 300])):
         assert np.abs(points - wanted).min() < 1e-12 * wanted
     assert not np.isclose(points, 7.0 + 9.0).any()  # instead of a step of more than half the frequency that half
     assert np.isclose(points, 7.0 + 3.5).any()
