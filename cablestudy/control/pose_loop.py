@@ -109,6 +109,8 @@ class PoseLoop:
 
     def winch_response(self, s):
         """v per coordinate, -gain/s A N(s) P, shape (f, i, m)."""
+        if not self.gain:
+            return np.zeros((len(s), self.motion.driven[0].shape[1], len(self.motion)))
         shares = self.allocation.shares * self.filters(s)[:, None, :]
         return -(self.gain / s)[:, None, None] * (shares @ self.allocation.measured)
 

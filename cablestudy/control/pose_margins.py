@@ -48,7 +48,10 @@ def largest_gain(loop):
         The suspension is unstable with the winches at rest.
     """
     fixed, scaled = loop.matrices
-    return limit(fixed, scaled.sum(axis=0), lambda omega: np.linalg.eigvals(loop.unit_gain(1j * omega)), grid(loop))
+    found = limit(fixed, scaled.sum(axis=0), lambda omega: np.linalg.eigvals(loop.unit_gain(1j * omega)), grid(loop))
+    if found == 0:
+        raise NoSolutionError("the suspension is unstable with its winches at rest")
+    return found
 
 
 def single_limits(loop):
@@ -71,7 +74,8 @@ def single_limits(loop):
 
 
 def limit(fixed, scaled, eigenvalues, omega):
-    """The least factor above which fixed + factor scaled has a growing eigenvalue; None where there is none.
+    """The least factor above which fixed + factor scaled has a growing eigenvalue; None where there is none, 0 where
+    `fixed` has one.
 
     Parameters
     ----------
@@ -82,7 +86,7 @@ def limit(fixed, scaled, eigenvalues, omega):
         Frequencies, ascending. [rad/s]
     """
     if growing(np.linalg.eigvals(fixed)) is not None:
-        raise NoSolutionError("the suspension is unstable with its winches at rest")
+        return 0.0
     with np.errstate(all="ignore"):
         values = eigenvalues(omega)
     for gain in _candidates(values, omega, eigenvalues):
