@@ -37,12 +37,8 @@ class _Rest:
     """Mass, first moment and tensor of inertia of a body without its actuators, about the body's center of mass."""
 
     def __init__(self, body):
-        self.center, self.mass, self.moment, self.tensor = (
-            body.center_of_mass,
-            body.mass,
-            (0.0,) * 3,
-            body.inertia_tensor,
-        )
+        self.center, self.mass, self.tensor = body.center_of_mass, body.mass, body.inertia_tensor
+        self.moment = (0.0, 0.0, 0.0)
 
     def remove_mass(self, actuator):
         """Take away a reaction mass, a point mass."""
