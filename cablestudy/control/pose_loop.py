@@ -17,9 +17,10 @@ import numpy as np
 from cablestudy.control.motion import Motion
 from cablestudy.errors import NoSolutionError
 
-STILL = 1e-9  # static gain of a coordinate over the largest, below which no winch moves it
-DEPENDENT = 1e-9  # singular value of the static gain over the largest, below which winches move poses alike
+STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
+DEPENDENT = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
+ROUNDING = 1e-12  # of a pole over the largest one
 
 
 @dataclass(frozen=True)
@@ -151,11 +152,10 @@ class PoseLoop:
 
 
 def growing(poles):
-    """The pole of the largest growth relative to its size, or None where none grows."""
-    scale = np.abs(poles).max(initial=0.0)
-    growth = poles.real / np.maximum(np.abs(poles), GROWING * scale + 1e-300)
-    place = int(np.argmax(growth)) if len(poles) else 0
-    return complex(poles[place]) if len(poles) and growth[place] > GROWING else None
+    """The pole that grows most relative to its size, or None where none grows."""
+    growth = poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
+    grows = poles[growth > 0]
+    return complex(grows[np.argmax(grows.real / np.abs(grows))]) if len(grows) else None
 
 
 def first_order(motion, allocation=None, notches=()):
