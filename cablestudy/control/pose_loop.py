@@ -103,6 +103,14 @@ class PoseLoop:
         """The same loop with another gain. [rad/s]"""
         return replace(self, gain=gain)
 
+    def some(self, count):
+        """The same with fewer coordinates, see `Motion.some`."""
+        motion = self.motion.some(count)
+        strokes = len(motion) - count
+        measured = self.allocation.measured
+        measured = np.concatenate([measured[:, :count], measured[:, measured.shape[1] - strokes :]], axis=1)
+        return replace(self, motion=motion, allocation=replace(self.allocation, measured=measured))
+
     def filters(self, s):
         """N_j(s), shape (f, k)."""
         ones = np.ones(len(s), dtype=complex)
@@ -152,10 +160,18 @@ class PoseLoop:
 
 
 def growing(poles):
-    """The pole that grows most relative to its size, or None where none grows."""
-    growth = poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
-    grows = poles[growth > 0]
-    return complex(grows[np.argmax(grows.real / np.abs(grows))]) if len(grows) else None
+    """The pole that grows most, or None where none grows."""
+    growth = _growths(poles)
+    return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
+
+
+def growth_of(poles):
+    """Largest growth of some poles, positive where one grows. [1/s]"""
+    return float(_growths(poles).max())
+
+
+def _growths(poles):
+    return poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
 
 
 def first_order(motion, allocation=None, notches=()):

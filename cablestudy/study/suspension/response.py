@@ -19,6 +19,8 @@ NARROW = 0.3  # damping ratio below which a pole gets boundaries of panels of it
 BESIDE = 2.0  # their distance from it, in half-widths
 APART = 0.5  # least distance of boundaries, in half-widths
 SHARE = 0.5  # of the accuracy that the integral may take
+FEWER = 0.7  # of the coordinates, with which the error by those left out is estimated
+ROUNDING = 1e-20  # of a variance over the largest of its group: what is less is shown as zero
 AT_ONCE = 2_000_000  # entries of the matrices that are solved at once
 
 
@@ -32,8 +34,10 @@ class Variances:
         Variance of each output and of its derivative.
     exposed, corrected, both : ndarray, shape (o,)
         Within one exposure, what the correcting mirror leaves, and both; zero where the scene has none.
-    error : float
-        Largest estimated relative error of a variance by integration, of its group of outputs. [-]
+    largest : ndarray, shape (o,)
+        The largest variance in the group of each, whose tolerance they share.
+    error : ndarray, shape (o,)
+        Estimated error of each value, by integration and by the model.
     """
 
     value: np.ndarray
@@ -41,7 +45,8 @@ class Variances:
     exposed: np.ndarray
     corrected: np.ndarray
     both: np.ndarray
-    error: float
+    largest: np.ndarray
+    error: np.ndarray
 
 
 class Response:
@@ -118,7 +123,7 @@ class Response:
         forced = slice(whole if count is None else count)
         if count is not None:
             motion = motion.some(count)
-            loop = loop and loop.of(motion, count)
+            loop = loop and loop.some(count)
         at_once = max(1, AT_ONCE // len(motion) ** 2)
         for begin in range(0, len(frequency), at_once):
             part = frequency[begin : begin + at_once]
@@ -193,10 +198,18 @@ class Response:
         both = value.pop() if exposure is not None and correction is not None else none
         corrected = value.pop() if correction is not None else none
         exposed = value.pop() if exposure is not None else none
-        largest = np.zeros(every.max() + 1)
-        np.maximum.at(largest, every, found.value)
-        error = found.error / np.where(largest > 0, largest, 1.0)[every]
-        return Variances(*value, exposed, corrected, both, float(error.max()))
+        largest = np.zeros(groups.max() + 1)
+        np.maximum.at(largest, groups, value[0])
+        largest = largest[groups]
+        value[0] = np.where(value[0] > ROUNDING * largest, value[0], 0.0)
+        error = found.error[: len(groups)] + self._model_error(loop, found.edges)
+        return Variances(*value, exposed, corrected, both, largest, error)
+
+    def _model_error(self, loop, frequency):
+        """What the highest coordinates add to the variances, by the trapezoid rule, shape (o,)."""
+        count = int(FEWER * self.movement.motion.shapes.shape[1])
+        whole, fewer = self.spectra(frequency, loop), self.spectra(frequency, loop, count)
+        return np.abs(np.trapezoid(whole - fewer, frequency))
 
 
 def _apart(low, high, centre, width):
