@@ -71,7 +71,6 @@ def single_limits(loop):
     (fixed, scaled), found = loop.matrices, []
     sensitivity = loop.sensitivity(1j * grid(loop))
     for place, own in enumerate(scaled):
-
         candidates = _candidates((1 / sensitivity[:, place, place] - 1)[:, None])
         others = fixed + loop.gain * (scaled.sum(axis=0) - own)
         factor = limit(others, loop.gain * own, candidates)

@@ -81,8 +81,17 @@ def actuators_of(scene):
             continue
         found.append(
             Actuator(
-                name, False, body, np.array(table.at), axis, table.mass, TURN * table.frequency, table.damping_ratio,
-                table.velocity_gain, table.position_gain, corner,
+                name,
+                False,
+                body,
+                np.array(table.at),
+                axis,
+                table.mass,
+                TURN * table.frequency,
+                table.damping_ratio,
+                table.velocity_gain,
+                table.position_gain,
+                corner,
             )  # fmt: skip
         )
     return found

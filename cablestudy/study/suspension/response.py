@@ -128,8 +128,7 @@ class Response:
         for begin in range(0, len(frequency), at_once):
             part = frequency[begin : begin + at_once]
             response = self.responses(part, loop, motion)[:, forced]
-            forces = self.movement.gusts.spectra(part)[:, forced, forced]
-            found.append(((forces @ response.conj()) * response).sum(axis=1).real)
+            found.append(self.movement.gusts.variance_spectra(part, response))
         return np.concatenate(found).T
 
     @cached_property
@@ -217,7 +216,7 @@ def _apart(low, high, centre, width):
     order = np.argsort(width)
     kept = list(np.geomspace(low, high, 2 + int(2 * np.log10(high / low))))
     for place in order.tolist():
-        for point in (centre[place], centre[place] - BESIDE * width[place], centre[place] + BESIDE * width[place]):
+        for point in (centre[place],):
             if low < point < high and np.abs(np.array(kept) - point).min() > APART * width[place]:
                 kept.append(point)
     return np.sort(kept)
