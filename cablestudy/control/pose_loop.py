@@ -1,7 +1,7 @@
 """The loop of several winches that hold the pose of a body.
 
-Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A of
-the static gain G from winches to pose; the winches integrate:
+Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A
+of the static gain G from winches to pose; the winches integrate:
 
     v' = -gain A N(s) y,        A = W^-1 G^T (G W^-1 G^T)^+
 

@@ -51,10 +51,8 @@ def largest_gain(loop, near=None):
         The suspension is unstable with the winches at rest.
     """
     fixed, scaled = loop.matrices
-    if near is None:
-        candidates = _candidates(np.linalg.eigvals(loop.unit_gain(1j * grid(loop))))
-    else:
-        candidates = [near]
+    known = [] if near is None else [near]
+    candidates = known or _candidates(np.linalg.eigvals(loop.unit_gain(1j * grid(loop))))
     found = limit(fixed, scaled.sum(axis=0), candidates)
     if found == 0:
         raise NoSolutionError("the suspension is unstable with its winches at rest")
@@ -103,7 +101,7 @@ def limit(fixed, scaled, candidates):
 
 
 def _candidates(values):
-    """Factors at which an eigenvalue of the loop gain crosses the negative real axis between two frequencies, ascending.
+    """Factors at which an eigenvalue of the loop gain crosses the negative real axis, ascending.
 
     Parameters
     ----------

@@ -75,9 +75,10 @@ def actuators_of(scene):
         axis = np.array(table.axis) / np.sqrt(sum(part * part for part in table.axis))
         corner = TURN * (table.high_pass or 0.0)
         if isinstance(table, ReactionWheel):
-            wheel = Actuator(name, True, body, np.zeros(3), axis, table.inertia, corner=corner)
-            wheel = Actuator(**{**vars(wheel), "velocity_gain": table.rate_gain})
-            found.append(wheel)
+            rate = table.rate_gain
+            found.append(
+                Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=rate, corner=corner)
+            )
             continue
         found.append(
             Actuator(
@@ -149,9 +150,8 @@ class Movement:
             return None, 0.0
         _, shapes = self._basis
         along = strips(self.modes.solution, self.layout, shapes, self.drag)
-        speed = np.sqrt((self.drag.velocity**2).sum())
-        equal = self.drag.velocity / speed
-        own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ equal[:, None])[..., 0]
+        along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
+        own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ along_wind[:, None])[..., 0]
         scene, names = self.scene, self.equilibrium.suspension.body_names
         areas = np.zeros(len(names))
         for place, name in enumerate(names):
