@@ -75,26 +75,12 @@ def actuators_of(scene):
         axis = np.array(table.axis) / np.sqrt(sum(part * part for part in table.axis))
         corner = TURN * (table.high_pass or 0.0)
         if isinstance(table, ReactionWheel):
-            rate = table.rate_gain
-            found.append(
-                Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=rate, corner=corner)
-            )
-            continue
-        found.append(
-            Actuator(
-                name,
-                False,
-                body,
-                np.array(table.at),
-                axis,
-                table.mass,
-                TURN * table.frequency,
-                table.damping_ratio,
-                table.velocity_gain,
-                table.position_gain,
-                corner,
-            )  # fmt: skip
-        )
+            gain = table.rate_gain
+            one = Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=gain, corner=corner)
+        else:
+            spring, gains = (TURN * table.frequency, table.damping_ratio), (table.velocity_gain, table.position_gain)
+            one = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
+        found.append(one)
     return found
 
 
