@@ -52,7 +52,7 @@ class InWind:
                 found = response.closed
                 moving = found.largest > 0
                 error = np.append((found.error[moving] / found.largest[moving]) / 2, error)
-            if np.nanmax(error, initial=0.0) <= self._accuracy or len(movement.modes) < count:
+            if np.nan_to_num(error).max(initial=0.0) <= self._accuracy or len(movement.modes) < count:
                 break
         return movement, response
 
