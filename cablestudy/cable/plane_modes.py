@@ -68,8 +68,7 @@ class PlaneModes:
         A share of the energy in the two highest polynomials of the elements, and at least rounding; compared with
         random scenes by tests/test_extremes.py.
         """
-        order = self.system.state.mesh.order
-        share = next(share for least, share in SHARES.items() if order >= least)
+        share = unresolved_share(self.system.state.mesh.order)
         left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
         return np.maximum(left, ROUNDING * np.sqrt(self.square / self.square[..., :1]))
 
@@ -106,6 +105,11 @@ class PlaneModes:
     def _participation(self, movement):
         inertia = joined(self.system.inertia(movement))
         return -self.square[..., None, :] * (inertia.swapaxes(-1, -2) @ joined(self.signed))
+
+
+def unresolved_share(order):
+    """Error of twice the energy of a motion, over that in the two highest polynomials of elements of an order. [-]"""
+    return next(share for least, share in SHARES.items() if order >= least)
 
 
 def ascends(values):

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system import tangent
-from cablestudy.system.linear import assemble
+from cablestudy.system.linear import ReducedSystem, assemble
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import GROUND, Equilibrium
 
@@ -39,7 +39,7 @@ class Layout:
         """Places of the free displacements among all 6 b, shape (d,)."""
         return np.flatnonzero(self.equilibrium.suspension.free)
 
-    @property
+    @cached_property
     def large(self):
         """Whether matrices are sparse."""
         return 6 * len(self.equilibrium.suspension.cable_names) * len(self.free) > LARGE
@@ -66,6 +66,11 @@ class Layout:
         whole = np.zeros((6 * len(owner), 6 * len(self.equilibrium.suspension.body_names)))
         whole[rows, columns] = blocks
         return whole[:, self.free]
+
+    @property
+    def _moved_by_cable(self):
+        """The same for each cable, shape (c, 6, d); not for sparse matrices."""
+        return self.moved.reshape(len(self.moved) // 6, 6, len(self.free))
 
     @cached_property
     def mass(self):
@@ -107,6 +112,34 @@ class Layout:
         """
         stiffness = self.of_bodies(self.geometric_stiffness)
         return assemble(elements, self.moved, self.of_bodies(self.mass), imposed, stiffness)
+
+    def reduced(self, coordinates):
+        """`ReducedSystem` with some `Coordinates` of the cables."""
+        stiffness, inertia = (self._of_cables(matrices) for matrices in coordinates.models.ends)
+        stiffness = stiffness + self.of_bodies(self.geometric_stiffness)
+        inertia = inertia + self.of_bodies(self.mass)
+        return ReducedSystem(coordinates.omega, self._driven(coordinates), inertia, stiffness)
+
+    def _of_cables(self, matrices):
+        """Sum over the cables of matrices of their six ends, for the free displacements, shape (d, d)."""
+        if not self.large:
+            return self.moved.T @ (matrices @ self._moved_by_cable).reshape(self.moved.shape)
+        from scipy.sparse import block_diag
+
+        return self.moved.T @ block_diag(matrices, format="csr") @ self.moved
+
+    def _driven(self, coordinates):
+        """Momentum of each coordinate of the cables per velocity of the free displacements, shape (N, d)."""
+        count, cable = len(coordinates.omega), coordinates.cable
+        if not self.large:
+            return (coordinates.coupling[:, None, :] @ self._moved_by_cable[cable])[:, 0]
+        from scipy.sparse import csr_array
+
+        columns = 6 * cable[:, None] + np.arange(6)
+        rows = 6 * np.arange(count + 1)
+        return (
+            csr_array((coordinates.coupling.ravel(), columns.ravel(), rows), (count, self.moved.shape[0])) @ self.moved
+        )
 
     def bodies(self, shapes):
         """The free displacements in the coordinates of the system, shape (d, r)."""

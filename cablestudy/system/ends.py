@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.assembly import joined, sparse_product
+from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.superelement import Strain, Superelement
 
 
@@ -65,15 +66,39 @@ class Ends:
             moved[..., list(system.axes), :] += both @ local[..., None, places, :]
         return moved
 
+    def highest_energy(self, amplitudes, ends):
+        """Estimated error of twice the strain energy of motions of all cables by the mesh, shape (..., r). [J]
+
+        A share of the energy in the two highest polynomials of the elements (`plane_modes.unresolved_share`).
+
+        Parameters
+        ----------
+        amplitudes, ends
+            As for `motion`.
+        """
+        moved, state = self.motion(amplitudes, ends), self._dynamics.state
+        energy = sum(system.highest_energy(moved[..., system.axes, :]) for system in self._dynamics.systems)
+        return unresolved_share(state.mesh.order) * energy * np.asarray(state.force / self._dynamics.length)[..., None]
+
     @property
     def omega(self):
         """Of the modes of all cables, shape (..., n). [rad/s]"""
         return self._undamped[0]
 
+    @cached_property
+    def coupling(self):
+        """See `Superelement`, shape (..., n, 6). [sqrt(kg)]"""
+        return -self._undamped[1] / self._undamped[0][..., None] ** 2
+
     @property
-    def participation(self):
-        """See `Superelement`, shape (..., n, 6). [N/(m sqrt(kg))]"""
-        return self._undamped[1]
+    def stiffness(self):
+        """See `Superelement`, shape (..., 6, 6). [N/m]"""
+        return self._undamped[2]
+
+    @property
+    def inertia(self):
+        """See `Superelement`, shape (..., 6, 6). [kg]"""
+        return self._undamped[3]
 
     @cached_property
     def moments(self):
