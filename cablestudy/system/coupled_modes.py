@@ -142,12 +142,11 @@ class CoupledModes:
         may be combined at will.
     layout : Layout
     solution : Solution
-        Models and coordinates of the cables, and the system: what a state space is made of.
+        Models and coordinates of the cables, and the system.
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
     finer : callable or None
-        Computes the `CoupledModes` of a finer model, whose damping ratios are better; None for an exact choice of
-        elements, and where no cable has mass.
+        Computes `damped`; None for an exact choice of elements, and where no cable has mass.
     """
 
     frequency: np.ndarray
@@ -169,14 +168,17 @@ class CoupledModes:
     @cached_property
     def damping_ratio(self):
         """Of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
-        found = self._finer or self
+        found = self.damped
         return damping_ratios(found.system, found.solution.omega, found.shapes)
 
     @cached_property
-    def _finer(self):
-        """`CoupledModes` of the finer model, or None."""
+    def damped(self):
+        """`CoupledModes` of a finer model with more modes of cables: what damping ratios and state spaces are made of.
+
+        Where there is none (see `finer`), these modes themselves.
+        """
         found = self.finer and self.finer()
-        return found if found and len(found) == len(self) else None
+        return found if found and len(found) == len(self) else self
 
     @cached_property
     def damping_error(self):
@@ -187,7 +189,7 @@ class CoupledModes:
         """
         cables = self.solution.models.cables
         modal = any(one.model == "modal" and one.ratio for one in cables.damping)
-        if self._finer is None or (modal and cables.heavy.any()):
+        if self.damped is self or (modal and cables.heavy.any()):
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
         ratio = self.damping_ratio.copy()
         other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)

@@ -194,9 +194,9 @@ def linear_model(case, found):
     ----------
     case : SuspensionCase
     found : CoupledModes
-        Of which it has the coordinates.
+        Of which it has the coordinates, those with damping.
     """
-    return second_order(found.layout, found.solution.kept, *_winches_and_markers(case))
+    return second_order(found.layout, found.damped.solution.kept, *_winches_and_markers(case))
 
 
 def _place(option, name, pairs):
