@@ -11,6 +11,7 @@ from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.units import show
+from cablestudy.scene.wind_tables import BodyWind
 
 MOTIONS = ("x", "y", "z", *ROTATIONS)
 # Rounding of a tensor that is written with few digits, relative to its trace.
@@ -44,7 +45,8 @@ def _three_or_six(value):
     return value
 
 
-def _each_once(value):
+def each_once(value):
+    """A tuple of words, none of them twice."""
     repeated = next((name for place, name in enumerate(value) if name in value[:place]), None)
     if repeated:
         raise wrong(f"{repeated} is given twice")
@@ -107,9 +109,10 @@ class Body(Table):
     )
     attachments: dict[Name, Place] = Field({}, description="Name -> place where a cable may end, body axes")
     markers: dict[Name, Place] = Field({}, description="Name -> place whose motion is an output too, body axes")
-    free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(_each_once)] = Field(
+    free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] = Field(
         MOTIONS, description="What may move, about global axes; the rest is held"
     )
+    wind: BodyWind | None = Field(None, description="What it offers to the wind")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load at the reference point, global axes")
     moment: tuple[Moment, Moment, Moment] = Field((0.0, 0.0, 0.0), description="Dead moment, global axes")
 
@@ -122,6 +125,13 @@ class Body(Table):
     def inertia_tensor(self):
         """Entries xx, yy, zz, xy, xz, yz about the center of mass; zero where none is given. [kg m^2]"""
         return (*(self.inertia or (0.0,) * 3), 0.0, 0.0, 0.0)[:6]
+
+    def inertia_about(self, axis):
+        """Moment of inertia about an axis through the center of mass, body axes, of any length. [kg m^2]"""
+        xx, yy, zz, xy, xz, yz = self.inertia_tensor
+        x, y, z = axis
+        turned = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
+        return turned / (x * x + y * y + z * z)
 
     @property
     def start_angles(self):
