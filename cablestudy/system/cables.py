@@ -21,7 +21,6 @@ from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
-from cablestudy.errors import NoSolutionError
 from cablestudy.system.ends import Ends
 from cablestudy.system.superelement import Damping, Strain, Superelement
 
@@ -80,6 +79,12 @@ class Group:
     places: np.ndarray
     state: object
     ends: Ends
+
+    def take(self, first, count):
+        """Those among the `count` cables from number `first` on, which are counted from zero then; None without any."""
+        begin, end = np.searchsorted(self.places, [first, first + count]).tolist()
+        rows = slice(begin, end)
+        return Group(self.places[rows] - first, self.state.take(rows), self.ends.take(rows)) if end > begin else None
 
     def reduced(self, limits):
         """The coordinates of these cables, `Reduced`, for limits of all cables (see `Models.coordinates`)."""
@@ -214,7 +219,7 @@ class Coordinates:
 
 
 class Cables:
-    """All cables of a suspension about their equilibrium.
+    """All cables of a suspension about their equilibrium, or of many cases of it, one case after the other.
 
     Parameters
     ----------
@@ -222,25 +227,29 @@ class Cables:
         Of shape (c,).
     damping : Damping or sequence of Damping
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
-    names : sequence of str
-        For messages.
-
-    Raises
-    ------
-    NoSolutionError
-        A cable with mass hangs folded, and has no motion.
     """
 
-    def __init__(self, catenary, damping, names=()):
-        count = len(catenary.span.chord)
-        self.catenary, self.count = catenary, count
-        self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * count
-        self.heavy = (np.asarray(catenary.span.mass) > 0) & ~catenary.slack
-        folded = self.heavy & catenary.folded
-        if folded.any():
-            place = int(np.argmax(folded))
-            name = names[place] if len(names) else f"cable {place + 1}"
-            raise NoSolutionError(f"{name} hangs folded: somewhere it has no tension, and no definite motion")
+    def __init__(self, catenary, damping):
+        self.catenary, self.count = catenary, len(catenary.span.chord)
+        self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
+
+    def take(self, first, count):
+        """The `count` cables from number `first` on; what several solutions need is computed for all at once."""
+        rows = slice(first, first + count)
+        some = Cables(self.catenary.take(rows), self.damping[rows])
+        for name in ("heavy", "folded", "travel_time", "edges", "end_stiffness"):
+            some.__dict__[name] = getattr(self, name)[rows]
+        return some
+
+    @cached_property
+    def heavy(self):
+        """Which cables move by themselves: those with mass, and no slack segment; shape (c,)."""
+        return (np.asarray(self.catenary.span.mass) > 0) & ~self.catenary.slack
+
+    @cached_property
+    def folded(self):
+        """Which of them hang folded, and have no definite motion, shape (c,)."""
+        return self.heavy & self.catenary.folded
 
     @cached_property
     def travel_time(self):
@@ -273,12 +282,10 @@ class Cables:
         """Shape (c,). [kg]"""
         return self.catenary.span.mass * self.catenary.span.unstretched_length
 
-    @cached_property
+    @property
     def straight(self):
-        """Superelements without modes, their mass distributed as that of a straight cable."""
-        inertia = self.mass[:, None, None] * STRAIGHT
-        none = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
-        return [Superelement(*none, *both) for both in zip(self.end_stiffness, inertia, strict=True)]
+        """Inertia of the six ends, the mass distributed as that of straight cables, shape (c, 6, 6). [kg]"""
+        return self.mass[:, None, None] * STRAIGHT
 
     def _without_mass(self, place):
         """Superelement of a cable without mass."""
@@ -330,6 +337,12 @@ class Models:
 
     def __init__(self, cables, meshes, fixed=False):
         self.cables, self.meshes, self._fixed = cables, meshes, fixed
+
+    def take(self, cables, first):
+        """Those of `cables`, which are those from number `first` on."""
+        some = Models(cables, self.meshes[first : first + cables.count], self._fixed)
+        some.__dict__["groups"] = [one for group in self.groups if (one := group.take(first, cables.count))]
+        return some
 
     @cached_property
     def groups(self):

@@ -9,7 +9,7 @@ its body moves by B = [I, -[r x]] times the body's displacements. To the end sti
 F being the forces of the cables on them and W their weight with its arm r_G (`tangent`), and their own mass.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -115,10 +115,14 @@ class Layout:
 
     def reduced(self, coordinates):
         """`ReducedSystem` with some `Coordinates` of the cables."""
-        stiffness, inertia = (self._of_cables(matrices) for matrices in coordinates.models.ends)
-        stiffness = stiffness + self.of_bodies(self.geometric_stiffness)
-        inertia = inertia + self.of_bodies(self.mass)
-        return ReducedSystem(coordinates.omega, self._driven(coordinates), inertia, stiffness)
+        ends = self.without_modes(*coordinates.models.ends)
+        return replace(ends, omega=coordinates.omega, coupling=self._driven(coordinates))
+
+    def without_modes(self, stiffness, inertia):
+        """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (c, 6, 6)."""
+        stiffness = self._of_cables(stiffness) + self.of_bodies(self.geometric_stiffness)
+        inertia = self._of_cables(inertia) + self.of_bodies(self.mass)
+        return ReducedSystem(np.zeros(0), np.zeros((0, len(self.free))), inertia, stiffness)
 
     def _of_cables(self, matrices):
         """Sum over the cables of matrices of their six ends, for the free displacements, shape (d, d)."""

@@ -306,15 +306,31 @@ class Search:
         Of all cables, or of each.
     model : FixedModel, optional
         An exact choice of elements, in place of an accuracy; all their modes are kept.
+    cables : Cables, optional
+        Where they were computed with those of other cases.
+
+    Raises
+    ------
+    ConvergenceError, NoSolutionError
+        There is no equilibrium, or a cable with mass hangs folded.
     """
 
-    def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
+    def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        names = equilibrium.suspension.cable_names
-        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping, names)
+        self.layout, self.cables = Layout(equilibrium), cables or Cables(equilibrium.catenary, damping)
+        if not equilibrium.record.converged:
+            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
+        if self.cables.folded.any():
+            name = equilibrium.suspension.cable_names[int(np.argmax(self.cables.folded))]
+            raise NoSolutionError(f"{name} hangs folded: somewhere it has no tension, and no definite motion")
 
-    def solve(self):
+    def solve(self, models=None):
         """`CoupledModes`.
+
+        Parameters
+        ----------
+        models : Models, optional
+            On the meshes `first_meshes`, where they were computed with those of other cases.
 
         Raises
         ------
@@ -323,8 +339,6 @@ class Search:
         ConvergenceError
             The accuracy cannot be had.
         """
-        if not self.equilibrium.record.converged:
-            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
         cables = self.cables
         if self._model is not None:
             models = Models(cables, fixed_meshes(cables, self._model), fixed=True)
@@ -333,21 +347,21 @@ class Search:
         if not cables.heavy.any():
             solution = self._modes(Models(cables, [None] * cables.count), np.zeros(cables.count))
             return self._finished(solution, np.full(len(solution.omega), NOISE))
-        highest = self._first_guess()
-        orders, limits = self._orders(highest), None
+        highest, limits = self._first_guess, None
+        orders = self._orders(highest)
         for _ in range(LEVELS):
-            models = Models(cables, cables.meshes(orders))
+            models = models or Models(cables, cables.meshes(orders))
             solution = self._resolved(models, highest, limits)
             limits, highest = solution.coordinates.limits, solution.omega[-1]
             least = self._orders(highest)
             if (least > orders).any():  # more waves than the first guess
-                orders = np.maximum(orders, least)
+                orders, models = np.maximum(orders, least), None
                 continue
             error = solution.error
             if error.max() <= self.accuracy:
                 return self._finished(solution, error, partial(self._finer, orders, limits, error))
             coarse = solution.unresolved.max(axis=1) > self.accuracy / cables.count
-            orders = np.where(coarse, GROWTH * orders + STEP, orders)
+            orders, models = np.where(coarse, GROWTH * orders + STEP, orders), None
         raise ConvergenceError(
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: finer meshes of the cables do not help"
         )
@@ -357,13 +371,20 @@ class Search:
         models = Models(self.cables, self.cables.meshes(orders + STEP))
         return self._finished(self._modes(models, WIDER * limits), error)
 
+    @property
+    def first_meshes(self):
+        """With which the search begins: list of (Mesh or None), one for each cable."""
+        cables = self.cables
+        return cables.meshes(self._orders(self._first_guess)) if cables.heavy.any() else [None] * cables.count
+
+    @cached_property
     def _first_guess(self):
         """Estimate of the highest angular frequency asked for: cables as strings, bodies on their static stiffness."""
         cables, many = self.cables, np.arange(1, self.count + 1)
         time = cables.travel_time[cables.heavy]
         time = np.sort(time)[::-1][: self.count]  # no more cables have one of the lowest modes
         strings = np.repeat(np.pi * many / time[:, None], 2)
-        bodies = self.layout.system(cables.straight).lowest(self.count)[0]
+        bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).lowest(self.count)[0]
         both = np.sort(np.concatenate([strings, bodies]))[: self.count]
         return both[-1] if len(both) else 0.0
 
@@ -430,6 +451,46 @@ class Search:
 def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
     """The lowest coupled modes of a suspension: see `Search`."""
     return Search(equilibrium, count, accuracy, damping, model).solve()
+
+
+def coupled_modes_of_cases(equilibria, catenary, count, accuracy, damping):
+    """The lowest coupled modes of many cases with the same cables, whose first models are computed together.
+
+    Parameters
+    ----------
+    equilibria : sequence of Equilibrium
+        n of them.
+    catenary : Catenary
+        Of shape (n c,): the cables of one case after the other.
+    count, accuracy
+        See `Search`.
+    damping : sequence of Damping
+        Of n c cables.
+
+    Returns
+    -------
+    list of (CoupledModes or Exception)
+        The NoSolutionError or ConvergenceError of a case that has none.
+    """
+    whole, found, searches = Cables(catenary, damping), [], []
+    each = len(damping) // max(1, len(equilibria))
+    meshes = [None] * len(damping)
+    for first, equilibrium in zip(range(0, len(damping), each), equilibria, strict=True):
+        try:
+            search = Search(equilibrium, count, accuracy, cables=whole.take(first, each))
+            meshes[first : first + each] = search.first_meshes
+        except (NoSolutionError, ConvergenceError) as error:
+            search = error
+        searches.append(search)
+    models = Models(whole, meshes)
+    for place, search in enumerate(searches):
+        if isinstance(search, Search):
+            try:
+                search = search.solve(models.take(search.cables, place * each))
+            except (NoSolutionError, ConvergenceError) as error:
+                search = error
+        found.append(search)
+    return found
 
 
 def runs(omega, error):

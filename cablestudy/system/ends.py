@@ -25,6 +25,12 @@ class Ends:
     def __init__(self, dynamics, frame, count):
         self._dynamics, self._frame, self._count = dynamics, frame, count
 
+    def take(self, rows):
+        """Those of some cables, a slice of them."""
+        some = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
+        some.__dict__["_undamped"] = tuple(part[rows] for part in self._undamped)
+        return some
+
     def model(self, damping, place=()):
         """The `Superelement` of one cable.
 

@@ -133,15 +133,15 @@ def choose(scene, options, highest=None):
     if options.error is not None:
         return _fewest(case, options.error, pair, highest)
     if options.upto:
-        found = case.modes_up_to(options.limit)
+        found = case.modes_up_to(options.limit).damped
         return SuspensionChoice(case, found, linear_model(case, found), found.up_to(options.limit), pair, highest)
     size = MOST_MODES if scene.model.elements is not None else options.count or DEFAULT_MODES
-    found = case.modes(size)
+    found = case.modes(size).damped
     if options.count is not None and len(found) < options.count:
         raise SceneError(f"--modes {options.count}: the model has {len(found)} modes")
     while options.count is None and highest and len(found) == size < RESPONSE_MODES and found.frequency[-1] < highest:
         size *= 2
-        found = case.modes(size)
+        found = case.modes(size).damped
     return SuspensionChoice(
         case, found, linear_model(case, found), np.arange(len(found))[: options.count], pair, highest
     )
@@ -152,7 +152,7 @@ def _fewest(case, error, pair, highest):
     size, before = MOST_MODES if case.scene.model.elements is not None else DEFAULT_MODES, ""
     while True:
         try:
-            found = case.modes(size)
+            found = case.modes(size).damped
         except ConvergenceError as failure:
             raise ConvergenceError(f"{before}{failure}") from None
         whole = linear_model(case, found)
@@ -194,9 +194,9 @@ def linear_model(case, found):
     ----------
     case : SuspensionCase
     found : CoupledModes
-        Of which it has the coordinates, those with damping.
+        Of which it has the coordinates.
     """
-    return second_order(found.layout, found.damped.solution.kept, *_winches_and_markers(case))
+    return second_order(found.layout, found.solution.kept, *_winches_and_markers(case))
 
 
 def _place(option, name, pairs):
