@@ -112,9 +112,9 @@ class System:
     axes: tuple
 
     def take(self, index):
-        """That of one cable of a batch; its end stiffness and end shapes are computed for the whole batch at once."""
+        """That of one cable of a batch, or of some; what all need is computed for the whole batch at once."""
         one = System(self.state.take(index), self.axes)
-        for name in ("tangent", "compliance", "end_stiffness", "end_shapes"):
+        for name in ("tangent", "frame", "weighted_flexibility", "compliance", "end_stiffness", "end_shapes"):
             one.__dict__[name] = getattr(self, name)[index]
         return one
 

@@ -13,20 +13,23 @@ import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.system.cables import UNDAMPED, Cables, Coordinates, Models, fixed_meshes
+from cablestudy.system.cables import HIGHEST_ORDER, UNDAMPED, Cables, Coordinates, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.damping import COUPLED, damping_ratios
 from cablestudy.system.linear import ReducedSystem
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
-PER_DIGIT, MORE_ORDERS = 0.9, 1.0  # orders of a cable's mesh, as in the refinement of one cable
-STEPS = np.array([8, 12, 16, 24, 32, 40])  # sums of orders to begin with: few, so that many cables share a mesh
-STEP, GROWTH = 2, 1.3  # orders added, and their growth, where a mesh is too coarse
-ALLOWED = 0.25  # share of the accuracy that what is left out of the coordinates may take
-MARGIN = 2.0  # modes are kept up to this multiple of the highest frequency
+PER_DIGIT = 0.9  # orders of a cable's mesh for each digit of the accuracy
+STEPS = np.array([6, 8, 10, 12, 14, 16, 20, 24, 32, 40])  # sums of orders to begin with: cables then share a mesh
+STEP, DIGITS = 2, 2.0  # orders that are added where a mesh is too coarse, and digits that they gain at least
+ALLOWED = 0.5  # share of the accuracy that what is left out of the coordinates may take
+POWER = 6  # of the highest frequency over the limit of the modes kept, to which the error by those left out grows
+MARGIN, SHARPER = 1.5, 0.2  # least such limit over the highest frequency; factor of accuracy^(-1/POWER)
 NEAR = 1.5  # multiple of the highest frequency up to which the first mode of a cable may be among those asked for
-WIDER = 1.5  # growth of that multiple where it does not suffice
+WIDER = 1.5  # growth of that multiple, and of limits, where it does not suffice
+LEAST_GROWTH, MOST_GROWTH, SAFETY = 1.15, 3.0, 1.1  # of a limit in one trial; factor on what its error calls for
+DAMPED = 3.0  # least multiple of the highest frequency up to which the finer model for damping keeps modes
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
 NOISE = 1e-12  # error of a frequency by rounding
@@ -352,24 +355,27 @@ class Search:
         for _ in range(LEVELS):
             models = models or Models(cables, cables.meshes(orders))
             solution = self._resolved(models, highest, limits)
-            limits, highest = solution.coordinates.limits, solution.omega[-1]
-            least = self._orders(highest)
-            if (least > orders).any():  # more waves than the first guess
-                orders, models = np.maximum(orders, least), None
-                continue
-            error = solution.error
+            limits, highest, error = solution.coordinates.limits, solution.omega[-1], solution.error
             if error.max() <= self.accuracy:
-                return self._finished(solution, error, partial(self._finer, orders, limits, error))
-            coarse = solution.unresolved.max(axis=1) > self.accuracy / cables.count
-            orders, models = np.where(coarse, GROWTH * orders + STEP, orders), None
+                return self._finished(solution, error, partial(self._finer, orders, limits, highest, error))
+            coarse = np.maximum(solution.unresolved.max(axis=1) * cables.count / self.accuracy, 1.0)
+            more = STEP * np.ceil(np.log10(coarse) / DIGITS) * np.ceil(orders / HIGHEST_ORDER)
+            finer = np.maximum(orders + more, self._orders(highest))
+            orders, models = np.where(coarse > 1, finer, orders), None
         raise ConvergenceError(
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: finer meshes of the cables do not help"
         )
 
-    def _finer(self, orders, limits, error):
+    def _finer(self, orders, limits, highest, error):
         """`CoupledModes` of a finer model with more modes of cables."""
         models = Models(self.cables, self.cables.meshes(orders + STEP))
-        return self._finished(self._modes(models, WIDER * limits), error)
+        limits = np.where(limits > 0, np.maximum(WIDER * limits, DAMPED * highest), 0.0)
+        return self._finished(self._modes(models, limits), error)
+
+    @property
+    def _margin(self):
+        """Multiple of the highest frequency up to which the modes of cables are kept at first. [-]"""
+        return max(MARGIN, SHARPER * self.accuracy ** (-1 / POWER))
 
     @property
     def first_meshes(self):
@@ -391,7 +397,7 @@ class Search:
     def _orders(self, highest):
         """Sum of orders along each cable from which waves up to a frequency are resolved to the accuracy."""
         waves = highest * self.cables.travel_time / np.pi
-        orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy) + MORE_ORDERS
+        orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy)
         steps = STEPS[np.minimum(np.searchsorted(STEPS, orders), len(STEPS) - 1)]
         return np.where(orders <= STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
@@ -400,7 +406,7 @@ class Search:
         first = np.pi / np.maximum(self.cables.travel_time, 1e-300)
         share = self.cables.mass.sum() / (self.cables.mass.sum() + np.sum(self.equilibrium.suspension.mass))
         far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
-        return np.where(far | ~self.cables.heavy, 0.0, MARGIN * highest)
+        return np.where(far | ~self.cables.heavy, 0.0, self._margin * highest)
 
     def _resolved(self, models, highest, limits):
         """The modes with so many coordinates that what these leave out is within the accuracy."""
@@ -415,9 +421,10 @@ class Search:
             if not few and omitted.sum(axis=0).max() <= allowed and (limits[near] >= highest).all():
                 return solution
             largest = omitted.max(axis=1, initial=0.0)
-            much = largest > allowed / (2 * max(1, np.count_nonzero(largest)))
-            limits = np.where(much, WIDER * limits, limits)
-            limits = np.where(much | near | (limits > 0), np.maximum(limits, MARGIN * highest), limits)
+            much = np.maximum(2 * largest * max(1, np.count_nonzero(largest)) / allowed, 1.0)
+            growth = np.clip(SAFETY * much ** (1 / POWER), LEAST_GROWTH, MOST_GROWTH)
+            limits = np.where(much > 1, growth * limits, limits)
+            limits = np.where((much > 1) | near | (limits > 0), np.maximum(limits, self._margin * highest), limits)
         raise ConvergenceError(
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables"
         )

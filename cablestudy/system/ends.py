@@ -41,7 +41,8 @@ class Ends:
         place : int
             Of the cable among many.
         """
-        omega, participation, stiffness, inertia = (part[place] for part in self._undamped)
+        omega, coupling, stiffness, inertia = (part[place] for part in self._undamped)
+        participation = -(omega[:, None] ** 2) * coupling
         viscous = damping.viscous / float(self._dynamics.mass[place])
         if damping.model == "modal":
             ratio = np.full(len(omega), damping.ratio)
@@ -91,10 +92,10 @@ class Ends:
         """Of the modes of all cables, shape (..., n). [rad/s]"""
         return self._undamped[0]
 
-    @cached_property
+    @property
     def coupling(self):
         """See `Superelement`, shape (..., n, 6). [sqrt(kg)]"""
-        return -self._undamped[1] / self._undamped[0][..., None] ** 2
+        return self._undamped[1]
 
     @property
     def stiffness(self):
@@ -148,19 +149,22 @@ class Ends:
 
     @cached_property
     def _undamped(self):
-        """Angular frequencies, participation, static stiffness and inertia, as in `Superelement`."""
+        """Angular frequencies, coupling, static stiffness and inertia, as in `Superelement`."""
         dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
-        second, whole = modes.participation @ frame, modes.rigid_participation @ frame
-        static, inertia = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame, np.zeros(turn.shape)
+        *lead, _, _, count = modes.shapes.shape
+        coupling, inertia = np.zeros((*lead, count, 6)), np.zeros(turn.shape)
         for system, places, both in self._static_shapes:
-            products = joined(both).swapaxes(-1, -2) @ joined(system.inertia(both))
-            inertia[..., np.array(places)[:, None], places] = products
-        inertia *= np.asarray(dynamics.mass * dynamics.length)[..., None, None]
+            weighed = joined(system.inertia(both))
+            shapes = joined(modes.shapes[..., system.axes, :])
+            coupling[..., places] = shapes.swapaxes(-1, -2) @ weighed
+            inertia[..., np.array(places)[:, None], places] = joined(both).swapaxes(-1, -2) @ weighed
+        mass = np.asarray(dynamics.mass * dynamics.length)[..., None, None]
+        static = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame
         return (
             2 * np.pi * modes.frequency,
-            np.concatenate([whole - second, second], axis=-1),
+            mass * coupling @ turn,
             np.block([[static, -static], [-static, static]]),
-            turn.swapaxes(-1, -2) @ inertia @ turn,
+            turn.swapaxes(-1, -2) @ (mass * inertia) @ turn,
         )
 
     @cached_property

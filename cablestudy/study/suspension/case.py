@@ -140,7 +140,9 @@ class Group:
             many = max(1, TOGETHER // cables)
             block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
             alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
-            catenary = self.equilibrium.catenary.take((np.repeat(alike, cables), np.tile(np.arange(cables), len(alike))))
+            catenary = self.equilibrium.catenary.take(
+                (np.repeat(alike, cables), np.tile(np.arange(cables), len(alike)))
+            )
             damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]
             equilibria = [self.take(i) for i in alike]
             found = coupled_modes_of_cases(equilibria, catenary, count, scene.model.accuracy or 1.0, damping)

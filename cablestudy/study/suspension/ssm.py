@@ -133,17 +133,19 @@ def choose(scene, options, highest=None):
     if options.error is not None:
         return _fewest(case, options.error, pair, highest)
     if options.upto:
-        found = case.modes_up_to(options.limit).damped
-        return SuspensionChoice(case, found, linear_model(case, found), found.up_to(options.limit), pair, highest)
+        found = case.modes_up_to(options.limit)
+        return SuspensionChoice(
+            case, found, linear_model(case, found.damped), found.up_to(options.limit), pair, highest
+        )
     size = MOST_MODES if scene.model.elements is not None else options.count or DEFAULT_MODES
-    found = case.modes(size).damped
+    found = case.modes(size)
     if options.count is not None and len(found) < options.count:
         raise SceneError(f"--modes {options.count}: the model has {len(found)} modes")
     while options.count is None and highest and len(found) == size < RESPONSE_MODES and found.frequency[-1] < highest:
         size *= 2
-        found = case.modes(size).damped
+        found = case.modes(size)
     return SuspensionChoice(
-        case, found, linear_model(case, found), np.arange(len(found))[: options.count], pair, highest
+        case, found, linear_model(case, found.damped), np.arange(len(found))[: options.count], pair, highest
     )
 
 
@@ -152,10 +154,10 @@ def _fewest(case, error, pair, highest):
     size, before = MOST_MODES if case.scene.model.elements is not None else DEFAULT_MODES, ""
     while True:
         try:
-            found = case.modes(size).damped
+            found = case.modes(size)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{before}{failure}") from None
-        whole = linear_model(case, found)
+        whole = linear_model(case, found.damped)
         names = whole.inputs[pair[1]][0], whole.outputs[pair[0]][0]
         share, allowed = whole.inertia_share(*pair), np.arange(len(found))
         try:
