@@ -72,19 +72,17 @@ class Group:
     ----------
     places : ndarray of int, shape (g,)
         Which of the cables.
-    state : State
     ends : Ends
     """
 
     places: np.ndarray
-    state: object
     ends: Ends
 
     def take(self, first, count):
         """Those among the `count` cables from number `first` on, which are counted from zero then; None without any."""
         begin, end = np.searchsorted(self.places, [first, first + count]).tolist()
         rows = slice(begin, end)
-        return Group(self.places[rows] - first, self.state.take(rows), self.ends.take(rows)) if end > begin else None
+        return Group(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
 
     def reduced(self, limits):
         """The coordinates of these cables, `Reduced`, for limits of all cables (see `Models.coordinates`)."""
@@ -363,7 +361,7 @@ class Models:
                 state = equilibrium.from_catenary(catenary, mesh)
             dynamics = Dynamics(state)
             count = min(dynamics.dof, MAX_MODES)
-            found.append(Group(np.array(places), state, Ends(dynamics, catenary.span.frame, count)))
+            found.append(Group(np.array(places), Ends(dynamics, catenary.span.frame, count)))
         return found
 
     @cached_property
@@ -468,7 +466,7 @@ class Models:
         chords = (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
         found = [(chord, moved.reshape(2, 3, -1)) for chord, moved in zip(chords, ends, strict=True)]
         for group, moving in zip(self.groups, amplitudes, strict=True):
-            state, frame = group.state, group.state.span.frame
+            state, frame = group.ends.state, group.ends.state.span.frame
             moved = group.ends.motion(moving, ends[group.places])
             straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])
             stretch = 1 + state.span.chord_strain
@@ -493,7 +491,7 @@ class Models:
         """
         found = np.zeros((len(ends), 3, ends.shape[-1]))
         for group, moving in zip(self.groups, amplitudes, strict=True):
-            span, state = group.state.span, group.state
+            span, state = group.ends.state.span, group.ends.state
             moved = group.ends.motion(moving, ends[group.places])
             mass = (span.mass * span.unstretched_length)[:, None, None]
             weight = state.mesh.node_weights[:, None]

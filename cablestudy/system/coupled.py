@@ -110,8 +110,8 @@ class Layout:
         -------
         LinearSystem
         """
-        stiffness = self.of_bodies(self.geometric_stiffness)
-        return assemble(elements, self.moved, self.of_bodies(self.mass), imposed, stiffness)
+        stiffness, mass = self._own
+        return assemble(elements, self.moved, mass, imposed, stiffness)
 
     def reduced(self, coordinates):
         """`ReducedSystem` with some `Coordinates` of the cables."""
@@ -120,9 +120,14 @@ class Layout:
 
     def without_modes(self, stiffness, inertia):
         """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (c, 6, 6)."""
-        stiffness = self._of_cables(stiffness) + self.of_bodies(self.geometric_stiffness)
-        inertia = self._of_cables(inertia) + self.of_bodies(self.mass)
+        own_stiffness, own_mass = self._own
+        stiffness, inertia = self._of_cables(stiffness) + own_stiffness, self._of_cables(inertia) + own_mass
         return ReducedSystem(np.zeros(0), np.zeros((0, len(self.free))), inertia, stiffness)
+
+    @cached_property
+    def _own(self):
+        """Stiffness and mass matrix of the bodies without cables, for the free displacements, shape (d, d) both."""
+        return self.of_bodies(self.geometric_stiffness), self.of_bodies(self.mass)
 
     def _of_cables(self, matrices):
         """Sum over the cables of matrices of their six ends, for the free displacements, shape (d, d)."""

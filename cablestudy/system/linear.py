@@ -378,9 +378,10 @@ def _cholesky(stiffness):
 
 
 def _solve_lower(lower, right, transposed=False):
-    from scipy.linalg import solve_triangular
+    """lower^-1 right, or lower^-T right, for a lower triangular matrix."""
+    from scipy.linalg.lapack import dtrtrs
 
-    return solve_triangular(lower, right, lower=True, trans=int(transposed), check_finite=False)
+    return dtrtrs(lower, right, lower=1, trans=int(transposed))[0] if right.size else right
 
 
 def _factors(stiffness):
