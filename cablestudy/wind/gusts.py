@@ -71,6 +71,14 @@ class Gusts:
         parts = response.real, response.imag
         return speed[:, None] * sum(((covariance @ part) * part).sum(axis=1) for part in parts)
 
+    def own(self, frequency):
+        """Spectrum of the force on each coordinate at a frequency of its own [Hz], shape (m,), without admittance."""
+        wind, count, bodies = self.wind, self.forces.shape[-1], 3 * len(self.areas)
+        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed, np.arange(count + bodies))
+        onto = np.concatenate([np.eye(count), (self.directions @ self.forces).reshape(bodies, count)])
+        speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
+        return speed * ((covariance @ onto.T[:, :, None])[..., 0] * onto.T).sum(axis=1)
+
     def _covariance(self, kappa, kept):
         """Covariance of the forces of the cables on the coordinates and of the components of speed at the bodies.
 

@@ -14,7 +14,7 @@ from cablestudy.study.suspension.numbers import distribution_of, numbers_of, top
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.descent import REASONS, some
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import cross_matrix
@@ -26,6 +26,7 @@ HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero
 MOST_MODES = 400  # that are searched for the K-th mode of a body
 EPSILON = 4e-16  # rounding of one number
 FIRST = 12  # modes computed at first for all up to a frequency
+TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
 MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
 
 
@@ -97,7 +98,8 @@ class Group:
     """
 
     def __init__(self, scenes):
-        numbers, self.problems, self._scenes = numbers_of(scenes), [""] * len(scenes), scenes
+        numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
+        self._scenes, self._modes = scenes, {}
         if scenes[0].solve_for == "lengths":
             self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
@@ -138,16 +140,42 @@ class Group:
         """The `Equilibrium` of one case."""
         return _one(self.equilibrium, place)
 
+    def modes(self, place, count):
+        """The lowest `CoupledModes` of a case without failure, with those of its neighbours.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        if (place, count) not in self._modes:
+            scene, cables = self._scenes[place], len(self.cable_places)
+            many = max(1, TOGETHER // cables)
+            block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
+            alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
+            catenary = self.equilibrium.catenary.take(
+                (np.repeat(alike, cables), np.tile(np.arange(cables), len(alike)))
+            )
+            damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]
+            equilibria = [self.take(i) for i in alike]
+            found = coupled_modes_of_cases(equilibria, catenary, count, scene.model.accuracy or 1.0, damping)
+            self._modes.update(((i, count), modes) for i, modes in zip(alike, found, strict=True))
+        found = self._modes[place, count]
+        if isinstance(found, Exception):
+            raise found
+        return found
+
 
 def _one(batch, place):
     """One case of an `Equilibrium`."""
-    return Equilibrium(
+    one = Equilibrium(
         batch.suspension.take(place),
         batch.position[place],
         batch.rotation[place],
         batch.catenary.take(place),
         some(batch.record, place),
     )
+    one.__dict__["blocks"] = batch.blocks.of(place)
+    return one
 
 
 def _formed(numbers):
@@ -321,9 +349,11 @@ class SuspensionCase:
         known = [modes for asked, modes in self._modes.items() if asked >= count]
         if known:
             return known[0]
-        damping = [cable.damping for cable in self.scene.cables.values()]
-        accuracy = self.scene.model.accuracy or 1.0
-        self._modes[count] = coupled_modes(self.equilibrium, count, accuracy, damping, self.model)
+        if self.model is None:
+            self._modes[count] = self.group.modes(self.place, count)
+        else:
+            damping = [cable.damping for cable in self.scene.cables.values()]
+            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self.model)
         return self._modes[count]
 
     def modes_up_to(self, frequency):

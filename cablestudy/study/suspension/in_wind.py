@@ -6,10 +6,9 @@ import numpy as np
 
 from cablestudy.control.pose_margins import largest_gain
 from cablestudy.study.suspension.movement import Movement
-from cablestudy.study.suspension.response import FEWER, Response
+from cablestudy.study.suspension.response import ACCURACY, CLOSED, FEWER, OPEN, Response
 
-COUNTS = (40, 64, 100, 160)  # modes of the models that are tried
-ACCURACY = 1e-4  # where the scene has a fixed model
+COUNTS = (48, 80, 130)  # modes of the models that are tried
 
 
 class InWind:
@@ -45,15 +44,12 @@ class InWind:
         """
         for count in COUNTS:
             movement = self._movement(count)
-            movement.check_stable()
             response = Response(movement) if self._drag is not None else None
-            error = self._gain_error(movement)
-            if response is not None:
-                found = response.closed
-                moving = found.largest > 0
-                error = np.append((found.error[moving] / found.largest[moving]) / 2, error)
-            if np.nan_to_num(error).max(initial=0.0) <= self._accuracy or len(movement.modes) < count:
+            if response is None or len(movement.modes) < count:
                 break
+            if movement.stable and response.moving_error <= 2 * self._accuracy:
+                break
+        movement.check_stable()
         return movement, response
 
     @property
@@ -88,10 +84,10 @@ class InWind:
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held."""
-        found = self.response.open if open_loop else self.response.closed
-        rows = [self.response.rows[name] for name in names if name in self.response.rows]
-        total, value = getattr(found, variance)[rows].sum(), found.value[rows].sum()
-        return np.sqrt(total), found.error[rows].sum() / (2 * value) if value > 0 else 0.0
+        found, state = self.response.of(names[0]), OPEN if open_loop else CLOSED
+        rows = [found.rows[name] for name in names if name in found.rows]
+        total, value = getattr(found, variance)[state, rows].sum(), found.value[state, rows].sum()
+        return np.sqrt(total), found.error[state, rows].sum() / (2 * value) if value > 0 else 0.0
 
     def mean_displacement(self, name):
         """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""

@@ -104,7 +104,7 @@ class Movement:
     def __init__(self, scene, equilibrium, drag=None, modes=FEWEST, accuracy=1e-4, model=None):
         self.scene, self.equilibrium, self.drag = scene, equilibrium, drag
         damping = [cable.damping for cable in scene.cables.values()]
-        self.modes = coupled_modes(equilibrium, modes, accuracy, damping, model)
+        self.modes = coupled_modes(equilibrium, modes, accuracy, damping, model).damped
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
@@ -276,6 +276,23 @@ class Movement:
         """See `pose_margins.single_limits`, by the name of the measured coordinate: dict."""
         return dict(zip(self.measured, single_limits(self.loop).tolist(), strict=True))
 
+    @property
+    def stable(self):
+        """Whether no motion grows, with the winches at rest and with the loop."""
+        loop = self.loop
+        if loop is None:
+            return self._at_rest.growing is None
+        return self._at_rest.growing is None and (not loop.gain or loop.growing is None)
+
+    @cached_property
+    def _at_rest(self):
+        return PoseLoop(self.motion, None, 0.0, ())
+
+    @property
+    def open_poles(self):
+        """Eigenvalues with the winches at rest. [rad/s]"""
+        return self._at_rest.poles
+
     def check_stable(self):
         """Refuse what grows.
 
@@ -284,8 +301,7 @@ class Movement:
         NoSolutionError
             With the motion that grows, and why.
         """
-        loop = self.loop
-        open_loop = PoseLoop(self.motion, None, 0.0, ()) if loop is None else loop.with_gain(0.0)
+        loop, open_loop = self.loop, self._at_rest
         if (pole := open_loop.growing) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
             raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, open_loop)}")
