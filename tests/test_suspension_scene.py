@@ -499,7 +499,21 @@ def test_each_mistake_is_one_line_at_its_place(what):
     ("option", "line"),
     [
         ("cables.n.preload=30 TN", "--set cables.n.preload: 3e+13 N is 2.18e+07 times the elastic modulus"),
-        ("cables.q.preload=3", "--set cables.q.preload: cables.q: missing key: from"),
+        ("cables.q.preload=3", "--set cables.q.preload: unknown cable q (allowed: n, s, v, w)"),
+        ("cables.q.diameter=null", "--set cables.q.diameter: unknown cable q (allowed: n, s, v, w)"),
+        ("cables.q.damping.ratio=0", "--set cables.q.damping.ratio: unknown cable q (allowed: n, s, v, w)"),
+        ("cables.q.from=north", "--set cables.q.from: cables.q: missing key: to"),
+        ("cables.q={preload: 3}", "--set cables.q: missing key: from"),
+        ("bodies.gondla.mass=3", "--set bodies.gondla.mass: unknown body gondla (did you mean gondola?)"),
+        ("points.nort.2=3", "--set points.nort.2: unknown point nort (did you mean north?)"),
+        (
+            "bodies.gondola.attachments.c.0=3",
+            "--set bodies.gondola.attachments.c.0: unknown attachment c (allowed: a, b)",
+        ),
+        (
+            "bodies.gondola.markers.focus.0=3",
+            "--set bodies.gondola.markers.focus.0: unknown marker focus (there is none)",
+        ),
         ("cables.n.to=knott", '--set cables.n.to: unknown end "knott" (did you mean knot?)'),
         ("points.north.3=3", "--set points.north.3: points.north has 3 item(s), counted from 0: there is no item 3"),
         ("bodies.gondola.mass=3 m", "--set bodies.gondola.mass: expected a mass in kg"),
@@ -509,6 +523,29 @@ def test_each_mistake_is_one_line_at_its_place(what):
 )
 def test_a_bad_set_option(option, line):
     assert mistakes_of(GOOD, option)[0].startswith(line)
+
+
+def test_a_name_that_a_study_misspells_is_suggested_at_its_place():
+    Path("s.yaml").write_text(GOOD, encoding="utf-8")
+    text = "base: s.yaml\nset: {bodies.gondla.mass: 3}\nvary: [{cables.nn.sag: [1, 2]}, {points.nort.2: [5, 6]}]\n"
+    Path("study.yaml").write_text(f"{text}columns: [max_tension]\n", encoding="utf-8")
+    assert run("sweep", "study.yaml", code=2).lines == [
+        "study.yaml:2:27: bodies.gondla.mass: unknown body gondla (did you mean gondola?)"
+    ]
+    Path("study.yaml").write_text(f"{text.replace('gondla', 'gondola')}columns: [max_tension]\n", encoding="utf-8")
+    assert run("validate", "study.yaml", code=2).lines == [
+        "study.yaml:3:25: cables.nn.sag: unknown cable nn (did you mean n?)",
+        "study.yaml:3:28: cables.nn.sag: unknown cable nn (did you mean n?)",
+        "study.yaml:3:50: points.nort.2: unknown point nort (did you mean north?)",
+        "study.yaml:3:53: points.nort.2: unknown point nort (did you mean north?)",
+    ]
+
+
+def test_dotted_keys_may_add_what_is_new():
+    new = ("cables.x.from=[3, 0, 60]", "cables.x.to=knot", "cables.x.sag=1", "bodies.gondola.markers.focus=[0, 0, -1]")
+    scene = scene_of(GOOD, *new, "points.east.at=[9, 0, 0]")
+    assert (scene.cables["x"].stated, scene.cables["x"].ends) == ("sag", ((3, 0, 60), "knot"))
+    assert (scene.bodies["gondola"].markers, scene.points["east"].at) == ({"focus": (0, 0, -1)}, (9, 0, 0))
 
 
 def test_the_first_hundred_mistakes_of_a_large_file_are_shown_quickly():
@@ -709,10 +746,9 @@ def test_a_net_is_what_its_script_writes_and_loads_in_reasonable_time():
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1), 1, rtol=1e-15)
 
 
-@pytest.mark.parametrize("command", ["windrms", "trade"])
-def test_commands_for_one_cable_refuse_a_suspension(command):
+def test_a_command_for_one_cable_refuses_a_suspension():
     Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    outcome = run(command, "s.yaml", code=2)
+    outcome = run("windrms", "s.yaml", code=2)
     assert outcome.lines == ["s.yaml:12:1: a suspension: this command takes a scene of one cable"]
     assert outcome.out == ""
 
