@@ -116,16 +116,19 @@ class Layout:
         """Displacements of the six ends of each cable, shape (c, 6, r), for free ones of shape (d, r)."""
         return (self.moved @ displacements).reshape(-1, 6, displacements.shape[-1])
 
+    def displaced(self, displacements):
+        """Displacements of all bodies, held ones too, shape (b, 6, r), for free ones of shape (d, r)."""
+        whole = np.zeros((6 * len(self.equilibrium.suspension.body_names), displacements.shape[-1]))
+        whole[self.free] = displacements
+        return whole.reshape(-1, 6, displacements.shape[-1])
+
     def kinetic(self, displacements):
         """Share of each body's displacements in the kinetic energy of mass-normalised motions, shape (b, 6, r). [-]
 
         x y z of the center of mass, then the rotations about the body's axes.
         """
         suspension, rotation = self.equilibrium.suspension, self.equilibrium.rotation
-        count = displacements.shape[-1]
-        whole = np.zeros((6 * len(suspension.body_names), count))
-        whole[self.free] = displacements
-        whole = whole.reshape(-1, 6, count)
+        whole = self.displaced(displacements)
         arm = cross_matrix((rotation * suspension.center[..., None, :]).sum(axis=-1))
         center = whole[:, :3] - arm @ whole[:, 3:]
         turned = np.swapaxes(rotation, -1, -2) @ whole[:, 3:]
