@@ -503,6 +503,7 @@ def test_each_mistake_is_one_line_at_its_place(what):
         ("cables.q.damping.ratio=0", "--set cables.q.damping.ratio: unknown cable q (allowed: n, s, v, w)"),
         ("cables.q.from=north", "--set cables.q.from: cables.q: missing key: to"),
         ("cables.q={preload: 3}", "--set cables.q: missing key: from"),
+        ("actuators.m.mass=3", "--set actuators.m.mass: unknown actuator m (there is none)"),
         ("bodies.gondla.mass=3", "--set bodies.gondla.mass: unknown body gondla (did you mean gondola?)"),
         ("points.nort.2=3", "--set points.nort.2: unknown point nort (did you mean north?)"),
         (

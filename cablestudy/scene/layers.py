@@ -29,6 +29,7 @@ NAMED = {
     ("cables",): ("cable", ("from", "to")),
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),
+    ("actuators",): ("actuator", ("axis",)),
     ("bodies", "*", "attachments"): ("attachment", ()),
     ("bodies", "*", "markers"): ("marker", ()),
 }

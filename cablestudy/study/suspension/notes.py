@@ -53,7 +53,20 @@ def _of_modes(modes):
         reasons.setdefault(cable.reason, []).append(cable.name)
     for reason, names in list(reasons.items())[:LISTED]:
         yield f"{first_of(names, LISTED)}: {reason}"
+    yield from _of_modal_damping(modes.solution.models)
     for first, last in modes.coincident[:LISTED]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > LISTED:
         yield f"and {len(modes.coincident) - LISTED} more runs of modes that coincide"
+
+
+def _of_modal_damping(models):
+    """Why damping ratios depend on the models of cables with modal damping."""
+    pairs = zip(models.elements, models.cables.damping, strict=True)
+    counts = {len(one.omega) for one, damping in pairs if damping.model == "modal" and damping.ratio and len(one.omega)}
+    if counts:
+        number = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
+        yield (
+            f"damping ratios: modal damping acts on each mode of a cable, {number} of each here, and the ratio of a "
+            f"motion of its ends grows with their number without limit; hysteretic, kelvin_voigt and viscous do not"
+        )
