@@ -56,7 +56,7 @@ def test_notes_tell_of_how_many_modes_the_damping_is():
     (line,) = [
         line for line in run("modes", scene, "--explain", "--set", "model.elements=9").lines if "damping" in line
     ]
-    assert line.startswith("damping ratios: modal damping acts on each mode of a cable, 24 of each here, ")
+    assert line.startswith("damping ratios: modal damping grows with the number of modes, 24 of each cable here: ")
     for damping in ("{model: hysteretic, loss_factor: 0.02}", "{model: modal, ratio: 0, viscous: 0.01}"):
         lines = run("modes", scene, "--explain", "--set", f"cable.damping={damping}").lines
         assert not [line for line in lines if "damping" in line]

@@ -67,6 +67,6 @@ def _of_modal_damping(models):
     if counts:
         number = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
         yield (
-            f"damping ratios: modal damping acts on each mode of a cable, {number} of each here, and the ratio of a "
-            f"motion of its ends grows with their number without limit; hysteretic, kelvin_voigt and viscous do not"
+            f"damping ratios: modal damping grows with the number of modes, {number} of each cable here: take "
+            "hysteretic, kelvin_voigt or viscous"
         )
