@@ -148,17 +148,14 @@ def test_a_knot_on_two_lines_is_where_statics_by_hand_puts_it():
     assert row["z_m"] == pytest.approx(2 - math.sqrt(chord**2 - 4), abs=chord * (lines / tension) ** 2 / 24 * 2)
 
 
-def test_an_unstable_suspension_has_no_answer_and_its_motion_is_named():
-    outcome = run("static", scene(TOPPLES), code=3)
-    assert outcome.err == "scene.yaml: unstable: gondola roll\n"
-    assert outcome.out == ""
-    assert run("modes", "scene.yaml", code=3).err == outcome.err
-
-
-def test_a_mechanism_is_named():
-    # all cables at one attachment, which is the center of mass: it may turn as it likes
-    text = TOPPLES.replace("center_of_mass: [0, 0, 30 m]", "center_of_mass: [0, 0, 0]")
-    assert run("static", scene(text), code=3).err == "scene.yaml: nothing holds gondola roll\n"
+@pytest.mark.parametrize(
+    ("center", "reason"),  # all cables are at one attachment: the gondola may turn about it as it likes
+    [("30 m", "unstable: gondola roll"), ("0", "nothing holds gondola roll")],
+)
+@pytest.mark.parametrize("command", ["static", "modes"])
+def test_what_does_not_stand_has_no_answer_and_its_motion_is_named(command, center, reason):
+    outcome = run(command, scene(TOPPLES.replace("30 m", center)), code=3)
+    assert (outcome.err, outcome.out) == (f"scene.yaml: {reason}\n", "")
 
 
 # ------------------------------------------------------------------------------------------------------------- modes
