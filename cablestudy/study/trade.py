@@ -161,7 +161,7 @@ def _why_no_reference(scene, column):
 
 def _converged(levels, column, exact_value):
     """Estimated error of a value that moves, the value, and its model: where two successive levels differ least."""
-    steps, before, failure = [], None, "none"
+    steps, before, failure = [], None, "no two models have a value"
     for note, case in levels:
         try:
             now, own = exact_value(column, case)
@@ -173,7 +173,7 @@ def _converged(levels, column, exact_value):
             steps.append((difference, max(difference, own), now, note))
             if difference <= AGREED or min(steps)[0] < min(difference, ROUNDED):
                 break
-        before, failure = (now,), "none"
+        before = (now,)
     if not steps:
         raise ConvergenceError(f"no reference: {failure}")
     difference, *best = min(steps)
