@@ -1,7 +1,7 @@
 """The loop of several winches that hold the pose of a body.
 
-Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A of
-the static gain G from winches to pose; the winches integrate:
+Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A
+of the static gain G from winches to pose; the winches integrate:
 
     v' = -gain A N(s) y,        A = W^-1 G^T (G W^-1 G^T)^+
 
@@ -103,17 +103,28 @@ class PoseLoop:
         """The same loop with another gain. [rad/s]"""
         return replace(self, gain=gain)
 
+    def some(self, count):
+        """The same with fewer coordinates, see `Motion.some`."""
+        motion = self.motion.some(count)
+        strokes = len(motion) - count
+        measured = self.allocation.measured
+        measured = np.concatenate([measured[:, :count], measured[:, measured.shape[1] - strokes :]], axis=1)
+        return replace(self, motion=motion, allocation=replace(self.allocation, measured=measured))
+
     def filters(self, s):
         """N_j(s), shape (f, k)."""
         ones = np.ones(len(s), dtype=complex)
         return np.stack([ones if notch is None else notch(s) for notch in self.notches], axis=1)
 
+    def winch_gain(self, s):
+        """v per measured coordinate, -gain/s A N(s), shape (f, i, k)."""
+        return -(self.gain / s)[:, None, None] * (self.allocation.shares * self.filters(s)[:, None, :])
+
     def winch_response(self, s):
-        """v per coordinate, -gain/s A N(s) P, shape (f, i, m)."""
+        """v per coordinate, shape (f, i, m)."""
         if not self.gain:
             return np.zeros((len(s), self.motion.driven[0].shape[1], len(self.motion)))
-        shares = self.allocation.shares * self.filters(s)[:, None, :]
-        return -(self.gain / s)[:, None, None] * (shares @ self.allocation.measured)
+        return self.winch_gain(s) @ self.allocation.measured
 
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates with the loop closed, shape (f, m, m)."""
@@ -152,10 +163,18 @@ class PoseLoop:
 
 
 def growing(poles):
-    """The pole that grows most relative to its size, or None where none grows."""
-    growth = poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
-    grows = poles[growth > 0]
-    return complex(grows[np.argmax(grows.real / np.abs(grows))]) if len(grows) else None
+    """The pole that grows most, or None where none grows."""
+    growth = _growths(poles)
+    return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
+
+
+def growth_of(poles):
+    """Largest growth of some poles, positive where one grows. [1/s]"""
+    return float(_growths(poles).max())
+
+
+def _growths(poles):
+    return poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
 
 
 def first_order(motion, allocation=None, notches=()):

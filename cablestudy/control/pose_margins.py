@@ -6,8 +6,9 @@ eigenvalues of the closed loop beside them decide.
 """
 
 import numpy as np
+from scipy.optimize import brentq
 
-from cablestudy.control.pose_loop import growing
+from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
 
 PER_DECADE = 40
@@ -30,12 +31,14 @@ def grid(loop):
     return np.unique(np.concatenate([decades, (centre[:, None] + steps).ravel()]))
 
 
-def largest_gain(loop):
+def largest_gain(loop, near=None):
     """The least gain at which the loop is unstable; None where there is none.
 
     Parameters
     ----------
     loop : PoseLoop
+    near : float, optional
+        About where it is, when that is known. [rad/s]
 
     Returns
     -------
@@ -48,7 +51,9 @@ def largest_gain(loop):
         The suspension is unstable with the winches at rest.
     """
     fixed, scaled = loop.matrices
-    found = limit(fixed, scaled.sum(axis=0), lambda omega: np.linalg.eigvals(loop.unit_gain(1j * omega)), grid(loop))
+    known = [] if near is None else [near]
+    candidates = known or _candidates(np.linalg.eigvals(loop.unit_gain(1j * grid(loop))))
+    found = limit(fixed, scaled.sum(axis=0), candidates)
     if found == 0:
         raise NoSolutionError("the suspension is unstable with its winches at rest")
     return found
@@ -61,44 +66,42 @@ def single_limits(loop):
     -----
     With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
     """
-    omega, (fixed, scaled), found = grid(loop), loop.matrices, []
+    (fixed, scaled), found = loop.matrices, []
+    sensitivity = loop.sensitivity(1j * grid(loop))
     for place, own in enumerate(scaled):
-
-        def alone(omega, place=place):
-            return (1 / loop.sensitivity(1j * omega)[:, place, place] - 1)[:, None]
-
+        candidates = _candidates((1 / sensitivity[:, place, place] - 1)[:, None])
         others = fixed + loop.gain * (scaled.sum(axis=0) - own)
-        factor = limit(others, loop.gain * own, alone, omega)
+        factor = limit(others, loop.gain * own, candidates)
         found.append(np.inf if factor is None else factor)
     return np.array(found)
 
 
-def limit(fixed, scaled, eigenvalues, omega):
+def limit(fixed, scaled, candidates):
     """The least factor above which fixed + factor scaled has a growing eigenvalue; None where there is none, 0 where
     `fixed` has one.
 
     Parameters
     ----------
     fixed, scaled : ndarray, shape (N, N)
-    eigenvalues : callable
-        Frequencies, shape (f,) [rad/s] -> eigenvalues of the loop gain over the factor, shape (f, k).
-    omega : ndarray
-        Frequencies, ascending. [rad/s]
+    candidates : list of float
+        Ascending.
     """
-    if growing(np.linalg.eigvals(fixed)) is not None:
+
+    def growth(factor):
+        return growth_of(np.linalg.eigvals(fixed + factor * scaled))
+
+    if growth(0.0) > 0:
         return 0.0
-    with np.errstate(all="ignore"):
-        values = eigenvalues(omega)
-    for gain in _candidates(values):
-        low, high = (1 - BESIDE) * gain, (1 + BESIDE) * gain
-        if growing(np.linalg.eigvals(fixed + high * scaled)) is not None:
-            stable = growing(np.linalg.eigvals(fixed + low * scaled)) is None
-            return _bisected(fixed, scaled, *((low, high) if stable else (0.0, low)))
+    for factor in candidates:
+        low, high = (1 - BESIDE) * factor, (1 + BESIDE) * factor
+        if growth(high) > 0:
+            low, high = (low, high) if growth(low) <= 0 else (0.0, low)
+            return brentq(growth, low, high, xtol=SETTLED * high, rtol=SETTLED)
     return None
 
 
 def _candidates(values):
-    """Factors at which an eigenvalue of the loop gain crosses the negative real axis between two frequencies, ascending.
+    """Factors at which an eigenvalue of the loop gain crosses the negative real axis, ascending.
 
     Parameters
     ----------
@@ -114,17 +117,6 @@ def _candidates(values):
     share = before.imag / np.where(before.imag != after.imag, before.imag - after.imag, 1.0)
     real = before.real + share * (after.real - before.real)
     return np.sort(-1 / real[real < 0]).tolist()
-
-
-def _bisected(fixed, scaled, low, high):
-    """The factor between a stable and an unstable one at which the system becomes unstable."""
-    while high - low > SETTLED * high:
-        middle = (low + high) / 2
-        if growing(np.linalg.eigvals(fixed + middle * scaled)) is None:
-            low = middle
-        else:
-            high = middle
-    return (low + high) / 2
 
 
 def sensitivity_peak(loop):

@@ -75,16 +75,12 @@ def actuators_of(scene):
         axis = np.array(table.axis) / np.sqrt(sum(part * part for part in table.axis))
         corner = TURN * (table.high_pass or 0.0)
         if isinstance(table, ReactionWheel):
-            wheel = Actuator(name, True, body, np.zeros(3), axis, table.inertia, corner=corner)
-            wheel = Actuator(**{**vars(wheel), "velocity_gain": table.rate_gain})
-            found.append(wheel)
-            continue
-        found.append(
-            Actuator(
-                name, False, body, np.array(table.at), axis, table.mass, TURN * table.frequency, table.damping_ratio,
-                table.velocity_gain, table.position_gain, corner,
-            )  # fmt: skip
-        )
+            gain = table.rate_gain
+            one = Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=gain, corner=corner)
+        else:
+            spring, gains = (TURN * table.frequency, table.damping_ratio), (table.velocity_gain, table.position_gain)
+            one = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
+        found.append(one)
     return found
 
 
@@ -108,7 +104,7 @@ class Movement:
     def __init__(self, scene, equilibrium, drag=None, modes=FEWEST, accuracy=1e-4, model=None):
         self.scene, self.equilibrium, self.drag = scene, equilibrium, drag
         damping = [cable.damping for cable in scene.cables.values()]
-        self.modes = coupled_modes(equilibrium, modes, accuracy, damping, model)
+        self.modes = coupled_modes(equilibrium, modes, accuracy, damping, model).damped
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
@@ -140,9 +136,8 @@ class Movement:
             return None, 0.0
         _, shapes = self._basis
         along = strips(self.modes.solution, self.layout, shapes, self.drag)
-        speed = np.sqrt((self.drag.velocity**2).sum())
-        equal = self.drag.velocity / speed
-        own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ equal[:, None])[..., 0]
+        along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
+        own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ along_wind[:, None])[..., 0]
         scene, names = self.scene, self.equilibrium.suspension.body_names
         areas = np.zeros(len(names))
         for place, name in enumerate(names):
@@ -281,6 +276,23 @@ class Movement:
         """See `pose_margins.single_limits`, by the name of the measured coordinate: dict."""
         return dict(zip(self.measured, single_limits(self.loop).tolist(), strict=True))
 
+    @property
+    def stable(self):
+        """Whether no motion grows, with the winches at rest and with the loop."""
+        loop = self.loop
+        if loop is None:
+            return self._at_rest.growing is None
+        return self._at_rest.growing is None and (not loop.gain or loop.growing is None)
+
+    @cached_property
+    def _at_rest(self):
+        return PoseLoop(self.motion, None, 0.0, ())
+
+    @property
+    def open_poles(self):
+        """Eigenvalues with the winches at rest. [rad/s]"""
+        return self._at_rest.poles
+
     def check_stable(self):
         """Refuse what grows.
 
@@ -289,8 +301,7 @@ class Movement:
         NoSolutionError
             With the motion that grows, and why.
         """
-        loop = self.loop
-        open_loop = PoseLoop(self.motion, None, 0.0, ()) if loop is None else loop.with_gain(0.0)
+        loop, open_loop = self.loop, self._at_rest
         if (pole := open_loop.growing) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
             raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, open_loop)}")
