@@ -40,7 +40,7 @@ def test_modes_that_are_left_out_leave_their_damping(share):
     models = Models(cables, cables.meshes(np.full(cables.count, 24.0)))
 
     def ratios(limit):
-        system = layout.system([one.element for one in models.keep(np.full(cables.count, limit))])
+        system = layout.system([one.element for one in models.coordinates(np.full(cables.count, limit)).kept])
         omega, shapes = system.lowest(6)
         return omega, damping_ratios(system, omega, shapes)
 

@@ -639,11 +639,10 @@ def test_a_net_is_what_its_script_writes_and_loads_in_reasonable_time():
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1), 1, rtol=1e-15)
 
 
-def test_a_command_for_one_cable_refuses_a_suspension():
+def test_a_caller_for_one_cable_refuses_a_suspension():
     Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    outcome = run("windrms", "s.yaml", code=2)
-    assert outcome.lines == ["s.yaml:12:1: a suspension: this command takes a scene of one cable"]
-    assert outcome.out == ""
+    with pytest.raises(SceneError, match="12:1: a suspension: this command takes a scene of one cable"):
+        load_scene("s.yaml")
 
 
 def test_sweep_refuses_columns_of_a_single_cable():

@@ -62,10 +62,10 @@ def _of_modes(modes):
 
 def _of_modal_damping(models):
     """Why damping ratios depend on the models of cables with modal damping."""
-    pairs = zip(models.elements, models.cables.damping, strict=True)
-    counts = {len(one.omega) for one, damping in pairs if damping.model == "modal" and damping.ratio and len(one.omega)}
+    damped = {place for place, one in enumerate(models.cables.damping) if one.model == "modal" and one.ratio}
+    counts = [group.ends.omega.shape[-1] for group in models.groups if not damped.isdisjoint(group.places.tolist())]
     if counts:
-        number = f"{min(counts)} to {max(counts)}" if len(counts) > 1 else f"{max(counts)}"
+        number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
         yield (
             f"damping ratios: modal damping grows with the number of modes, {number} of each cable here: take "
             "hysteretic, kelvin_voigt or viscous"

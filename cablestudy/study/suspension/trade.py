@@ -146,8 +146,9 @@ def _static_frequency(column, case):
         frequencies = case.static_frequencies(body)
     else:
         found = case.equilibrium
-        straight = Cables(found.catenary, UNDAMPED, found.suspension.cable_names).straight
-        frequencies = Layout(found).system(straight).lowest(number)[0] / (2 * np.pi)
+        cables = Cables(found.catenary, UNDAMPED)
+        straight = Layout(found).without_modes(cables.end_stiffness, cables.straight)
+        frequencies = straight.lowest(number)[0] / (2 * np.pi)
     if number > len(frequencies):
         raise NoSolutionError(f"{len(frequencies)} free displacements have no mode {number}")
     return float(frequencies[number - 1])
