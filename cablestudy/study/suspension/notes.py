@@ -53,7 +53,20 @@ def _of_modes(modes):
         reasons.setdefault(cable.reason, []).append(cable.name)
     for reason, names in list(reasons.items())[:LISTED]:
         yield f"{first_of(names, LISTED)}: {reason}"
+    yield from _of_modal_damping(modes.solution.models)
     for first, last in modes.coincident[:LISTED]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > LISTED:
         yield f"and {len(modes.coincident) - LISTED} more runs of modes that coincide"
+
+
+def _of_modal_damping(models):
+    """Why damping ratios depend on the models of cables with modal damping."""
+    damped = {place for place, one in enumerate(models.cables.damping) if one.model == "modal" and one.ratio}
+    counts = [group.ends.omega.shape[-1] for group in models.groups if not damped.isdisjoint(group.places.tolist())]
+    if counts:
+        number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
+        yield (
+            f"damping ratios: modal damping grows with the number of modes, {number} of each cable here: take "
+            "hysteretic, kelvin_voigt or viscous"
+        )
