@@ -61,7 +61,7 @@ class Gusts:
         """
         wind, count = self.wind, response.shape[1]
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
-        pushed = (self.directions @ self.forces).reshape(3 * len(self.areas), -1)[:, :count]
+        pushed = (self.directions @ self.forces).reshape(3 * len(self.areas), self.forces.shape[-1])[:, :count]
         shares = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
         shares = np.repeat(np.reshape(shares, (len(self.areas), len(frequency))), 3, axis=0).T
         response = np.concatenate([response, shares[..., None] * (pushed @ response)], axis=1)
@@ -100,8 +100,10 @@ class Gusts:
         place = np.log(np.maximum(kappa, 1e-300))
         found = spline(np.clip(place, low, high))
         found = found if len(kept) == found.shape[-1] else found[:, kept[:, None], kept]
-        # beyond, what is incoherent falls with 1/kappa
-        return found * np.where(place > high, np.exp(high - place), 1.0)[:, None, None] if len(self.strips) else found
+        # beyond, all that cables take part in falls with 1/kappa, and the speeds at the bodies remain as they are
+        of_bodies = kept >= self.forces.shape[-1]
+        falling = np.where(place > high, np.exp(high - place), 1.0)[:, None, None]
+        return np.where(of_bodies[:, None] & of_bodies, found, falling * found)
 
     @cached_property
     def _computed(self):

@@ -1,8 +1,8 @@
 """Rigid bodies on straight massless cables, in the wind and under control, as small dense matrices.
 
-A suspension is the plain mapping that its file would hold, all numbers in SI: `gravity`, `cable` (elastic_modulus, area,
-damping), `bodies`, `cables` (from, to, unstretched_length), `winches`, `control` (measured, gain, notch with a frequency, or
-"none"), `actuators`, `wind`. The cables are springs along their chords, with the damping EA time of Kelvin and Voigt.
+A suspension is the plain mapping that its file would hold, all numbers in SI: `gravity`, `cable` (elastic_modulus,
+area, damping), `bodies`, `cables` (from, to, unstretched_length), `winches`, `control` (measured, gain, notch with a
+frequency, or "none"), `actuators`, `wind`. The cables are springs along their chords, with the damping EA time of Kelvin and Voigt.
 """
 
 from functools import cached_property
@@ -298,9 +298,16 @@ class Straight:
         return self.measured @ moved * (self.notch(wide) / wide)
 
     def closed(self, gain=None, gains=None):
-        """A of x' = A x: coordinates, rates, low-passed movements, two of each notch, integrals of what it passes.
+        """A of x' = A x; see `states`."""
+        return self.states(gain, gains)["A"]
+
+    def states(self, gain=None, gains=None):
+        """The closed loop x' = A x: coordinates, rates, low-passed movements, two of each notch, integrals of its output.
 
         `gains` are those of each measured coordinate, instead of one `gain`.
+
+        Returns a dict: `A`; rows of states for the coordinates `z` and their `rate`, the lengths `v` that winches reel in
+        and their rate `v_rate`, and what each actuator exerts, `effort`, and for a wheel its `momentum`, else zero.
         """
         M, C, K, B, rate = self.matrices
         n, filtered = len(M), [one for one in self.feedback if one[4]]
@@ -315,7 +322,7 @@ class Straight:
         z, speed = unit[:n], unit[n : 2 * n]
         A[:n] = speed
         force = -K @ z - C @ speed
-        begin = 2 * n
+        begin, effort, momentum = 2 * n, [], []
         for measured, acts, per_rate, per_place, corner in self.feedback:
             moved, moving = measured @ z, measured @ speed
             if corner:
@@ -323,7 +330,10 @@ class Straight:
                 A[begin] = corner * (moved - low)
                 moved, moving = moved - low, moving - corner * (moved - low)
                 begin += 1
-            force += np.outer(acts, per_rate * moving + per_place * moved)
+            effort.append(per_rate * moving + per_place * moved)
+            momentum.append(per_rate * moved)
+            force += np.outer(acts, effort[-1])
+        v = v_rate = np.zeros((B.shape[1], size))
         if loops:
             passed = self.measured @ z
             if own:
@@ -335,14 +345,61 @@ class Straight:
                 begin += own
             A[begin:] = passed
             scaled = self.shares * gains
-            force -= B @ scaled @ unit[begin:] + rate @ scaled @ passed
+            v, v_rate = -scaled @ unit[begin:], -scaled @ passed
+            force += B @ v + rate @ v_rate
         A[n : 2 * n] = np.linalg.solve(M, force)
-        return A
+        return {"A": A, "z": z, "rate": speed, "v": v, "v_rate": v_rate, "effort": effort, "momentum": momentum}
 
-    def gusts_into(self, A, directions=np.eye(3)):
-        """Input matrix of the turbulence along `directions` (rows) at each body, shape (states, 3 b)."""
-        M = self.matrices[0]
+    def outputs(self, states):
+        """Name -> row of states, for all that the program shows."""
+        found = {}
+        full = np.zeros((6 * len(self.bodies), len(states["A"])))
+        moved, moving = full.copy(), full.copy()
+        count = len(self.free)
+        moved[self.free], moving[self.free] = states["z"][:count], states["rate"][:count]
+        short = ("x", "y", "z", "rx", "ry", "rz")
+        for number, (name, body) in enumerate(zip(self.names, self.bodies, strict=True)):
+            six, (_, turned) = moved[6 * number : 6 * number + 6], self.place(number, self.pose)
+            free = body.get("free", AXES)
+            found |= {f"{name}.{a}": row for a, long, row in zip(short, AXES, six, strict=True) if long in free}
+            for marker, place in body.get("markers", {}).items():
+                arm = turned @ np.array(place, dtype=float)
+                rows = six[:3] - cross(arm) @ six[3:]
+                found |= {f"{name}.{marker}.{axis}": row for axis, row in zip("xyz", rows, strict=True)}
+        winches = list(self.text.get("winches", {}))
+        for name, (one, two, along, tension, _, own) in zip(self.cables, self.pulls(self.pose), strict=True):
+            longer, rate = 0.0, 0.0
+            for (body, arm, _), sign in ((one, -1), (two, 1)):
+                if body is not None:
+                    to_end = np.concatenate([along, np.cross(arm, along)])
+                    place = slice(6 * body, 6 * body + 6)
+                    longer, rate = longer + sign * to_end @ moved[place], rate + sign * to_end @ moving[place]
+            if name in winches:
+                reeled = 1 + tension / self.EA
+                longer = longer + reeled * states["v"][winches.index(name)]
+                rate = rate + reeled * states["v_rate"][winches.index(name)]
+            row = self.EA / own * (longer + self.time * rate) + np.zeros(len(states["A"]))
+            found[f"{name}.tension_from"] = found[f"{name}.tension_to"] = row
+        stroke = count
+        for place, (name, one) in enumerate(self.text.get("actuators", {}).items()):
+            if "inertia" in one:
+                found[f"{name}.momentum"], found[f"{name}.torque"] = states["momentum"][place], states["effort"][place]
+            else:
+                found[f"{name}.stroke"], found[f"{name}.force"] = states["z"][stroke], states["effort"][place]
+                stroke += 1
+        return found
+
+    def gusts_into(self, A):
+        """Input matrix of the turbulence along, across and vertical at each body, shape (states, 3 b)."""
+        M, along = self.matrices[0], self.blowing / np.linalg.norm(self.blowing)
+        directions = np.stack([along, np.cross([0, 0, 1.0], along), [0, 0, 1.0]])
         given = self.gust_forces @ np.kron(np.eye(len(self.bodies)), directions.T)
         found = np.zeros((len(A), given.shape[1]))
         found[len(M) : 2 * len(M)] = np.linalg.solve(M, given)
         return found
+
+    @property
+    def turbulence(self):
+        """RMS of the three components of the speed. [m/s]"""
+        given = self.wind["turbulence_intensity"]
+        return self.wind["speed"] * np.array(given if isinstance(given, list) else [given, 0.0, 0.0])

@@ -17,6 +17,9 @@ TURN = 2 * np.pi
 LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
 NARROW = 0.3  # damping ratio below which a pole is a boundary of panels
 IMPORTANT = 1e-6  # share of its mode in the variance of an output from which it is one
+UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
+SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, at most
+EXCITED = 1e-12  # share of an undamped mode above which the wind excites it: what is less is rounding
 APART = 0.5  # least distance of boundaries, in half-widths
 ACCURACY = 1e-4  # where the scene has a fixed model
 FEWER = 0.7  # of the coordinates, with which the error by those left out is estimated
@@ -183,7 +186,9 @@ class Response:
         movement, motion = self.movement, self.movement.motion
         poles = movement.open_poles
         poles = poles[(poles.imag > 0) & (np.abs(poles.real) < NARROW * np.abs(poles))]
-        centre, width = np.abs(poles) / TURN, np.maximum(np.abs(poles.real), 1e-9 * np.abs(poles)) / TURN
+        undamped = np.abs(poles.real) < UNDAMPED * np.abs(poles)
+        resonances, poles = np.abs(poles[undamped]), poles[~undamped]
+        centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
         there = (low < centre) & (centre < high)
         centre, width = centre[there], width[there]
         count = motion.shapes.shape[1]
@@ -194,6 +199,13 @@ class Response:
         rows = [row for row in rows if row < len(motion.moved[0])]
         share = motion.moved[0][rows][:, :count] ** 2 * force / (4 * damping * unit**2)
         share = (share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
+        for resonance in resonances.tolist():
+            mode = int(np.argmin(np.abs(unit - resonance)))
+            if abs(unit[mode] - resonance) < SAME * resonance and share[mode] > EXCITED:
+                raise NoSolutionError(
+                    f"undamped: {movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its RMS in "
+                    f"the wind is not finite (cable.damping)"
+                )
         important = unit[share > IMPORTANT] / TURN
         if len(important):
             near = np.abs(centre[:, None] - important).min(axis=1) < np.maximum(width, 0.02 * centre)
