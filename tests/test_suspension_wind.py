@@ -277,3 +277,420 @@ def first_shapes(movement):
         assert np.abs(rows @ found - values).max() < 1e-5
         wanted.append(found)
     return np.array(wanted).T
+
+
+def on_one_body(movement):
+    """Combination of coordinates that moves the body by 1 along x, shape (m, 1)."""
+    moved = movement.layout.displaced(movement.layout.bodies(movement.motion.shapes))
+    wanted = np.zeros(moved[:, :3].size // moved.shape[-1])
+    wanted[0] = 1.0
+    found, *_ = np.linalg.lstsq(moved[:, :3].reshape(len(wanted), -1), wanted, rcond=None)
+    return found[:, None]
+
+
+@pytest.mark.parametrize("on", ["bodies", "both"])
+@pytest.mark.parametrize("decay", [0.0, 10.0, 1e6])
+def test_the_force_of_gusts_on_a_body_does_not_depend_on_coherence(on, decay):
+    """(rho C A U)^2 chi S, and of cables nothing where the wind is incoherent: at all frequencies."""
+    text = heavy(free=["x"], gravity=0.0, to=(0.0, 30.0, 0.0), wind__mean=False, wind__on=on, wind__coherence_decay=decay,
+                 wind__turbulence_intensity=[0.2, 0.0, 0.0], bodies__gondola__wind=BODY_WIND, cable__diameter=None)  # fmt: skip
+    text["cable"].pop("diameter")
+    frequency, speed, area = np.array([1e-3, 0.1, 3.0, 100.0]), 25.0, 0.6
+    admitted = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    spectrum = von_karman(frequency, speed, 0.2 * speed, 25.0)
+    movement = gusts_of(text)
+    found = movement.gusts.variance_spectra(frequency, np.tile(on_one_body(movement), (4, 1, 1)).astype(complex))[:, 0]
+    expected = (RHO * 1.17 * area * speed) ** 2 * admitted * spectrum
+    if on == "both" and decay < 1e6:
+        assert (found > 1.0001 * expected).all()  # the cables add to it
+    else:
+        assert found == pytest.approx(expected, rel=1e-4)
+
+
+def von_karman(frequency, speed, rms, length):
+    """The paper's spectrum, one-sided."""
+    x = frequency * length / speed
+    return 4 * rms**2 * length / speed / (1 + 70.7 * x**2) ** (5 / 6)
+
+
+def side_by_side(apart=6.0, **changes):
+    """Two equal bodies, free along x on cables of their own, a taut cable along y between them."""
+    text = one_axis(time=2e-3)
+    body = text["bodies"].pop("gondola") | {"wind": {"area": 0.5, "drag_coefficient": 1.0}}
+    text["cables"] = {}
+    for name, y in (("first", 0.0), ("second", apart)):
+        text["bodies"][name] = body | {"at": [0.0, y, 0.0]}
+        for side in (-10.0, 10.0):
+            ends = {"from": [side, y, 0.0], "to": f"{name}.a", "unstretched_length": 9.9}
+            text["cables"][f"{name}{side:+.0f}".replace("+", "e").replace("-", "w")] = ends
+    text["cables"]["link"] = {"from": "first.a", "to": "second.a", "unstretched_length": apart * 0.8}
+    return with_changes(text, wind=WIND | {"speed": 9.0, "turbulence_intensity": 0.2}, **changes)
+
+
+@pytest.fixture
+def white(monkeypatch):
+    """The speed has a flat one-sided spectrum of 1 (m/s)^2/Hz times its variance, without admittance."""
+    monkeypatch.setattr(gusts, "speed_spectrum", lambda frequency, *_: np.ones_like(frequency))
+    monkeypatch.setattr(gusts, "admittance", lambda frequency, *_: np.ones_like(frequency))
+    monkeypatch.setattr(response, "HIGHEST", 1e7)
+
+
+@pytest.mark.usefixtures("white")
+@pytest.mark.parametrize(("decay", "coherence"), [(0.0, 1.0), (1e-9, 1.0), (1e6, 0.0)])
+def test_two_bodies_in_coherent_and_incoherent_white_wind(decay, coherence):
+    """Sum and difference of their motions are two oscillators: variance S F^2 (1 +- coherence)/(4 c k) of each."""
+    text = side_by_side(wind__coherence_decay=decay, model={"accuracy": 1e-7})
+    own, link = 2 * EA / 9.9, EA * (6.0 - 4.8) / 4.8 / 6.0
+    drag = RHO * 9.0 * 0.5
+    c, variance = 2 * EA / 9.9 * 2e-3 + drag, (0.2 * 9.0) ** 2
+    total = drag**2 * variance * (1 + coherence) / (4 * c * own)
+    difference = drag**2 * variance * (1 - coherence) / (4 * c * (own + 2 * link))
+    case = case_of(text)
+    for name in ("first", "second"):
+        assert value(case, f"{name}.rms_x") == pytest.approx(1e3 * np.sqrt((total + difference) / 2), rel=1e-6)
+
+
+def test_the_force_on_two_bodies_together_at_a_distance():
+    """2 F^2 chi S (1 + exp(-C f d/U)) for the sum of both."""
+    movement = gusts_of(side_by_side())
+    frequency = np.array([1e-3, 0.05, 0.2, 1.0])
+    moved = movement.layout.displaced(movement.layout.bodies(movement.motion.shapes))[:, 0]
+    both, *_ = np.linalg.lstsq(moved, np.ones(2), rcond=None)
+    found = movement.gusts.variance_spectra(frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
+    admitted = 1 / (1 + (frequency * 2 * np.sqrt(0.5) / 9.0) ** (4 / 3))
+    one = (RHO * 9.0 * 0.5) ** 2 * admitted * von_karman(frequency, 9.0, 1.8, 25.0)
+    assert found == pytest.approx(2 * one * (1 + np.exp(-10 * frequency * 6.0 / 9.0)), rel=1e-5)
+
+
+# --------------------------------------------------------------------------------------------- variances by Lyapunov
+
+WINCHES = {f"f{i}": {"end": "to"} if i == 2 else {} for i in range(6)} | {"s1": {}}
+PAIR = two_bodies(
+    winches=WINCHES, control=LOOP | {"body": "first", "allocation": None},
+    actuators={"spin": ACTUATORS["wheel"] | {"body": "second"}, "damp": ACTUATORS["mass_x"] | {"body": "second"}},
+    bodies__first__wind=BODY_WIND, bodies__second__wind=BODY_WIND | {"area": 0.3},
+    wind=WIND | {"direction": 0.7, "speed": 12.0},
+)  # fmt: skip
+FORCES = ("tension", "force", "torque")
+
+
+def by_lyapunov(own, gain):
+    """Variance of each output and of its rate in coherent white wind; the rate of a force is infinite."""
+    states = own.states(gain)
+    A, keep = states["A"], np.ones(len(states["A"]), dtype=bool)
+    if gain == 0:
+        keep[-len(own.measured) :] = False  # integrals that nothing reads
+    B = own.gusts_into(A).reshape(len(A), -1, 3).sum(axis=1) * own.turbulence
+    A, B = A[np.ix_(keep, keep)], B[keep]
+    P = scipy.linalg.solve_continuous_lyapunov(A, -B @ B.T / 2)
+    found = {}
+    for name, row in own.outputs(states).items():
+        rate = row[keep] @ A
+        variances = row[keep] @ P @ row[keep], rate @ P @ rate
+        found[name] = variances[:1] if any(word in name for word in FORCES) else variances
+    return found
+
+
+@pytest.mark.usefixtures("white")
+@pytest.mark.parametrize("gain", [None, 0.0])
+@pytest.mark.parametrize("name", ["one body", "two bodies"])
+def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain):
+    """Displacements, rotations, markers, tensions, strokes, forces, momenta and torques; with the loop and without."""
+    text = everything(wind=WIND | {"direction": 0.7, "speed": 12.0}, control__gain=1.0) if name == "one body" else PAIR
+    text = with_changes(text, wind__coherence_decay=0, model={"accuracy": 1e-6})
+    case, state = case_of(text), 0 if gain is None else 1
+    for output, expected in by_lyapunov(Straight(text), gain).items():
+        found = case.in_wind.response.of(output)
+        place = found.rows[output]
+        numbers = [found.value[state, place], found.rate[state, place]][: len(expected)]
+        assert numbers == pytest.approx(expected, rel=2e-6), output
+
+
+@pytest.mark.usefixtures("white")
+def test_a_resonance_of_a_mass_that_is_hardly_damped_is_not_missed():
+    mass = ACTUATORS["mass_x"] | {"damping_ratio": 1e-5, "velocity_gain": 0.0, "position_gain": 0.0, "frequency": 0.077}
+    text = everything(wind=WIND | {"coherence_decay": 0}, actuators={"mass_x": mass})
+    del text["control"]
+    found = case_of(text).in_wind.response.displacements
+    for output, expected in by_lyapunov(Straight(text), None).items():
+        if output in found.rows:
+            assert found.value[0, found.rows[output]] == pytest.approx(expected[0], rel=1e-4), output
+
+
+# --------------------------------------------------------------------------------------------- spectra and a record
+
+
+def by_frequencies(own, frequency):
+    """Spectra of all outputs at frequencies, shape (f,) each, in turbulence with von Karman's spectrum."""
+    states = own.states()
+    A, B = states["A"], own.gusts_into(states["A"])
+    eigenvalues, vectors = np.linalg.eig(A)
+    s = 2j * np.pi * frequency
+    moved = vectors @ ((np.linalg.solve(vectors, B))[None] / (s[:, None, None] - eigenvalues[:, None]))
+    speed, length = own.wind["speed"], own.wind["length_scale"]
+    direction = own.blowing / speed
+    shares, places = [], []
+    for number, body in enumerate(own.bodies):
+        at, turned = own.place(number, own.pose)
+        areas, center = np.ones(3) * body["wind"]["area"], body["wind"].get("center_of_pressure", (0, 0, 0))
+        area = areas @ (turned.T @ direction) ** 2
+        shares.append(1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3)))
+        places.append(at + turned @ np.array(center))
+    apart = np.linalg.norm(np.array(places)[:, None] - np.array(places)[None], axis=-1)
+    coherence = np.exp(-own.wind.get("coherence_decay", 10.0) * frequency[:, None, None] * apart / speed)
+    spectra = coherence * np.array(shares).T[:, :, None] * np.array(shares).T[:, None, :]
+    found = {}
+    for name, row in own.outputs(states).items():
+        response_ = (row @ moved).reshape(len(frequency), -1, 3)
+        total = np.einsum("fak,fab,fbk,k->f", response_, spectra, response_.conj(), own.turbulence**2).real
+        found[name] = total * von_karman(frequency, speed, 1.0, length)
+    return found
+
+
+FREQUENCY = np.geomspace(1e-5, 2e3, 6000)
+
+
+def integral(spectrum):
+    """Over frequency from zero, flat below the lowest one."""
+    return np.trapezoid(spectrum * FREQUENCY, np.log(FREQUENCY)) + spectrum[0] * FREQUENCY[0]
+
+
+def test_variances_of_two_bodies_in_partly_coherent_wind():
+    """Von Karman's spectrum, Vickery's admittance, Davenport's coherence; exposure and mirror by the same spectra."""
+    time, bandwidth, delay = 0.05, 3.0, 0.02
+    text = PAIR | {"exposure": time, "correction": {"marker": "first.focus", "bandwidth": bandwidth, "delay": delay},
+                   "model": {"accuracy": 1e-6}}  # fmt: skip
+    text = with_changes(text, bodies__first__markers={"focus": [0.1, 0.2, -0.5]})
+    own, case = Straight(text), case_of(text)
+    spectra = by_frequencies(own, FREQUENCY)
+    for output, spectrum in spectra.items():
+        found = case.in_wind.response.of(output)
+        assert found.value[0, found.rows[output]] == pytest.approx(integral(spectrum), rel=1e-4), output
+    s = 2j * np.pi * FREQUENCY
+    weights = {
+        "": 1.0,
+        "rms_velocity": (TURN * FREQUENCY) ** 2,
+        "exposure": 1 - np.sinc(FREQUENCY * time) ** 2,
+        "corrected": np.abs(1 / (1 + TURN * bandwidth / s * np.exp(-s * delay))) ** 2,
+    }
+    weights["corrected_exposure"] = weights["exposure"] * weights["corrected"]
+    for name in ("first.focus", "second"):
+        spectrum = sum(spectra[f"{name}.{axis}"] for axis in "xyz")
+        numbers = {key: np.sqrt(integral(weight * spectrum)) for key, weight in weights.items()}
+        assert value(case, f"{name}.rms") == pytest.approx(1e3 * numbers[""], rel=1e-4)
+        assert value(case, f"{name}.rms_velocity") == pytest.approx(1e3 * numbers["rms_velocity"], rel=1e-4)
+        for column in ("exposure", "corrected", "corrected_exposure"):
+            assert value(case, f"{name}.{column}") == pytest.approx(1e6 * numbers[column], rel=1e-4)
+
+
+def synthesised(own, count, step, rng):
+    """Speeds along, across and vertical at two bodies with Davenport's coherence, shape (6, count), admitted ones."""
+    frequency = np.fft.rfftfreq(count, step)[1:]
+    speed = own.wind["speed"]
+    places, shares = [], []
+    for number, body in enumerate(own.bodies):
+        at, turned = own.place(number, own.pose)
+        area = np.ones(3) * body["wind"]["area"] @ (turned.T @ own.blowing / speed) ** 2
+        places.append(at + turned @ np.array(body["wind"].get("center_of_pressure", (0, 0, 0))))
+        shares.append(1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3)))
+    coherence = np.exp(-own.wind.get("coherence_decay", 10.0) * frequency * np.linalg.norm(places[0] - places[1]) / speed)
+    amplitude = np.sqrt(von_karman(frequency, speed, 1.0, own.wind["length_scale"]) * count / (4 * step))
+    found = np.zeros((2, 3, count))
+    for component, rms in enumerate(own.turbulence):
+        noise = rng.normal(size=(2, 2, len(frequency)))
+        one, other = noise[0] + 1j * noise[1]
+        both = one, coherence * one + np.sqrt(1 - coherence**2) * other
+        for body in (0, 1):
+            parts = np.concatenate([[0], rms * amplitude * shares[body] * both[body]])
+            found[body, component] = np.fft.irfft(parts, count)
+    return found.reshape(6, count)
+
+
+def test_a_record_of_200000_steps_has_these_variances():
+    """The closed loop step by step in synthesised wind; each RMS within the scatter of 40 parts of the record."""
+    own, case = Straight(PAIR), case_of(PAIR)
+    count, step = 210_000, 8e-3
+    wind = synthesised(own, count, step, np.random.default_rng(20))
+    states = own.states()
+    A, B, outputs = states["A"], own.gusts_into(states["A"]), own.outputs(states)
+    rows = np.array(list(outputs.values()))
+    A, B, rows, direct, _ = scipy.signal.cont2discrete((A, B, rows, np.zeros((len(rows), 6))), step, "foh")
+    values, vectors = np.linalg.eig(A)
+    into, out = np.linalg.solve(vectors, B), rows @ vectors
+    record = direct @ wind
+    for pole, given, shown in zip(values, into, out.T, strict=True):
+        record += np.outer(shown, scipy.signal.lfilter([0, 1], [1, -pole], given @ wind)).real
+    squares = (record[:, 10_000:] ** 2).reshape(len(rows), 40, -1).mean(axis=2)
+    mean, scatter = squares.mean(axis=1), squares.std(axis=1, ddof=1) / np.sqrt(40)
+    assert (scatter < 0.1 * mean).all()
+    for output, found, error in zip(outputs, mean, scatter, strict=True):
+        expected = case.in_wind.response.of(output)
+        assert abs(found - expected.value[0, expected.rows[output]]) < 4 * error, output
+
+
+# ------------------------------------------------------------------------------------------------- one cable, one winch
+
+ONE = ("gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "gondola_rms_velocity_open_loop", "largest_gain",
+       "gain_margin")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("damping", "end", "place"),
+    [("{model: kelvin_voigt, time: 4.4 ms}", "from", "ground"), ("{model: kelvin_voigt, time: 4.4 ms}", "to", "gondola"),
+     ("{viscous: 0.05}", "from", "ground"), ("{ratio: 0.01}", "from", "ground")],
+)  # fmt: skip
+def test_one_cable_with_one_winch_is_the_scene_of_one_cable(damping, end, place):
+    """Without weight the winch moves the end along x in both. The same elements, so that the modes are the same."""
+    model = {"elements": 2, "order": 8, "mass": "consistent"}
+    scene = PAPER.scene(
+        "gravity=0", f"cable.damping={damping}", f"winch.location={place}", "winch.controller.gain=0.03",
+        "winch.controller.notch.frequency=0.8 Hz", "wind.aerodynamic_damping=false", "wind.mean=false",
+        *(f"model.{key}={part}" for key, part in model.items()),
+    )  # fmt: skip
+    stiffness, length, chord = PAPER.stiffness, PAPER.length, PAPER.chord
+    own = dict(part.split(": ") for part in damping.strip("{}").split(", "))
+    if "time" in own:
+        own["time"] = 4.4e-3
+    body = {"at": [chord, 0.0, 0.0], "mass": 50.0, "free": ["x"], "attachments": {"a": [0.0, 0.0, 0.0]},
+            "force": [stiffness * (chord - length) / length, 0.0, 0.0],
+            "wind": {"area": 0.6, "drag_coefficient": 1.17}}  # fmt: skip
+    text = {
+        "gravity": 0.0, "bodies": {"gondola": body}, "winches": {"c": {"end": end}}, "model": model,
+        "cable": {"elastic_modulus": 70.3e9, "density": 1440.0, "area": 2.69e-6,
+                  "damping": {key: part if key == "model" else float(part) for key, part in own.items()}},
+        "cables": {"c": {"from": [0.0, 0.0, 0.0], "to": "gondola.a", "unstretched_length": length}},
+        "control": {"gain": 0.03, "notch": NOTCH | {"frequency": 0.8}},
+        "wind": {"speed": 6.0, "turbulence_intensity": 0.15, "length_scale": 25.0, "on": "bodies", "mean": False,
+                 "aerodynamic_damping": False},
+    }  # fmt: skip
+    case = case_of(text)
+    expected = cells(scene, *ONE)
+    for name in ONE:
+        assert value(case, name.replace("gondola_", "gondola.")) == pytest.approx(expected[name], rel=1e-8), name
+
+
+# --------------------------------------------------------------------------------------------------------- invariances
+
+HEAVY_CABLES = {"cable__density": 2000.0, "cable__area": 5e-5, "cable__elastic_modulus": 2e9, "cable__damping":
+                {"ratio": 0.01}, "wind__on": "both", "wind__mean": True}  # fmt: skip
+
+
+def turned_about_the_vertical(text, angle):
+    """The whole scene, with its wind; actuators, masses and attachments in body axes turn with the body."""
+    text = with_changes(text, wind__direction=text["wind"].get("direction", 0.0) + angle)
+    turn = Rotation.from_rotvec([0, 0, angle])
+    for body in text["bodies"].values():
+        body["at"] = turn.apply(body["at"]).tolist()
+        body["attitude"] = [0.0, 0.0, angle]
+    for cable in text["cables"].values():
+        cable["from"] = turn.apply(cable["from"]).tolist()
+    return text
+
+
+def variances_of(case):
+    """Covariance-free numbers: name -> variance with the loop."""
+    found = case.in_wind.response
+    return {name: part.value[0, place] for part in (found.displacements, found.tensions) for name, place in part.rows.items()}
+
+
+def test_a_turned_scene_swaps_the_axes_and_changes_nothing_else():
+    text = everything(**HEAVY_CABLES, control__gain=0.2, control__allocation=None, wind__direction=0.3)
+    # pitch and roll of a quarter turn: x -> y, y -> -x
+    first, second = (case_of(scene) for scene in (text, turned_about_the_vertical(text, np.pi / 2)))
+    one, two = variances_of(first), variances_of(second)
+    swapped = {"x": "y", "y": "x", "rx": "ry", "ry": "rx"}
+    for name, variance in one.items():
+        owner, _, quantity = name.rpartition(".")
+        assert two[f"{owner}.{swapped.get(quantity, quantity)}"] == pytest.approx(variance, rel=1e-6), name
+    assert value(second, "gondola.mean_y") == pytest.approx(value(first, "gondola.mean_x"), rel=1e-8)
+    assert second.in_wind.movement.largest_gain == pytest.approx(first.in_wind.movement.largest_gain, rel=1e-7)
+
+
+@pytest.mark.parametrize("angle", [0.6, 2.5])
+def test_any_turn_about_the_vertical_changes_no_total(angle):
+    text = everything(**HEAVY_CABLES, control__gain=0.2, wind__direction=0.3)
+    first, second = (case_of(scene) for scene in (text, turned_about_the_vertical(text, angle)))
+    for column in ("gondola.rms", "gondola.rms_velocity", "gondola.focus.rms", "gondola.rms_rz", "c1.rms_tension",
+                   "c2.least_tension", "mass_x.rms_stroke", "wheel.rms_torque", "gondola.peak", "gondola.rms_open_loop"):  # fmt: skip
+        assert value(second, column) == pytest.approx(value(first, column), rel=1e-6), column
+
+
+def two_in_one(apart=300.0):
+    """A scene of two suspensions that have nothing to do with each other, and each alone."""
+    first = everything(**HEAVY_CABLES, control__gain=0.2, wind__direction=0.3)
+    second = two_bodies(wind=first["wind"], bodies__first__wind=BODY_WIND, bodies__second__wind=BODY_WIND)
+    second["cable"] = first["cable"]
+    for body in second["bodies"].values():
+        body["at"] = (np.array(body["at"]) + [apart, 0, 0]).tolist()
+    for cable in second["cables"].values():
+        if not isinstance(cable["from"], str):
+            cable["from"] = (np.array(cable["from"]) + [apart, 0, 0]).tolist()
+    both = with_changes(first, control__body="gondola")
+    for one in both["actuators"].values():
+        one["body"] = "gondola"
+    both["bodies"] |= second["bodies"]
+    both["cables"] |= second["cables"]
+    return both, first, {key: part for key, part in second.items() if key != "winches"}
+
+
+def test_two_independent_suspensions_in_one_scene_are_each_as_alone():
+    texts = two_in_one()
+    both, *alone = map(case_of, texts)
+    together = variances_of(both)
+    for case in alone:
+        for name, variance in variances_of(case).items():
+            assert together[name] == pytest.approx(variance, rel=2e-4), name  # accuracy 1e-4 of each group
+        for body in case.scene.bodies:
+            for axis in "xyz":
+                expected = value(case, f"{body}.mean_{axis}")
+                assert value(both, f"{body}.mean_{axis}") == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    for number in ("largest_gain", "sensitivity_peak"):
+        assert value(both, number) == pytest.approx(value(alone[0], number), rel=1e-5)
+
+
+# ------------------------------------------------------------------------------------------------------------- columns
+
+
+def factor(rate, duration):
+    """Davenport's, of many crossings."""
+    root = np.sqrt(2 * np.log(rate * duration))
+    return root + 0.577215664901533 / root
+
+
+def test_peaks_and_least_tensions_by_hand():
+    text = everything(wind=STRONG | {"duration": 900.0})
+    own, case = Straight(text), case_of(text)
+    spectra = by_frequencies(own, FREQUENCY)
+    square = (TURN * FREQUENCY) ** 2
+
+    def peak(*names):
+        spectrum = sum(spectra[name] for name in names)
+        rms = np.sqrt(integral(spectrum))
+        return factor(np.sqrt(integral(square * spectrum)) / rms / TURN, 900.0) * rms
+
+    still = Straight({key: part for key, part in text.items() if key != "wind"})
+    shift = own.place(0, own.pose)[0] - still.place(0, still.pose)[0]
+    expected = np.linalg.norm(shift) + peak("gondola.x", "gondola.y", "gondola.z")
+    assert value(case, "gondola.peak") == pytest.approx(1e3 * expected, rel=1e-4)
+    for place, name in enumerate(text["cables"]):
+        rms = np.sqrt(integral(spectra[f"{name}.tension_to"]))
+        assert value(case, f"{name}.rms_tension") == pytest.approx(rms, rel=1e-4)
+        least = own.tensions[place] - peak(f"{name}.tension_to")
+        assert value(case, f"{name}.least_tension") == pytest.approx(least, rel=3e-4)
+    for name, quantity, unit in (("mass_x", "stroke", 1e3), ("mass_z", "force", 1), ("wheel", "momentum", 1), ("wheel", "torque", 1)):
+        expected = unit * peak(f"{name}.{quantity}")
+        assert value(case, f"{name}.peak_{quantity}") == pytest.approx(expected, rel=3e-4)
+
+
+def test_a_limit_that_is_passed_is_a_status():
+    """Just above the limit of the stroke and below that of the force."""
+    text = everything()
+    case = case_of(text)
+    stroke, force = value(case, "mass_x.peak_stroke") / 1e3, value(case, "mass_x.peak_force")
+    columns = [find("gondola.rms"), find("mass_x.rms_stroke")]
+    passed = with_changes(text, actuators__mass_x__stroke=0.99 * stroke, actuators__mass_x__force=1.01 * force)
+    kept = with_changes(passed, actuators__mass_x__stroke=1.01 * stroke)
+    rows = evaluate_suspensions([one.scene for one in map(case_of, (passed, kept))], columns)
+    words = f"mass_x: its stroke reaches {1e3 * stroke:.4g} mm, above its limit of {990 * stroke:.4g}"
+    assert words in rows[0].cells["status"]
+    assert rows[1].cells["status"] == "ok"
