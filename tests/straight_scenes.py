@@ -1,4 +1,4 @@
-"""Suspensions on cables without mass to speak of, as plain mappings: for `references.straight_suspension`, and as cases."""
+"""Suspensions on nearly massless cables as plain mappings: for `references.straight_suspension`, and as cases."""
 
 from copy import deepcopy
 

@@ -2,7 +2,8 @@
 
 A suspension is the plain mapping that its file would hold, all numbers in SI: `gravity`, `cable` (elastic_modulus,
 area, damping), `bodies`, `cables` (from, to, unstretched_length), `winches`, `control` (measured, gain, notch with a
-frequency, or "none"), `actuators`, `wind`. The cables are springs along their chords, with the damping EA time of Kelvin and Voigt.
+frequency, or "none"), `actuators`, `wind`. The cables are springs along their chords, with the damping EA time of Kelvin
+and Voigt.
 """
 
 from functools import cached_property
@@ -302,12 +303,12 @@ class Straight:
         return self.states(gain, gains)["A"]
 
     def states(self, gain=None, gains=None):
-        """The closed loop x' = A x: coordinates, rates, low-passed movements, two of each notch, integrals of its output.
+        """The closed loop x' = A x of coordinates, rates, low-passed movements, notches and the integrals behind them.
 
         `gains` are those of each measured coordinate, instead of one `gain`.
 
-        Returns a dict: `A`; rows of states for the coordinates `z` and their `rate`, the lengths `v` that winches reel in
-        and their rate `v_rate`, and what each actuator exerts, `effort`, and for a wheel its `momentum`, else zero.
+        Returns a dict: `A`; rows of states for the coordinates `z` and their `rate`, for the lengths `v` that winches
+        reel in and their `v_rate`, and for what each actuator exerts, `effort`, and its integral, `momentum`.
         """
         M, C, K, B, rate = self.matrices
         n, filtered = len(M), [one for one in self.feedback if one[4]]
