@@ -8,6 +8,7 @@ import pytest
 import scipy.linalg
 import scipy.signal
 import suspensions
+from references import bar_suspension, bars
 from references.straight_suspension import Straight
 from scenes import PAPER, cells
 from scipy.spatial.transform import Rotation
@@ -520,19 +521,85 @@ def test_a_record_of_200000_steps_has_these_variances():
     wind = synthesised(own, count, step, np.random.default_rng(20))
     states = own.states()
     A, B, outputs = states["A"], own.gusts_into(states["A"]), own.outputs(states)
+    outputs = {name: row for name, row in outputs.items() if "tension" not in name or name.startswith(("link", "f2"))}
     rows = np.array(list(outputs.values()))
     A, B, rows, direct, _ = scipy.signal.cont2discrete((A, B, rows, np.zeros((len(rows), 6))), step, "foh")
     values, vectors = np.linalg.eig(A)
     into, out = np.linalg.solve(vectors, B), rows @ vectors
     record = direct @ wind
     for pole, given, shown in zip(values, into, out.T, strict=True):
-        record += np.outer(shown, scipy.signal.lfilter([0, 1], [1, -pole], given @ wind)).real
+        if pole.imag >= 0:  # its conjugate does the same
+            moved = scipy.signal.lfilter([0, 1], [1, -pole], given @ wind)
+            record += (2 if pole.imag else 1) * (np.outer(shown.real, moved.real) - np.outer(shown.imag, moved.imag))
     squares = (record[:, 10_000:] ** 2).reshape(len(rows), 40, -1).mean(axis=2)
     mean, scatter = squares.mean(axis=1), squares.std(axis=1, ddof=1) / np.sqrt(40)
     assert (scatter < 0.1 * mean).all()
     for output, found, error in zip(outputs, mean, scatter, strict=True):
         expected = case.in_wind.response.of(output)
         assert abs(found - expected.value[0, expected.rows[output]]) < 4 * error, output
+
+
+def test_wind_on_sagging_cables_and_a_body_against_dense_bars():
+    """All nodes and the body at once: drag and aerodynamic damping of each, exp(-C f d/U) between any two."""
+    n, viscous, decay, speed, turbulence = 8, 0.05, 1.0, 12.0, np.array([0.2, 0.15, 0.1])
+    text = heavy(("x", "y", "z"), cable__damping={"viscous": viscous}, bodies__gondola__wind=BODY_WIND)
+    text = with_changes(
+        text, model={"elements": n, "order": 1, "mass": "lumped"},
+        wind={"speed": speed, "direction": 0.5, "turbulence_intensity": turbulence.tolist(), "length_scale": 25.0,
+              "coherence_decay": decay, "mean": False, "cable_drag_coefficient": 3.0},
+    )  # fmt: skip
+    for cable, longer in (("west", 1.013), ("east", 1.02)):
+        text["cables"][cable]["unstretched_length"] *= longer
+    case = case_of(text)
+    state = case.equilibrium
+    dense = bar_suspension.dense(state, n)
+    size, rate = len(dense.K), viscous / 0.15
+    along = np.array([np.cos(0.5), np.sin(0.5), 0.0])
+    directions = np.array([along, [-along[1], along[0], 0.0], [0, 0, 1.0]])
+    # places, matrices of force per speed on them, and how they move, of all nodes and the body
+    places, drags, moves = [], [], []
+    C = np.zeros((size, size))
+    ends = state.suspension.ends(state.position, state.rotation)
+    for cable, ((_, inert, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
+        C += rate * move.T @ inert @ move
+        length = float(state.lengths[cable])
+        chain = bars.solve_spatial(ends[cable, 1] - ends[cable, 0], length, EA, 0.15 * G, n)
+        unit = chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
+        stretched = length * (1 + float(state.catenary.mean_tension[cable]) / EA) / n
+        for node in range(n + 1):
+            tangent = unit[max(node - 1, 0)] + unit[min(node, n - 1)]
+            tangent /= np.linalg.norm(tangent)
+            normal = along - tangent * (tangent @ along)
+            across = np.linalg.norm(normal)
+            matrix = across * (np.eye(3) - np.outer(tangent, tangent)) + np.outer(normal, normal) / across
+            width = stretched * (0.5 if node in (0, n) else 1.0)
+            places.append(ends[cable, 0] + chain.nodes[node])
+            drags.append(RHO / 2 * 3.0 * np.sqrt(4e-4 / np.pi) * speed * width * matrix)
+            moves.append(move[3 * node : 3 * node + 3])
+    areas = np.array(BODY_WIND["area"])
+    places.append(state.position[0] + BODY_WIND["center_of_pressure"])
+    drags.append(RHO / 2 * 1.17 * speed * areas[:, None] * (np.eye(3) + np.outer(along, along)))
+    moves.append(np.eye(size)[-3:])
+    places, moves, drags = np.array(places), np.array(moves), np.array(drags)
+    C += np.einsum("kin,kij,kjm->nm", moves, drags, moves)
+    forces = np.einsum("kin,kij,cj->ckn", moves, drags, directions)
+    apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    frequency = np.geomspace(1e-4, 60.0, 2500)
+    s = (2j * np.pi * frequency)[:, None, None]
+    area = areas @ along**2
+    admitted = np.ones((len(frequency), len(places)))
+    admitted[:, -1] = 1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    seen = np.linalg.solve(np.swapaxes(s**2 * dense.M + s * C + dense.K, 1, 2), np.eye(size)[:, -3:])
+    coherence = np.exp(-decay * frequency[:, None, None] * apart / speed)
+    spectrum = np.zeros((len(frequency), 3))
+    for component in range(3):
+        pushed = np.einsum("kn,fno->fko", forces[component], seen) * admitted[:, :, None]
+        spectrum += turbulence[component] ** 2 * ((coherence @ pushed) * pushed.conj()).real.sum(axis=1)
+    spectrum *= (von_karman(frequency, speed, 1.0, 25.0) * speed**2)[:, None]
+    expected = np.trapezoid(spectrum * frequency[:, None], np.log(frequency), axis=0) + spectrum[0] * frequency[0]
+    found = case.in_wind.response.displacements
+    variances = [found.value[0, found.rows[f"gondola.{axis}"]] for axis in "xyz"]
+    assert variances == pytest.approx(expected, rel=1e-3)
 
 
 # ------------------------------------------------------------------------------------------------- one cable, one winch

@@ -2,8 +2,7 @@
 
 A suspension is the plain mapping that its file would hold, all numbers in SI: `gravity`, `cable` (elastic_modulus,
 area, damping), `bodies`, `cables` (from, to, unstretched_length), `winches`, `control` (measured, gain, notch with a
-frequency, or "none"), `actuators`, `wind`. The cables are springs along their chords, with the damping EA time of Kelvin
-and Voigt.
+frequency, or "none"), `actuators`, `wind`. The cables are springs along their chords, with Kelvin-Voigt damping.
 """
 
 from functools import cached_property
