@@ -210,7 +210,7 @@ class Coordinates:
             n, unit = part.modes, np.eye(part.modes)
             for place, cable in enumerate(part.group.places.tolist()):
                 used, element = part.used[place], elements[cable]
-                kept = np.count_nonzero(used[:n])
+                kept = int(np.count_nonzero(used[:n]))
                 shapes = np.concatenate([unit[:, :kept], part.vectors[place][:, used[n:]]], axis=1)
                 found[cable] = Kept(element if kept == n else element.combine(shapes), kept, shapes)
         return found
@@ -231,10 +231,10 @@ class Cables:
         self.catenary, self.count = catenary, len(catenary.span.chord)
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
-    def take(self, first, count):
-        """The `count` cables from number `first` on; what several solutions need is computed for all at once."""
-        rows = slice(first, first + count)
-        some = Cables(self.catenary.take(rows), self.damping[rows])
+    def take(self, first, catenary):
+        """Those from number `first` on, which have this `Catenary`; what all need is computed for all at once."""
+        rows = slice(first, first + len(catenary.span.chord))
+        some = Cables(catenary, self.damping[rows])
         for name in ("heavy", "folded", "travel_time", "edges", "end_stiffness"):
             some.__dict__[name] = getattr(self, name)[rows]
         return some

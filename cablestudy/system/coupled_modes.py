@@ -390,7 +390,7 @@ class Search:
         time = cables.travel_time[cables.heavy]
         time = np.sort(time)[::-1][: self.count]  # no more cables have one of the lowest modes
         strings = np.repeat(np.pi * many / time[:, None], 2)
-        bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).lowest(self.count)[0]
+        bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).frequencies(self.count)
         both = np.sort(np.concatenate([strings, bodies]))[: self.count]
         return both[-1] if len(both) else 0.0
 
@@ -444,12 +444,12 @@ class Search:
         alike = np.where(np.isnan(error), NOISE, error)
         coincident = tuple(runs(solution.omega, alike))
         shapes, error = solution.shapes.copy(), error.copy()
-        moving = np.arange(len(shapes)) + 1.0
+        weighed = (np.arange(len(shapes)) + 1.0)[:, None] * solution.reduced.weighed(shapes)
         for first, last in coincident:
             some = shapes[:, first - 1 : last]
             error[first - 1 : last] = error[first - 1 : last].max()  # their order is not certain
             # modes that coincide: separated by which coordinates move
-            mixed = some.T @ (moving[:, None] * (solution.reduced.weighed(some)))
+            mixed = some.T @ weighed[:, first - 1 : last]
             shapes[:, first - 1 : last] = some @ np.linalg.eigh(mixed + mixed.T)[1]
         frequency = solution.omega / (2 * np.pi)
         return CoupledModes(frequency, error, coincident, self.layout, solution, shapes, finer)
@@ -484,7 +484,7 @@ def coupled_modes_of_cases(equilibria, catenary, count, accuracy, damping):
     meshes = [None] * len(damping)
     for first, equilibrium in zip(range(0, len(damping), each), equilibria, strict=True):
         try:
-            search = Search(equilibrium, count, accuracy, cables=whole.take(first, each))
+            search = Search(equilibrium, count, accuracy, cables=whole.take(first, equilibrium.catenary))
             meshes[first : first + each] = search.first_meshes
         except (NoSolutionError, ConvergenceError) as error:
             search = error
