@@ -225,10 +225,12 @@ class Cables:
         Of shape (c,).
     damping : Damping or sequence of Damping
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
+    static : ndarray, shape (c, 3, 3), optional
+        Their `Catenary.global_end_stiffness`, where it is known. [N/m]
     """
 
-    def __init__(self, catenary, damping):
-        self.catenary, self.count = catenary, len(catenary.span.chord)
+    def __init__(self, catenary, damping, static=None):
+        self.catenary, self.count, self._static = catenary, len(catenary.span.chord), static
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
     def take(self, first, catenary):
@@ -272,7 +274,7 @@ class Cables:
     @cached_property
     def end_stiffness(self):
         """Static, of the six ends, from the closed form, global axes, shape (c, 6, 6). [N/m]"""
-        static = self.catenary.global_end_stiffness
+        static = self.catenary.global_end_stiffness if self._static is None else self._static
         return np.block([[static, -static], [-static, static]])
 
     @property

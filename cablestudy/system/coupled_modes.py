@@ -320,7 +320,10 @@ class Search:
 
     def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        self.layout, self.cables = Layout(equilibrium), cables or Cables(equilibrium.catenary, damping)
+        self.layout, self.cables = (
+            Layout(equilibrium),
+            cables or Cables(equilibrium.catenary, damping, equilibrium.end_stiffness),
+        )
         if not equilibrium.record.converged:
             raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
         if self.cables.folded.any():
@@ -479,7 +482,8 @@ def coupled_modes_of_cases(equilibria, catenary, count, accuracy, damping):
     list of (CoupledModes or Exception)
         The NoSolutionError or ConvergenceError of a case that has none.
     """
-    whole, found, searches = Cables(catenary, damping), [], []
+    static = np.concatenate([equilibrium.end_stiffness for equilibrium in equilibria])
+    whole, found, searches = Cables(catenary, damping, static), [], []
     each = len(damping) // max(1, len(equilibria))
     meshes = [None] * len(damping)
     for first, equilibrium in zip(range(0, len(damping), each), equilibria, strict=True):

@@ -125,7 +125,7 @@ class Group:
             batch.catenary.take(place),
             some(batch.record, place),
         )
-        one.__dict__["blocks"] = batch.blocks.of(place)
+        one.__dict__.update(blocks=batch.blocks.of(place), end_stiffness=batch.end_stiffness[place])
         return one
 
     def modes(self, place, count):
