@@ -1,7 +1,7 @@
 """The loop of several winches that hold the pose of a body.
 
-Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A of
-the static gain G from winches to pose; the winches integrate:
+Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A
+of the static gain G from winches to pose; the winches integrate:
 
     v' = -gain A N(s) y,        A = W^-1 G^T (G W^-1 G^T)^+
 
@@ -17,9 +17,10 @@ import numpy as np
 from cablestudy.control.motion import Motion
 from cablestudy.errors import NoSolutionError
 
-STILL = 1e-9  # static gain of a coordinate over the largest, below which no winch moves it
-DEPENDENT = 1e-9  # singular value of the static gain over the largest, below which winches move poses alike
+STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
+DEPENDENT = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
+ROUNDING = 1e-12  # of a pole over the largest one
 
 
 @dataclass(frozen=True)
@@ -102,15 +103,28 @@ class PoseLoop:
         """The same loop with another gain. [rad/s]"""
         return replace(self, gain=gain)
 
+    def some(self, count):
+        """The same with fewer coordinates, see `Motion.some`."""
+        motion = self.motion.some(count)
+        strokes = len(motion) - count
+        measured = self.allocation.measured
+        measured = np.concatenate([measured[:, :count], measured[:, measured.shape[1] - strokes :]], axis=1)
+        return replace(self, motion=motion, allocation=replace(self.allocation, measured=measured))
+
     def filters(self, s):
         """N_j(s), shape (f, k)."""
         ones = np.ones(len(s), dtype=complex)
         return np.stack([ones if notch is None else notch(s) for notch in self.notches], axis=1)
 
+    def winch_gain(self, s):
+        """v per measured coordinate, -gain/s A N(s), shape (f, i, k)."""
+        return -(self.gain / s)[:, None, None] * (self.allocation.shares * self.filters(s)[:, None, :])
+
     def winch_response(self, s):
-        """v per coordinate, -gain/s A N(s) P, shape (f, i, m)."""
-        shares = self.allocation.shares * self.filters(s)[:, None, :]
-        return -(self.gain / s)[:, None, None] * (shares @ self.allocation.measured)
+        """v per coordinate, shape (f, i, m)."""
+        if not self.gain:
+            return np.zeros((len(s), self.motion.driven[0].shape[1], len(self.motion)))
+        return self.winch_gain(s) @ self.allocation.measured
 
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates with the loop closed, shape (f, m, m)."""
@@ -149,11 +163,18 @@ class PoseLoop:
 
 
 def growing(poles):
-    """The pole of the largest growth relative to its size, or None where none grows."""
-    scale = np.abs(poles).max(initial=0.0)
-    growth = poles.real / np.maximum(np.abs(poles), GROWING * scale + 1e-300)
-    place = int(np.argmax(growth)) if len(poles) else 0
-    return complex(poles[place]) if len(poles) and growth[place] > GROWING else None
+    """The pole that grows most, or None where none grows."""
+    growth = _growths(poles)
+    return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
+
+
+def growth_of(poles):
+    """Largest growth of some poles, positive where one grows. [1/s]"""
+    return float(_growths(poles).max())
+
+
+def _growths(poles):
+    return poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
 
 
 def first_order(motion, allocation=None, notches=()):

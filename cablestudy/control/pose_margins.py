@@ -6,15 +6,16 @@ eigenvalues of the closed loop beside them decide.
 """
 
 import numpy as np
+from scipy.optimize import brentq
 
-from cablestudy.control.pose_loop import growing
+from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
 
 PER_DECADE = 40
-ASIDE = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole, in its half-widths
+ASIDE = np.array([0.0, 0.3, 1.0, 3.0])  # frequencies beside a pole, in its half-widths
 RANGE = 1e-3, 30.0  # frequencies that are looked at, over the least and largest of the poles
-BESIDE = 0.01  # relative distance of the gains on either side of a candidate that eigenvalues judge
-BISECTIONS = 60
+BESIDE = 0.03  # relative distance of the gains on either side of a candidate that eigenvalues judge
+SETTLED = 1e-9  # relative width of the bracket of a gain that is found
 REFINEMENTS = 4  # of the frequency of the largest sensitivity
 
 
@@ -30,12 +31,14 @@ def grid(loop):
     return np.unique(np.concatenate([decades, (centre[:, None] + steps).ravel()]))
 
 
-def largest_gain(loop):
+def largest_gain(loop, near=None):
     """The least gain at which the loop is unstable; None where there is none.
 
     Parameters
     ----------
     loop : PoseLoop
+    near : float, optional
+        About where it is, when that is known. [rad/s]
 
     Returns
     -------
@@ -48,7 +51,12 @@ def largest_gain(loop):
         The suspension is unstable with the winches at rest.
     """
     fixed, scaled = loop.matrices
-    return limit(fixed, scaled.sum(axis=0), lambda omega: np.linalg.eigvals(loop.unit_gain(1j * omega)), grid(loop))
+    known = [] if near is None else [near]
+    candidates = known or _candidates(np.linalg.eigvals(loop.unit_gain(1j * grid(loop))))
+    found = limit(fixed, scaled.sum(axis=0), candidates)
+    if found == 0:
+        raise NoSolutionError("the suspension is unstable with its winches at rest")
+    return found
 
 
 def single_limits(loop):
@@ -58,90 +66,57 @@ def single_limits(loop):
     -----
     With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
     """
-    omega, (fixed, scaled), found = grid(loop), loop.matrices, []
+    (fixed, scaled), found = loop.matrices, []
+    sensitivity = loop.sensitivity(1j * grid(loop))
     for place, own in enumerate(scaled):
-
-        def alone(omega, place=place):
-            return (1 / loop.sensitivity(1j * omega)[:, place, place] - 1)[:, None]
-
+        candidates = _candidates((1 / sensitivity[:, place, place] - 1)[:, None])
         others = fixed + loop.gain * (scaled.sum(axis=0) - own)
-        factor = limit(others, loop.gain * own, alone, omega)
+        factor = limit(others, loop.gain * own, candidates)
         found.append(np.inf if factor is None else factor)
     return np.array(found)
 
 
-def limit(fixed, scaled, eigenvalues, omega):
-    """The least factor above which fixed + factor scaled has a growing eigenvalue; None where there is none.
+def limit(fixed, scaled, candidates):
+    """The least factor above which fixed + factor scaled has a growing eigenvalue; None where there is none, 0 where
+    `fixed` has one.
 
     Parameters
     ----------
     fixed, scaled : ndarray, shape (N, N)
-    eigenvalues : callable
-        Frequencies, shape (f,) [rad/s] -> eigenvalues of the loop gain over the factor, shape (f, k).
-    omega : ndarray
-        Frequencies, ascending. [rad/s]
+    candidates : list of float
+        Ascending.
     """
-    if growing(np.linalg.eigvals(fixed)) is not None:
-        raise NoSolutionError("the suspension is unstable with its winches at rest")
-    with np.errstate(all="ignore"):
-        values = eigenvalues(omega)
-    for gain in _candidates(values, omega, eigenvalues):
-        if growing(np.linalg.eigvals(fixed + (1 + BESIDE) * gain * scaled)) is not None:
-            low = (1 - BESIDE) * gain
-            if growing(np.linalg.eigvals(fixed + low * scaled)) is None:
-                return gain
-            return _bisected(fixed, scaled, 0.0, low)
+
+    def growth(factor):
+        return growth_of(np.linalg.eigvals(fixed + factor * scaled))
+
+    if growth(0.0) > 0:
+        return 0.0
+    for factor in candidates:
+        low, high = (1 - BESIDE) * factor, (1 + BESIDE) * factor
+        if growth(high) > 0:
+            low, high = (low, high) if growth(low) <= 0 else (0.0, low)
+            return brentq(growth, low, high, xtol=SETTLED * high, rtol=SETTLED)
     return None
 
 
-def _candidates(values, omega, eigenvalues):
-    """Gains at which an eigenvalue of the loop gain crosses the negative real axis, ascending."""
-    values = np.where(np.isfinite(values), values, 0.0)
-    values = _followed(values)
-    crosses = (values.imag[:-1] * values.imag[1:] < 0) & (values.real[:-1] + values.real[1:] < 0)
-    found = []
-    for place, column in zip(*np.nonzero(crosses), strict=True):
-        low, high = omega[place], omega[place + 1]
-        below = values[place, column]
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2
-            here = eigenvalues(np.array([middle]))[0]
-            here = here[np.argmin(np.abs(here - below))]
-            if here.imag * values[place, column].imag > 0:
-                low, below = middle, here
-            else:
-                high = middle
-            if high - low < 1e-13 * high:
-                break
-        if below.real < 0:
-            found.append(-1 / below.real)
-    return sorted(found)
+def _candidates(values):
+    """Factors at which an eigenvalue of the loop gain crosses the negative real axis, ascending.
 
-
-def _followed(values):
-    """Eigenvalues in an order in which each is near the one before it, shape (f, k)."""
-    from scipy.optimize import linear_sum_assignment
-
-    if values.shape[1] == 1:
-        return values
-    found = values.copy()
-    for place in range(1, len(found)):
-        apart = np.abs(found[place - 1][:, None] - found[place][None])
-        found[place] = found[place][linear_sum_assignment(apart)[1]]
-    return found
-
-
-def _bisected(fixed, scaled, low, high):
-    """The factor between a stable and an unstable one at which the system becomes unstable."""
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        if growing(np.linalg.eigvals(fixed + middle * scaled)) is None:
-            low = middle
-        else:
-            high = middle
-        if high - low < 1e-10 * high:
-            break
-    return (low + high) / 2
+    Parameters
+    ----------
+    values : ndarray, shape (f, k)
+        Not a number where the loop gain is infinite.
+    """
+    values = values[np.isfinite(values).all(axis=1)]
+    first, second = values[:-1, :, None], values[1:, None, :]
+    nearest = np.abs(first - second).argmin(axis=2)
+    after, before = np.take_along_axis(values[1:], nearest, axis=1), values[:-1]
+    crosses = (before.imag * after.imag <= 0) & (np.minimum(before.real, after.real) < 0)
+    before, after = before[crosses], after[crosses]
+    share = before.imag / np.where(before.imag != after.imag, before.imag - after.imag, 1.0)
+    real = before.real + share * (after.real - before.real)
+    return np.sort(-1 / real[real < 0]).tolist()
 
 
 def sensitivity_peak(loop):

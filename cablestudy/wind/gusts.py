@@ -45,48 +45,61 @@ class Gusts:
     places: np.ndarray
     areas: np.ndarray
 
-    def spectra(self, frequency):
-        """Spectral matrix of the forces on the coordinates, one-sided.
+    def variance_spectra(self, frequency, response):
+        """One-sided spectra of some outputs.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
+        response : ndarray, complex, shape (f, m, o)
+            Of each output to a force on each of the first m coordinates.
 
         Returns
         -------
-        ndarray, shape (f, m, m)
-            Symmetric. [N^2/Hz for coordinates that are displacements]
+        ndarray, shape (f, o)
         """
-        wind, count = self.wind, self.forces.shape[-1]
+        wind, count = self.wind, response.shape[1]
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
-        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed)
+        pushed = (self.directions @ self.forces).reshape(3 * len(self.areas), -1)[:, :count]
         shares = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
-        pushed = (self.directions @ self.forces).reshape(-1, count)  # by body and component
-        scale = np.repeat(np.reshape(shares, (len(self.areas), len(frequency))), 3, axis=0).T
-        onto = np.concatenate(
-            [np.broadcast_to(np.eye(count), (len(frequency), count, count)), scale[..., None] * pushed], axis=1
-        )
-        return speed[:, None, None] * (np.swapaxes(onto, -1, -2) @ covariance @ onto)
+        shares = np.repeat(np.reshape(shares, (len(self.areas), len(frequency))), 3, axis=0).T
+        response = np.concatenate([response, shares[..., None] * (pushed @ response)], axis=1)
+        every = self.forces.shape[-1]
+        kept = np.concatenate([np.arange(count), np.arange(every, every + len(pushed))])
+        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed, kept)
+        parts = response.real, response.imag
+        return speed[:, None] * sum(((covariance @ part) * part).sum(axis=1) for part in parts)
 
-    def _covariance(self, kappa):
+    def own(self, frequency):
+        """Spectrum of the force on each coordinate at a frequency of its own [Hz], shape (m,), without admittance."""
+        wind, count, bodies = self.wind, self.forces.shape[-1], 3 * len(self.areas)
+        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed, np.arange(count + bodies))
+        onto = np.concatenate([np.eye(count), (self.directions @ self.forces).reshape(bodies, count)])
+        speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
+        return speed * ((covariance @ onto.T[:, :, None])[..., 0] * onto.T).sum(axis=1)
+
+    def _covariance(self, kappa, kept):
         """Covariance of the forces of the cables on the coordinates and of the components of speed at the bodies.
 
         Parameters
         ----------
         kappa : ndarray, shape (f,)
             [1/m]
+        kept : ndarray of int, shape (s,)
+            Of which of these.
 
         Returns
         -------
-        ndarray, shape (f, m + 3 b, m + 3 b)
+        ndarray, shape (f, s, s)
         """
         known, spline = self._computed
         if spline is None:
-            return np.broadcast_to(known, (len(kappa), *known.shape))
+            return np.broadcast_to(known[np.ix_(kept, kept)], (len(kappa), len(kept), len(kept)))
         low, high = spline.x[[0, -1]]
         place = np.log(np.maximum(kappa, 1e-300))
         found = spline(np.clip(place, low, high))
+        found = found if len(kept) == found.shape[-1] else found[:, kept[:, None], kept]
         # beyond, what is incoherent falls with 1/kappa
         return found * np.where(place > high, np.exp(high - place), 1.0)[:, None, None] if len(self.strips) else found
 

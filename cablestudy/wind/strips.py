@@ -100,7 +100,7 @@ def strips(solution, layout, shapes, drag):
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
     ends = layout.ends(layout.bodies(shapes))
-    nodes = solution.models.nodes(solution.amplitudes(shapes), ends)
+    nodes = solution.models.nodes(solution.coordinates.amplitudes(shapes), ends)
     tangents, meshes = _tangents(solution.models), solution.models.meshes
     stretch = 1 + equilibrium.catenary.mean_tension / equilibrium.catenary.span.axial_stiffness
     found = []
@@ -130,7 +130,7 @@ def _tangents(models):
     """Unit tangents at the nodes of the cables with mass, global axes: cable -> shape (p, 3)."""
     found = {}
     for group in models.groups:
-        turned = nodal_tangent(group.state) @ group.state.span.frame
+        turned = nodal_tangent(group.ends.state) @ group.ends.state.span.frame
         found.update(zip(group.places.tolist(), turned, strict=True))
     return found
 

@@ -1,5 +1,6 @@
 """Suspensions: equilibria of many cases, and of each what its cables carry and its coupled modes, when needed."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -7,6 +8,8 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, stress_of
 from cablestudy.study.results import ClosedStatics
+from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.movement import drag_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
@@ -16,6 +19,7 @@ from cablestudy.system.descent import REASONS, some
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
+from cablestudy.wind.mean import equilibrium_in_wind
 
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
 HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero but for rounding
@@ -104,6 +108,23 @@ class Group:
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
 
+    @cached_property
+    def windy(self):
+        """`Equilibrium` of all cases in the mean wind, and `Drag`; the calm one, and None, without wind.
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        if self._scenes[0].wind is None:
+            return self.equilibrium, None
+        suspension = self.equilibrium.suspension
+        drag = drag_of(self._scenes, suspension.body_names, suspension.cable_names)
+        if not any(scene.wind.mean for scene in self._scenes):
+            return self.equilibrium, drag
+        blowing = np.array([float(scene.wind.mean) for scene in self._scenes])[:, None]
+        return equilibrium_in_wind(self.equilibrium, replace(drag, velocity=blowing * drag.velocity)), drag
+
     def failure(self, place):
         """The error of a case without a stable equilibrium, or None."""
         record, problem = self.equilibrium.record, self.problems[place]
@@ -117,16 +138,7 @@ class Group:
 
     def take(self, place):
         """The `Equilibrium` of one case."""
-        batch = self.equilibrium
-        one = Equilibrium(
-            batch.suspension.take(place),
-            batch.position[place],
-            batch.rotation[place],
-            batch.catenary.take(place),
-            some(batch.record, place),
-        )
-        one.__dict__.update(blocks=batch.blocks.of(place), end_stiffness=batch.end_stiffness[place])
-        return one
+        return _one(self.equilibrium, place)
 
     def modes(self, place, count):
         """The lowest `CoupledModes` of a case without failure, with those of its neighbours.
@@ -151,6 +163,19 @@ class Group:
         if isinstance(found, Exception):
             raise found
         return found
+
+
+def _one(batch, place):
+    """One case of an `Equilibrium`."""
+    one = Equilibrium(
+        batch.suspension.take(place),
+        batch.position[place],
+        batch.rotation[place],
+        batch.catenary.take(place),
+        some(batch.record, place),
+    )
+    one.__dict__.update(blocks=batch.blocks.of(place), end_stiffness=batch.end_stiffness[place])
+    return one
 
 
 def _formed(numbers):
@@ -197,6 +222,25 @@ class SuspensionCase:
     def equilibrium(self):
         """`Equilibrium` of this case; raises as `group`."""
         return self.group.take(self.place)
+
+    @cached_property
+    def in_wind(self):
+        """`InWind`: in the mean wind where the scene has wind.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is no stable equilibrium, or none in the mean wind.
+        """
+        found, drag = self.group.windy
+        if drag is None:
+            return InWind(self.scene, self.equilibrium, self.equilibrium, None, self.model)
+        if not found.record.converged[self.place]:
+            reason = REASONS[int(found.record.reason[self.place])]
+            raise ConvergenceError(f"no equilibrium in the mean wind: {reason}")
+        if reason := found.stability.reason(self.place):
+            raise NoSolutionError(f"in the mean wind: {reason}")
+        return InWind(self.scene, self.equilibrium, _one(found, self.place), drag.take(self.place), self.model)
 
     @property
     def solved(self):
@@ -370,7 +414,8 @@ def cases_of(scenes):
     """
     groups = {}
     for place, scene in enumerate(scenes):
-        key = (repr(topology_of(scene)), scene.solve_for, scene.tensions and scene.tensions.method)
+        method = scene.tensions and scene.tensions.method
+        key = (repr(topology_of(scene)), scene.solve_for, method, scene.wind is None)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():
