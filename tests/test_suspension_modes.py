@@ -13,7 +13,7 @@ from suspensions import sagging
 
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import coupled, linear, statics
+from cablestudy.system import cables, coupled, linear, statics
 from cablestudy.system.cables import FixedModel, Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import Search, coupled_modes
@@ -118,6 +118,21 @@ def test_dense_bars_of_the_whole_suspension(strain):
     energy = np.concatenate([50.0 * center**2, turned * (state.suspension.inertia[0] @ turned)])
     assert found.body_energy[0] == pytest.approx(energy[:, :40], abs=1e-7)
     assert found.body_energy.sum(axis=(0, 1)) + found.cable_energy.sum(axis=(0, 1)) == pytest.approx(np.ones(40))
+
+
+@pytest.mark.parametrize("strain", [3e-3, -3e-3])
+@pytest.mark.parametrize("damping", [Damping(), Damping("hysteretic", loss_factor=0.02)])
+def test_six_vectors_stand_for_the_modes_of_cables_that_are_not_computed(monkeypatch, strain, damping):
+    """Dense bars, with the modes of many elements left out."""
+    state = platform(strain=strain)
+    every = coupled_modes(state, 12, damping=damping, model=FixedModel(24))
+    monkeypatch.setattr(cables, "ALL_AT_ONCE", 20)
+    found = coupled_modes(state, 12, damping=damping, model=FixedModel(24))
+    assert {record.modes for record in every.cables} == {69}
+    assert max(record.modes for record in found.cables) < 55
+    assert all("vectors" in record.reason for record in found.cables)
+    assert found.frequency == pytest.approx(bar_suspension.dense(state, 24).modes()[0][:12], rel=1e-9)
+    assert found.damping_ratio == pytest.approx(every.damping_ratio, rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,10 @@ import numpy as np
 
 from cablestudy.cable import equilibrium
 from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
-from cablestudy.cable.dynamics import Dynamics
+from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
-from cablestudy.system.ends import Ends
+from cablestudy.system.ends import Ends, EndsOfLarge
 from cablestudy.system.superelement import Damping, Strain, Superelement
 
 MAX_MODES = 600  # of one cable
@@ -333,14 +333,16 @@ class Models:
     meshes : list of (Mesh or None)
     fixed : bool
         Whether the elements are in their own equilibrium, not on the closed form.
+    most : int
+        Modes of each cable that are computed at most; six vectors stand for the others.
     """
 
-    def __init__(self, cables, meshes, fixed=False):
-        self.cables, self.meshes, self._fixed = cables, meshes, fixed
+    def __init__(self, cables, meshes, fixed=False, most=MAX_MODES):
+        self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, min(most, MAX_MODES)
 
     def take(self, cables, first):
         """Those of `cables`, which are those from number `first` on."""
-        some = Models(cables, self.meshes[first : first + cables.count], self._fixed)
+        some = Models(cables, self.meshes[first : first + cables.count], self._fixed, self._most)
         some.__dict__["groups"] = [one for group in self.groups if (one := group.take(first, cables.count))]
         return some
 
@@ -351,8 +353,9 @@ class Models:
         symmetric = np.asarray(cables.catenary.span.mirror_symmetric)
         for place, mesh in enumerate(self.meshes):
             if mesh is not None:
-                members.setdefault((mesh, bool(symmetric[place])), []).append(place)
-        for (mesh, _), places in members.items():
+                alone = place if self._large(mesh) else None
+                members.setdefault((mesh, bool(symmetric[place]), alone), []).append(place)
+        for (mesh, *_), places in members.items():
             catenary = cables.catenary.take(np.array(places))
             if self._fixed:
                 state, record = equilibrium.solve_many(catenary, mesh)
@@ -362,9 +365,16 @@ class Models:
             else:
                 state = equilibrium.from_catenary(catenary, mesh)
             dynamics = Dynamics(state)
-            count = min(dynamics.dof, MAX_MODES)
-            found.append(Group(np.array(places), Ends(dynamics, catenary.span.frame, count)))
+            if self._large(mesh):
+                ends = EndsOfLarge(dynamics, catenary.span.frame, self._most)
+            else:
+                ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
+            found.append(Group(np.array(places), ends))
         return found
+
+    def _large(self, mesh):
+        """Whether a cable has more modes than are computed, and more than cost little."""
+        return 3 * (mesh.nodes - 2) > max(self._most, ALL_AT_ONCE)
 
     @cached_property
     def elements(self):

@@ -8,6 +8,7 @@ mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from math import ceil
 
 import numpy as np
 
@@ -32,6 +33,7 @@ LEAST_GROWTH, MOST_GROWTH, SAFETY = 1.15, 3.0, 1.1  # of a limit in one trial; f
 DAMPED = 3.0  # least multiple of the highest frequency up to which the finer model for damping keeps modes
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
+EXACT = 1e-10  # error of a frequency that modes of cables may leave where the choice of elements is exact
 NOISE = 1e-12  # error of a frequency by rounding
 
 
@@ -72,7 +74,9 @@ class CableRecord:
             first = f"its first one, at {self.first_mode:.4g} Hz,"
             return f"no modes: {first} changes no frequency by more than {self.error:.1e}"
         if not np.isfinite(self.limit):
-            return f"all {self.modes} modes of {self.elements} elements of order {self.order}"
+            whole = self.modes == 3 * (self.elements * self.order - 1)
+            which = f"all {self.modes} modes" if whole else f"{self.modes} modes and vectors for those above"
+            return f"{which} of {self.elements} elements of order {self.order}"
         return (
             f"{self.modes} modes below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
             f"what is left out changes no frequency by more than {self.error:.1e}"
@@ -347,7 +351,7 @@ class Search:
         """
         cables = self.cables
         if self._model is not None:
-            models = Models(cables, fixed_meshes(cables, self._model), fixed=True)
+            models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=self._most)
             solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
             return self._finished(solution, np.full(len(solution.omega), np.nan))
         if not cables.heavy.any():
@@ -379,6 +383,12 @@ class Search:
     def _margin(self):
         """Multiple of the highest frequency up to which the modes of cables are kept at first. [-]"""
         return max(MARGIN, SHARPER * self.accuracy ** (-1 / POWER))
+
+    @property
+    def _most(self):
+        """Modes of a cable up to which those of an exact choice of elements are kept: the others change no digit."""
+        highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess
+        return 8 + ceil(2 * highest * self.cables.travel_time.max(initial=0.0) / np.pi)
 
     @property
     def first_meshes(self):
