@@ -73,12 +73,13 @@ class CableRecord:
         if not self.modes + self.residuals:
             first = f"its first one, at {self.first_mode:.4g} Hz,"
             return f"no modes: {first} changes no frequency by more than {self.error:.1e}"
+        count = "1 mode" if self.modes == 1 else f"{self.modes} modes"
         if not np.isfinite(self.limit):
             whole = self.modes == 3 * (self.elements * self.order - 1)
-            which = f"all {self.modes} modes" if whole else f"{self.modes} modes and vectors for those above"
+            which = f"all {count}" if whole else f"{count} and vectors for those above"
             return f"{which} of {self.elements} elements of order {self.order}"
         return (
-            f"{self.modes} modes below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
+            f"{count} below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
             f"what is left out changes no frequency by more than {self.error:.1e}"
         )
 
