@@ -372,6 +372,11 @@ class Models:
             found.append(Group(np.array(places), ends))
         return found
 
+    @property
+    def complete(self):
+        """Whether all modes of all cables are computed."""
+        return not any(mesh is not None and self._large(mesh) for mesh in self.meshes)
+
     def _large(self, mesh):
         """Whether a cable has more modes than are computed, and more than cost little."""
         return 3 * (mesh.nodes - 2) > max(self._most, ALL_AT_ONCE)

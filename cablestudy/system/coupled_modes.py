@@ -14,7 +14,7 @@ import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.system.cables import HIGHEST_ORDER, UNDAMPED, Cables, Coordinates, Models, fixed_meshes
+from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Coordinates, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.damping import COUPLED, damping_ratios
 from cablestudy.system.linear import ReducedSystem
@@ -154,7 +154,7 @@ class CoupledModes:
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
     finer : callable or None
-        Computes `damped`; None for an exact choice of elements, and where no cable has mass.
+        Computes `damped`; None where these modes serve.
     """
 
     frequency: np.ndarray
@@ -197,7 +197,7 @@ class CoupledModes:
         """
         cables = self.solution.models.cables
         modal = any(one.model == "modal" and one.ratio for one in cables.damping)
-        if self.damped is self or (modal and cables.heavy.any()):
+        if (modal and cables.heavy.any()) or self.damped is self:
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
         ratio = self.damping_ratio.copy()
         other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)
@@ -352,9 +352,7 @@ class Search:
         """
         cables = self.cables
         if self._model is not None:
-            models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=self._most)
-            solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
-            return self._finished(solution, np.full(len(solution.omega), np.nan))
+            return self._of_elements(self._most)
         if not cables.heavy.any():
             solution = self._modes(Models(cables, [None] * cables.count), np.zeros(cables.count))
             return self._finished(solution, np.full(len(solution.omega), NOISE))
@@ -374,6 +372,18 @@ class Search:
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: finer meshes of the cables do not help"
         )
 
+    def _of_elements(self, most):
+        """`CoupledModes` of an exact choice of elements, with some modes of each cable.
+
+        Modal damping is that of all modes, which are computed where damping is asked for.
+        """
+        cables = self.cables
+        models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=most)
+        solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
+        modal = any(one.model == "modal" and one.ratio for one in cables.damping)
+        finer = partial(self._of_elements, MAX_MODES) if modal and most < MAX_MODES and not models.complete else None
+        return self._finished(solution, np.full(len(solution.omega), np.nan), finer)
+
     def _finer(self, orders, limits, highest, error):
         """`CoupledModes` of a finer model with more modes of cables."""
         models = Models(self.cables, self.cables.meshes(orders + STEP))
@@ -387,7 +397,7 @@ class Search:
 
     @property
     def _most(self):
-        """Modes of a cable up to which those of an exact choice of elements are kept: the others change no digit."""
+        """How many modes of each cable an exact choice of elements needs: the others change no digit."""
         highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess
         return 8 + ceil(2 * highest * self.cables.travel_time.max(initial=0.0) / np.pi)
 
