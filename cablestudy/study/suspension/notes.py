@@ -51,8 +51,8 @@ def _of_wind(case):
     movement, wind = case.in_wind.movement, case.scene.wind
     modes, strokes = len(movement.modes), sum(not one.wheel for one in movement.actuators)
     shapes = counted(len(movement.motion) - modes - strokes, "static shape")
-    highest = movement.modes.frequency[-1]
-    yield f"motion: {modes} coupled modes up to {highest:.4g} Hz, {shapes} for those above, {counted(strokes, 'stroke')}"
+    some = f"{modes} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
+    yield f"motion: {some}, {shapes} for those above, {counted(strokes, 'stroke')}"
     if wind is not None:
         about = "about the equilibrium in the mean wind" if wind.mean else "about the equilibrium without wind"
         damped = "with" if wind.aerodynamic_damping else "without"
