@@ -84,8 +84,8 @@ class Group:
         rows = slice(begin, end)
         return Group(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
 
-    def reduced(self, limits):
-        """The coordinates of these cables, `Reduced`, for limits of all cables (see `Models.coordinates`)."""
+    def coordinates(self, limits):
+        """The coordinates of these cables, `GroupCoordinates`, for limits of all cables (see `Models.coordinates`)."""
         limit = limits[self.places, None]
         omega, coupling = self.ends.omega, self.ends.coupling
         left = omega >= limit
@@ -93,7 +93,7 @@ class Group:
         square, backward = omega[..., None] ** 2, shapes.swapaxes(-1, -2)
         there = (shapes != 0).any(axis=-2)
         own = np.sqrt((square * shapes**2).sum(axis=-2))
-        return Reduced(
+        return GroupCoordinates(
             group=self,
             vectors=shapes,
             omega=np.concatenate([omega, np.where(there, own, 1.0)], axis=-1),
@@ -103,7 +103,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class GroupCoordinates:
     """Coordinates of the cables of a group: of its n modes with fixed ends the lowest, and residual vectors.
 
     Attributes
@@ -158,7 +158,7 @@ class Coordinates:
 
     def __init__(self, models, limits):
         self.models, self.limits = models, limits
-        self.parts = [group.reduced(limits) for group in models.groups]
+        self.parts = [group.coordinates(limits) for group in models.groups]
 
     @cached_property
     def _numbered(self):
