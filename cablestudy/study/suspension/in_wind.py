@@ -6,9 +6,9 @@ import numpy as np
 
 from cablestudy.control.pose_margins import largest_gain
 from cablestudy.study.suspension.movement import Movement
-from cablestudy.study.suspension.response import ACCURACY, CLOSED, FEWER, OPEN, Response
+from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 
-COUNTS = (48, 80, 130)  # modes of the models that are tried
+COUNTS = (32, 50, 80, 130)  # modes of the models that are tried
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
@@ -80,7 +80,7 @@ class InWind:
         loop = movement.loop
         if loop is None or movement.largest_gain is None:
             return np.nan
-        fewer = largest_gain(loop.some(int(FEWER * movement.motion.shapes.shape[1])), movement.largest_gain)
+        fewer = largest_gain(loop.within(movement.fewer), movement.largest_gain)
         return np.nan if fewer is None else abs(fewer / movement.largest_gain - 1)
 
     @cached_property
