@@ -47,6 +47,12 @@ def value(case, column):
     return found[0] if isinstance(found, tuple) else found
 
 
+def variance(case, output, state=0, kind="value"):
+    """Of an output; with the loop (0) or with the winches at rest (1)."""
+    found = case.in_wind.response.variances
+    return getattr(found, kind)[state, found.rows[output]]
+
+
 # ------------------------------------------------------------------------------------------------------- mean wind
 
 
@@ -338,7 +344,6 @@ def white(monkeypatch):
     """The speed has a flat one-sided spectrum of 1 (m/s)^2/Hz times its variance, without admittance."""
     monkeypatch.setattr(gusts, "speed_spectrum", lambda frequency, *_: np.ones_like(frequency))
     monkeypatch.setattr(gusts, "admittance", lambda frequency, *_: np.ones_like(frequency))
-    monkeypatch.setattr(response, "HIGHEST", 1e7)
 
 
 @pytest.mark.usefixtures("white")
@@ -400,15 +405,14 @@ def by_lyapunov(own, gain):
 @pytest.mark.usefixtures("white")
 @pytest.mark.parametrize("gain", [None, 0.0])
 @pytest.mark.parametrize("name", ["one body", "two bodies"])
-def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain):
+def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, monkeypatch):
     """Displacements, rotations, markers, tensions, strokes, forces, momenta and torques; with the loop and without."""
+    monkeypatch.setattr(response, "HIGHEST", 1e7)
     text = everything(wind=WIND | {"direction": 0.7, "speed": 12.0}, control__gain=1.0) if name == "one body" else PAIR
     text = with_changes(text, wind__coherence_decay=0, model={"accuracy": 1e-6})
     case, state = case_of(text), 0 if gain is None else 1
     for output, expected in by_lyapunov(Straight(text), gain).items():
-        found = case.in_wind.response.of(output)
-        place = found.rows[output]
-        numbers = [found.value[state, place], found.rate[state, place]][: len(expected)]
+        numbers = [variance(case, output, state, kind) for kind in ("value", "rate")][: len(expected)]
         assert numbers == pytest.approx(expected, rel=2e-6), output
 
 
@@ -417,10 +421,9 @@ def test_a_resonance_of_a_mass_that_is_hardly_damped_is_not_missed():
     mass = ACTUATORS["mass_x"] | {"damping_ratio": 1e-5, "velocity_gain": 0.0, "position_gain": 0.0, "frequency": 0.077}
     text = everything(wind=WIND | {"coherence_decay": 0}, actuators={"mass_x": mass})
     del text["control"]
-    found = case_of(text).in_wind.response.displacements
+    case = case_of(text)
     for output, expected in by_lyapunov(Straight(text), None).items():
-        if output in found.rows:
-            assert found.value[0, found.rows[output]] == pytest.approx(expected[0], rel=1e-4), output
+        assert variance(case, output) == pytest.approx(expected[0], rel=1e-4), output
 
 
 # --------------------------------------------------------------------------------------------- spectra and a record
@@ -470,8 +473,7 @@ def test_variances_of_two_bodies_in_partly_coherent_wind():
     own, case = Straight(text), case_of(text)
     spectra = by_frequencies(own, FREQUENCY)
     for output, spectrum in spectra.items():
-        found = case.in_wind.response.of(output)
-        assert found.value[0, found.rows[output]] == pytest.approx(integral(spectrum), rel=1e-4), output
+        assert variance(case, output) == pytest.approx(integral(spectrum), rel=1e-4), output
     s = 2j * np.pi * FREQUENCY
     weights = {
         "": 1.0,
@@ -535,8 +537,7 @@ def test_a_record_of_200000_steps_has_these_variances():
     mean, scatter = squares.mean(axis=1), squares.std(axis=1, ddof=1) / np.sqrt(40)
     assert (scatter < 0.1 * mean).all()
     for output, found, error in zip(outputs, mean, scatter, strict=True):
-        expected = case.in_wind.response.of(output)
-        assert abs(found - expected.value[0, expected.rows[output]]) < 4 * error, output
+        assert abs(found - variance(case, output)) < 4 * error, output
 
 
 def test_wind_on_sagging_cables_and_a_body_against_dense_bars():
@@ -597,9 +598,7 @@ def test_wind_on_sagging_cables_and_a_body_against_dense_bars():
         spectrum += turbulence[component] ** 2 * ((coherence @ pushed) * pushed.conj()).real.sum(axis=1)
     spectrum *= (von_karman(frequency, speed, 1.0, 25.0) * speed**2)[:, None]
     expected = np.trapezoid(spectrum * frequency[:, None], np.log(frequency), axis=0) + spectrum[0] * frequency[0]
-    found = case.in_wind.response.displacements
-    variances = [found.value[0, found.rows[f"gondola.{axis}"]] for axis in "xyz"]
-    assert variances == pytest.approx(expected, rel=1e-3)
+    assert [variance(case, f"gondola.{axis}") for axis in "xyz"] == pytest.approx(expected, rel=1e-3)
 
 
 # ------------------------------------------------------------------------------------------------- one cable, one winch
@@ -662,13 +661,8 @@ def turned_about_the_vertical(text, angle):
 
 
 def variances_of(case):
-    """Covariance-free numbers: name -> variance with the loop."""
-    found = case.in_wind.response
-    return {
-        name: part.value[0, place]
-        for part in (found.displacements, found.tensions)
-        for name, place in part.rows.items()
-    }
+    """Name of each output -> its variance with the loop."""
+    return {name: variance(case, name) for name in case.in_wind.response.variances.rows}
 
 
 WHOLE = everything(**HEAVY_CABLES, control__gain=0.2, wind__direction=0.3)

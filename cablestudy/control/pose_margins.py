@@ -11,15 +11,10 @@ from scipy.optimize import brentq
 from cablestudy.control.pose_loop import growth_of, growths
 from cablestudy.errors import NoSolutionError
 
-<<<<<<< HEAD
-PER_DECADE = 40
-ASIDE = np.array([0.3, 1.0, 3.0])  # frequencies beside a pole, in its half-widths
+PER_DECADE = 30
+ASIDE = np.array([1.0, 3.0])  # frequencies beside a pole, in its half-widths
 UNDAMPED = 1e-9  # damping ratio below which the loop gain at a pole is infinite
 NARROWEST = 1e-6  # half-width that is taken at least, over the frequency
-=======
-PER_DECADE = 30
-ASIDE = np.array([0.0, 1.0, 3.0])  # frequencies beside a pole, in its half-widths
->>>>>>> main
 RANGE = 1e-3, 30.0  # frequencies that are looked at, over the least and largest of the poles
 BESIDE = 0.03  # relative distance of the gains on either side of a candidate that eigenvalues judge
 AT_ONCE = 100  # frequencies

@@ -17,15 +17,11 @@ from cablestudy.wind.imaging import correction_weight, exposure_weight
 TURN = 2 * np.pi
 LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
 NARROW = 0.3  # damping ratio below which a pole is a boundary of panels
-<<<<<<< HEAD
-IMPORTANT = 1e-6  # share of its mode in the variance of an output from which it is one
+IMPORTANT = 3e-5  # share of its mode in the variance of an output from which it is one
+BESIDE = 0.02  # relative distance of a pole from the frequency of its mode
 UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
 SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, at most
 EXCITED = 1e-12  # share of an undamped mode above which the wind excites it: what is less is rounding
-=======
-IMPORTANT = 3e-5  # share of its mode in the variance of an output from which it is one
-BESIDE = 0.02  # relative distance of a pole from the frequency of its mode
->>>>>>> main
 APART = 0.5  # least distance of boundaries, in half-widths
 ACCURACY = 1e-4  # where the scene has a fixed model
 SAMPLES = 8  # frequencies a decade at which that error is estimated,
@@ -197,14 +193,31 @@ class Response:
 
     @cached_property
     def _of_all(self):
+        self.check_damped()
         return self.resonances()
 
+    def check_damped(self):
+        """Refuse a resonance that the wind excites and nothing bounds.
+
+        Raises
+        ------
+        NoSolutionError
+        """
+        poles, unit = self.movement.open_poles, self.movement.motion.unit[: len(self._shares)]
+        poles = poles[(poles.imag > 0) & (np.abs(poles.real) < UNDAMPED * np.abs(poles))]
+        for frequency in np.abs(poles).tolist():
+            mode = int(np.argmin(np.abs(unit - frequency)))
+            if abs(unit[mode] - frequency) < SAME * frequency and self._shares[mode] > EXCITED:
+                raise NoSolutionError(
+                    f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
+                    f"RMS in the wind is not finite (cable.damping)"
+                )
+
     def _narrow(self, poles):
-        """Frequency and half-width of lightly damped poles within the range. [Hz]"""
+        """Frequency and half-width of lightly damped poles within the range, not of undamped ones. [Hz]"""
         low, high = self.range
-        poles = poles[(poles.imag > 0) & (np.abs(poles.real) < NARROW * np.abs(poles))]
-        undamped = np.abs(poles.real) < UNDAMPED * np.abs(poles)
-        resonances, poles = np.abs(poles[undamped]), poles[~undamped]
+        ratio = np.abs(poles.real) / np.abs(poles)
+        poles = poles[(poles.imag > 0) & (UNDAMPED <= ratio) & (ratio < NARROW)]
         centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
         there = (low < centre) & (centre < high)
         return centre[there], width[there]
@@ -214,32 +227,10 @@ class Response:
         """About the largest share of each coordinate, as if it were alone, in the variance of any output, shape (m,)."""
         motion = self.movement.motion
         count = motion.shapes.shape[1]
-<<<<<<< HEAD
-        unit = motion.unit[:count]
-        # about the variance of each output by each mode, as if it were alone
-        force = movement.gusts.own(unit / TURN)
-        damping = np.maximum(np.diagonal(motion.damping)[:count], 1e-9 * unit)
-        rows = [row for row in rows if row < len(motion.moved[0])]
-        share = motion.moved[0][rows][:, :count] ** 2 * force / (4 * damping * unit**2)
-        share = (share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
-        for resonance in resonances.tolist():
-            mode = int(np.argmin(np.abs(unit - resonance)))
-            if abs(unit[mode] - resonance) < SAME * resonance and share[mode] > EXCITED:
-                raise NoSolutionError(
-                    f"undamped: {movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its RMS in "
-                    f"the wind is not finite (cable.damping)"
-                )
-        important = unit[share > IMPORTANT] / TURN
-        if len(important):
-            near = np.abs(centre[:, None] - important).min(axis=1) < np.maximum(width, 0.02 * centre)
-            centre, width = centre[near], width[near]
-        return _apart(low, high, centre, width)
-=======
         unit, damping = motion.unit[:count], np.diagonal(motion.damping)[:count]
         force = self.movement.gusts.own(unit / TURN)
         size = motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, 1e-9 * unit) * unit**2)
         return (size / np.maximum(size.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
->>>>>>> main
 
     @cached_property
     def weights(self):
