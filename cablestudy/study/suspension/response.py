@@ -21,13 +21,14 @@ IMPORTANT = 3e-5  # share of its mode in the variance of an output from which it
 BESIDE = 0.02  # relative distance of a pole from the frequency of its mode
 UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
 SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, at most
-EXCITED = 1e-12  # share of an undamped mode above which the wind excites it: what is less is rounding
+EXCITED = 1e-6  # share with that damping ratio from which it is refused: what is less is rounding, or not seen
 APART = 0.5  # least distance of boundaries, in half-widths
 ACCURACY = 1e-4  # where the scene has a fixed model
 SAMPLES = 8  # frequencies a decade at which that error is estimated,
 OFFSETS = np.array([-9.0, -3.0, -1.0, 0.0, 1.0, 3.0, 9.0])  # and beside resonances
 ROUNDING = 1e-20  # of a variance over the largest of its group: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the matrices that are solved at once
+TINY = 1e-300
 CLOSED, OPEN = 0, 1
 
 
@@ -203,11 +204,15 @@ class Response:
         ------
         NoSolutionError
         """
-        poles, unit = self.movement.open_poles, self.movement.motion.unit[: len(self._shares)]
+        poles, unit = self.movement.open_poles, self.movement.motion.unit[: self._sizes.shape[1]]
         poles = poles[(poles.imag > 0) & (np.abs(poles.real) < UNDAMPED * np.abs(poles))]
+        groups = np.array(_groups(self.names))[: len(self._sizes)]
+        largest = np.zeros(groups.max(initial=0) + 1)
+        np.maximum.at(largest, groups, self._sizes.sum(axis=1))
+        share = (self._sizes / np.maximum(largest[groups], TINY)[:, None]).max(axis=0, initial=0.0)
         for frequency in np.abs(poles).tolist():
             mode = int(np.argmin(np.abs(unit - frequency)))
-            if abs(unit[mode] - frequency) < SAME * frequency and self._shares[mode] > EXCITED:
+            if abs(unit[mode] - frequency) < SAME * frequency and share[mode] > EXCITED:
                 raise NoSolutionError(
                     f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
                     f"RMS in the wind is not finite (cable.damping)"
@@ -217,20 +222,25 @@ class Response:
         """Frequency and half-width of lightly damped poles within the range, not of undamped ones. [Hz]"""
         low, high = self.range
         ratio = np.abs(poles.real) / np.abs(poles)
-        poles = poles[(poles.imag > 0) & (UNDAMPED <= ratio) & (ratio < NARROW)]
+        poles = poles[(poles.imag > 0) & (ratio >= UNDAMPED) & (ratio < NARROW)]
         centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
         there = (low < centre) & (centre < high)
         return centre[there], width[there]
 
     @cached_property
-    def _shares(self):
-        """About the largest share of each coordinate, as if it were alone, in the variance of any output, shape (m,)."""
+    def _sizes(self):
+        """About the variance of each output by each coordinate, as if it were alone, shape (o, m)."""
         motion = self.movement.motion
         count = motion.shapes.shape[1]
         unit, damping = motion.unit[:count], np.diagonal(motion.damping)[:count]
         force = self.movement.gusts.own(unit / TURN)
-        size = motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, 1e-9 * unit) * unit**2)
-        return (size / np.maximum(size.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
+        return motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, UNDAMPED * unit) * unit**2)
+
+    @property
+    def _shares(self):
+        """About the largest share of each coordinate in the variance of any output, shape (m,)."""
+        whole = np.maximum(self._sizes.sum(axis=1, keepdims=True), TINY)
+        return (self._sizes / whole).max(axis=0, initial=0.0)
 
     @cached_property
     def weights(self):
