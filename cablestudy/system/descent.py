@@ -39,7 +39,7 @@ SOFT_STEPS, LOOSE = 60, 1e-6  # most steps with each, and net force over the sum
 MOST_LOAD = 10.0  # tension that a soft cable may have, over the loads on all bodies
 BALANCED = 1e-11  # net force over the sum of forces at which a pose has converged,
 STALLED = 1e-8  # and at which it has where rounding stops the iteration; also the size of the last step of either
-FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the longest chord, and in radians
+FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the extent of the suspension, and in radians
 SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo),
 FLAT = 0.1  # and by how much the slope must have changed where the descent is rounding (delta of Hager and Zhang)
 FLATTEST = 1e-13  # scaled eigenvalues below it count as this large in a step
@@ -224,6 +224,12 @@ def longest(state):
     return np.maximum(size(state.vector), state.length).max(axis=-1)
 
 
+def extent(suspension, state):
+    """Largest extent of all cable ends along x, y or z, or longest cable if that is more, shape (n,). [m]"""
+    ends = suspension.ends(state.position, state.rotation)
+    return np.maximum(np.ptp(ends, axis=(-3, -2)).max(axis=-1), longest(state))
+
+
 def newton_step(suspension, state, point):
     """Newton step of all free degrees of freedom, where the stiffness is positive definite; else one that descends.
 
@@ -236,7 +242,7 @@ def newton_step(suspension, state, point):
     force = tangent.free_values(suspension, point.net)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
     largest_step = np.ones((len(force), *free.shape)) * WIDEST
-    largest_step[..., :3] = FARTHEST * longest(state)[:, None, None]
+    largest_step[..., :3] = FARTHEST * extent(suspension, state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
     rounding = BALANCED * np.broadcast_to(point.scale[..., None], largest_step.shape)
     least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / largest_step)

@@ -204,7 +204,7 @@ def search(suspension, which, found, method, low, high, reference):
             asked[case], step[case, found] = answer.tension, answer.unbounded
         step = step / body_units(part)
         wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
-        share = allowed_share(state, step)
+        share = allowed_share(part, state, step)
         step, asked = step * share[:, None, None], tension + share[:, None] * (asked - tension)
         asked = np.where(ended[:, None], tension, np.maximum(asked, SLOWEST * tension))
         change = np.abs(asked - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
@@ -229,9 +229,9 @@ def search(suspension, which, found, method, low, high, reference):
     return state, Record(steps, worst, change, reasons), np.array(words, dtype=object)
 
 
-def allowed_share(state, step):
+def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * longest(state))
+    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * descent.extent(suspension, state))
     wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / descent.WIDEST
     return 1 / np.maximum(1.0, np.maximum(far, wide))
 
