@@ -7,17 +7,34 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import descent, stated, tangent
-from cablestudy.system.descent import CONVERGED, TINY, TOO_MANY, UNHELD, Record, longest, moved, size, spans
-from cablestudy.system.statics import equilibrium, refuse_unheld, start
+from cablestudy.system.descent import (
+    CONVERGED,
+    TINY,
+    TOO_MANY,
+    UNHELD,
+    Record,
+    copied,
+    moved,
+    put,
+    size,
+    some,
+    spans,
+)
+from cablestudy.system.stability import UNSTABLE
+from cablestudy.system.statics import NUDGES, equilibrium, nudged, refuse_unheld, start
 from cablestudy.system.tension_distribution import METHODS, distribute
 
-MAX_STEPS = 100
-SHRINKING, LARGEST, DAMPED = 0.7, 0.3, 0.05  # steps that shrink less or turn more [rad] are damped, with this weight
+MAX_STEPS = 60
+LARGEST, GROWING = 0.3, 10.0  # steps that turn more [rad] or grow more are damped,
+SHRINKING, SLOW = 0.7, 0.3  # and those that go back and shrink less; damping is eased where others shrink less
+DAMPED, MOST_DAMPED = 0.05, 1e3  # with weights from the first to the second
 SETTLED = 1e-9  # relative change of the tensions in a step at which they are found,
 BALANCED = 1e-11  # and net force over the sum of forces
 STALLED = 1e-8  # both, where rounding stops the iteration
+ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
 HOPELESS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
+ABOVE_LEAST = 1.05  # over the least tension that a cable can have: nearer to it the tension hardly depends on the length
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -76,7 +93,23 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     n = int(np.prod(shape))
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
     flat = suspension.broadcast((n,))
-    state, record, problems = search(flat, np.flatnonzero(unstated), found, method, *bounds)
+    which = np.flatnonzero(unstated)
+    state, record, problems = search(flat, which, found, method, *bounds)
+    turning = found[: suspension.bodies, 3:].any()
+    for side in NUDGES if turning else ():
+        answer = equilibrium(suspension, flat, state, record)
+        falling = record.converged & (answer.stability.verdict == UNSTABLE).reshape(n)
+        if not falling.any():
+            break
+        index, motion = np.flatnonzero(falling), answer.stability.motion.reshape(n, -1, 6)
+        part = flat.take(index)
+        held = replace(part, given=("unstretched_length",) * count, value=state.length[index])
+        fallen, _ = descent.descend(held, nudged(held, some(state, index), motion[index], side))
+        again = search(replace(part, rotation=fallen.rotation), which, found, method, *(b[index] for b in bounds))
+        good = again[1].converged
+        record = copied(record)
+        put(state, index[good], some(again[0], good))
+        put(record, index[good], some(again[1], good))
     return equilibrium(suspension, flat, state, record), problems.reshape(shape)
 
 
@@ -188,18 +221,18 @@ def search(suspension, which, found, method, low, high, reference):
     state = fitted(part, state)
     answers, hopeless = np.full(cases, None, dtype=object), np.zeros(cases, dtype=int)
     steps, settled = np.zeros(cases, dtype=int), np.zeros(cases, dtype=bool)
-    damping = np.zeros(cases)
+    damping, least_damping, possible = np.zeros(cases), np.zeros(cases), low
     last, ended = np.full(cases, np.inf), settled.copy()
+    final, change, direction = last.copy(), last.copy(), np.zeros_like(tension)
     for _ in range(MAX_STEPS):
         net, by_tension, by_place, worst = linearised(part, state, which, found)
         step, asked = np.zeros((*state.position.shape[:-1], 6)), tension.copy()
-        change = np.zeros(cases)
         for case in np.flatnonzero(~ended):
             right = by_tension[case] @ tension[case] - net[case]
-            limits = reference[case], low[case], high[case], damping[case]
+            limits = reference[case], possible[case], high[case], damping[case], tension[case]
             answer = distribute(by_tension[case], by_place[case], right, method, *limits)
             answers[case] = answer
-            pushes = not answer.held or (not answer.within and answer.tension.min() <= 0)
+            pushes = not answer.held or (not answer.within and answer.tension.min() < 0)
             hopeless[case] = hopeless[case] + 1 if pushes else 0
             asked[case], step[case, found] = answer.tension, answer.unbounded
         step = step / body_units(part)
@@ -208,6 +241,8 @@ def search(suspension, which, found, method, low, high, reference):
         step, asked = step * share[:, None, None], tension + share[:, None] * (asked - tension)
         asked = np.where(ended[:, None], tension, np.maximum(asked, SLOWEST * tension))
         change = np.abs(asked - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
+        change = change * (1 + damping**2)  # what is left without damping, about
+        final = np.where(ended, final, change)
         done = (worst < BALANCED) & (change < SETTLED) | (worst < STALLED) & (change < STALLED) & (change >= last / 2)
         settled |= done
         ended = settled | (hopeless >= HOPELESS)
@@ -215,18 +250,39 @@ def search(suspension, which, found, method, low, high, reference):
             break
         moving = ~ended
         steps += moving
+        before, direction = direction, (asked - tension) / tension
+        back = (before * direction).sum(axis=-1) < 0
+        wild = (wide > LARGEST) | ((change > SHRINKING * last) & back & (steps > 3)) | (change > GROWING * last)
+        least_damping = np.where(wild, np.maximum(least_damping, 3 * damping), least_damping)
+        least_damping = np.where(~wild & (change > SLOW * last), least_damping / 3, least_damping)
+        damping = np.where(wild, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least_damping))
         tension = np.where(moving[:, None], asked, tension)
-        wild = (wide > LARGEST) | ((change > SHRINKING * last) & (steps > 3))
-        damping = np.where(wild, np.maximum(DAMPED, 3 * damping), damping)
         last = np.where(moving, change, last)
+        state = moved(part, state, np.where(moving[:, None, None], step, 0.0))
+        possible = possible_tensions(part, state, which, low, tension)
+        tension = np.maximum(tension, np.minimum(possible, high))
         value = np.array(part.value)
         value[:, which] = tension
         part = replace(part, value=value)
-        state = fitted(part, moved(part, state, np.where(moving[:, None, None], step, 0.0)))
+        state = fitted(part, state)
+    settled |= (worst < STALLED) & (final < ROUGH)
     good = np.array([answer.held and answer.within for answer in answers], dtype=bool)
     reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
     words = [describe(suspension, which, *case) for case in zip(answers, settled, low, high, strict=True)]
-    return state, Record(steps, worst, change, reasons), np.array(words, dtype=object)
+    return state, Record(steps, worst, final, reasons), np.array(words, dtype=object)
+
+
+def possible_tensions(suspension, state, which, low, tension):
+    """Lower bounds of mean tensions that are none below what a cable has at least by its own weight, shape (n, m). [N]
+
+    Of cables whose tension is far above their weight the bound is left as it is.
+    """
+    span = spans(suspension, state)
+    heavy = (span.weight_per_length * span.chord)[:, which]
+    if not np.any(tension < heavy):
+        return low
+    least = ABOVE_LEAST * stated.least_preload(span)[:, which]
+    return np.where(tension < heavy, np.maximum(low, least), low)
 
 
 def allowed_share(suspension, state, step):
@@ -253,11 +309,10 @@ def describe(suspension, which, answer, settled, low, high):
         return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {motions[motion]}"
     if answer.within and settled:
         return ""
-    if answer.within:
-        return f"no lengths were found that hold {held} here"
-    rounding = 1e-6 * np.abs(answer.tension).max()
     beyond = np.maximum(low - answer.tension, answer.tension - high)
-    outside = beyond > min(rounding, beyond.max() / 2)
+    if answer.within or beyond.max() <= 0:
+        return f"no lengths were found that hold {held} here"
+    outside = beyond > min(1e-6 * np.abs(answer.tension).max(), beyond.max() / 2)
     unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
     nearest = ", ".join(
         f"{cable} at {value / unit:.4g} {name}"
