@@ -187,7 +187,9 @@ def evaluate(suspension, state):
     cables = catenary.solve(spans(suspension, state))
     span = cables.span
     forces, stiffness = cables.end_forces("global"), cables.global_end_stiffness
-    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
+    # a force is not known better than the rounding of a strain, also where all cables hang without tension
+    known = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
+    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, known)
     q, n, y = (part[..., 0] for part in cables.tension)
     length, tension = span.unstretched_length, cables.mean_tension
     strained = (q**2 + n**2 + y**2 + span.weight**2 / 12) / (2 * span.axial_stiffness)

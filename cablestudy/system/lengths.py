@@ -20,6 +20,7 @@ from cablestudy.system.descent import (
     some,
     spans,
 )
+from cablestudy.system.failure import MOTIONS
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.statics import NUDGES, equilibrium, nudged, refuse_unheld, start
 from cablestudy.system.tension_distribution import METHODS, distribute
@@ -34,7 +35,8 @@ STALLED = 1e-8  # both, where rounding stops the iteration
 ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
 HOPELESS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
-ABOVE_LEAST = 1.05  # over the least tension that a cable can have: nearer to it the tension hardly depends on the length
+ABOVE_LEAST = 1.05  # over the least tension that a cable can have: nearer to it its length hardly changes the tension,
+AT_LEAST = 1 + stated.LEAST_ERROR  # which is allowed where nothing else is found
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -94,23 +96,46 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
     flat = suspension.broadcast((n,))
     which = np.flatnonzero(unstated)
-    state, record, problems = search(flat, which, found, method, *bounds)
-    turning = found[: suspension.bodies, 3:].any()
-    for side in NUDGES if turning else ():
-        answer = equilibrium(suspension, flat, state, record)
-        falling = record.converged & (answer.stability.verdict == UNSTABLE).reshape(n)
-        if not falling.any():
-            break
-        index, motion = np.flatnonzero(falling), answer.stability.motion.reshape(n, -1, 6)
-        part = flat.take(index)
-        held = replace(part, given=("unstretched_length",) * count, value=state.length[index])
-        fallen, _ = descent.descend(held, nudged(held, some(state, index), motion[index], side))
-        again = search(replace(part, rotation=fallen.rotation), which, found, method, *(b[index] for b in bounds))
-        good = again[1].converged
-        record = copied(record)
-        put(state, index[good], some(again[0], good))
-        put(record, index[good], some(again[1], good))
+    found_so_far = search(flat, which, found, method, *bounds, ABOVE_LEAST)
+    hard = np.flatnonzero(~found_so_far[1].converged)
+    if len(hard):
+        again = search(flat.take(hard), which, found, method, *(bound[hard] for bound in bounds), AT_LEAST)
+        found_so_far = with_better(found_so_far, hard, again)
+    if found[: suspension.bodies, 3:].any():
+        found_so_far = with_stable_attitudes(suspension, flat, found_so_far, which, found, method, bounds)
+    state, record, problems = found_so_far
     return equilibrium(suspension, flat, state, record), problems.reshape(shape)
+
+
+def with_better(found, index, again):
+    """State, record and problems of cases, with those of a second search of some of them where it converged."""
+    state, record, problems = copied(found[0]), copied(found[1]), found[2].copy()
+    good = again[1].converged
+    for whole, part in ((state, again[0]), (record, again[1])):
+        put(whole, index[good], some(part, good))
+    problems[index[good]] = again[2][good]
+    return state, record, problems
+
+
+def with_stable_attitudes(suspension, flat, answers, which, found, method, bounds):
+    """Answers of `search` whose attitudes, where they are unstable, are those to which the bodies fall from there.
+
+    The bodies fall with the lengths as they are, from a place beside it along the unstable motion; the search begins
+    again where they shall be, with the attitudes in which they have come to rest.
+    """
+    for side in NUDGES:
+        state, record, _ = answers
+        stability = equilibrium(suspension, flat, state, record).stability
+        falling = np.flatnonzero(record.converged & (stability.verdict == UNSTABLE).reshape(len(record.converged)))
+        if not len(falling):
+            break
+        part, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
+        held = replace(part, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
+        fallen, _ = descent.descend(held, nudged(held, some(state, falling), motion, side))
+        part = replace(part, rotation=fallen.rotation)
+        again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST)
+        answers = with_better(answers, falling, again)
+    return answers
 
 
 def refuse_uncountable(suspension, found, lengths):
@@ -192,7 +217,7 @@ def body_units(suspension):
     return sizes
 
 
-def search(suspension, which, found, method, low, high, reference):
+def search(suspension, which, found, method, low, high, reference, above):
     """Repeat the linear problem about the current tensions until the true equilibrium holds.
 
     Parameters
@@ -205,6 +230,8 @@ def search(suspension, which, found, method, low, high, reference):
         As for `solve`.
     low, high, reference : ndarray, shape (n, m)
         [N]
+    above : float
+        Least tension of a cable over the least that it can have by its own weight. [-]
 
     Returns
     -------
@@ -259,7 +286,7 @@ def search(suspension, which, found, method, low, high, reference):
         tension = np.where(moving[:, None], asked, tension)
         last = np.where(moving, change, last)
         state = moved(part, state, np.where(moving[:, None, None], step, 0.0))
-        possible = possible_tensions(part, state, which, low, tension)
+        possible = possible_tensions(part, state, which, low, tension, above)
         tension = np.maximum(tension, np.minimum(possible, high))
         value = np.array(part.value)
         value[:, which] = tension
@@ -268,11 +295,11 @@ def search(suspension, which, found, method, low, high, reference):
     settled |= (worst < STALLED) & (final < ROUGH)
     good = np.array([answer.held and answer.within for answer in answers], dtype=bool)
     reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
-    words = [describe(suspension, which, *case) for case in zip(answers, settled, low, high, strict=True)]
+    words = [describe(suspension, which, *case) for case in zip(answers, settled, low, possible, high, strict=True)]
     return state, Record(steps, worst, final, reasons), np.array(words, dtype=object)
 
 
-def possible_tensions(suspension, state, which, low, tension):
+def possible_tensions(suspension, state, which, low, tension, above):
     """Lower bounds of mean tensions that are none below what a cable has at least by its own weight, shape (n, m). [N]
 
     Of cables whose tension is far above their weight the bound is left as it is.
@@ -281,7 +308,7 @@ def possible_tensions(suspension, state, which, low, tension):
     heavy = (span.weight_per_length * span.chord)[:, which]
     if not np.any(tension < heavy):
         return low
-    least = ABOVE_LEAST * stated.least_preload(span)[:, which]
+    least = above * stated.least_preload(span)[:, which]
     return np.where(tension < heavy, np.maximum(low, least), low)
 
 
@@ -298,25 +325,27 @@ def fitted(suspension, state):
     return replace(state, strain=strain, length=size(state.vector) / (1 + strain))
 
 
-def describe(suspension, which, answer, settled, low, high):
+def describe(suspension, which, answer, settled, low, possible, high):
     """Why a case has no answer; an empty string where it has one."""
     names = [suspension.cable_names[i] for i in which]
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]
     held = ", ".join(bodies) or "the points"
     if not answer.held:
-        motions = ("along x", "along y", "along z", "about x", "about y", "about z")
         body, motion = np.argwhere(suspension.free)[int(np.argmax(np.abs(answer.left)))]
-        return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {motions[motion]}"
+        return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {MOTIONS[motion]}"
     if answer.within and settled:
         return ""
-    beyond = np.maximum(low - answer.tension, answer.tension - high)
+    beyond = np.maximum(possible - answer.tension, answer.tension - high)
     if answer.within or beyond.max() <= 0:
         return f"no lengths were found that hold {held} here"
     outside = beyond > min(1e-6 * np.abs(answer.tension).max(), beyond.max() / 2)
     unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
     nearest = ", ".join(
         f"{cable} at {value / unit:.4g} {name}"
-        for cable, value, out in zip(names, answer.tension, outside, strict=True)
+        + (f" (by its own weight at least {least / unit:.4g} {name})" if heavy else "")
+        for cable, value, least, out, heavy in zip(
+            names, answer.tension, possible, outside, possible > low, strict=True
+        )
         if out
     )
     return (

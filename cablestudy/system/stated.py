@@ -186,9 +186,7 @@ def least_preload(span):
         trials = low + share * (high - low)
         tension = catenary.solve(span.with_chord_strain(np.expm1(trials))).mean_tension
         lowest = tension.argmin(axis=0)[None]
-        low, high = (
-            np.take_along_axis(trials, np.clip(lowest + side, 0, TRIALS - 1), axis=0)[0] for side in (-1, 1)
-        )
+        low, high = (np.take_along_axis(trials, np.clip(lowest + side, 0, TRIALS - 1), axis=0)[0] for side in (-1, 1))
     return tension.min(axis=0)
 
 
@@ -261,9 +259,11 @@ def fit(span, given, value, strain):
         if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (idle >= IDLE)):
             break
         excess, factor = linear_measure(error, kinds)
-        slope = factor * rates(cables, given).by_length / value
+        by_length = rates(cables, given).by_length
+        slope = factor * by_length / value
         change = np.where(stated & (slope != 0) & np.isfinite(slope), -excess / np.where(slope != 0, slope, 1.0), 0.0)
         change = np.clip(np.nan_to_num(change), -LARGEST, LARGEST)
         strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
-        last = worst
+        hanging = force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
+        strain, last = np.where(hanging, most, strain), worst
     return strain, error

@@ -87,8 +87,8 @@ def off_saddles(suspension, flat, state, record):
 
     Notes
     -----
-    A search that begins on a saddle of the energy stays there: its forces balance. The search goes on from a place beside
-    it along the unstable motion.
+    A search that begins on a saddle of the energy stays there: its forces balance. It goes on from a place beside it
+    along the unstable motion.
     """
     for side in NUDGES:
         found = equilibrium(suspension, flat, state, record)

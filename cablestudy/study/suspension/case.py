@@ -12,7 +12,8 @@ from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
-from cablestudy.system.descent import REASONS, some
+from cablestudy.system.descent import some
+from cablestudy.system.failure import explain
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
@@ -108,8 +109,7 @@ class Group:
         if problem:
             return NoSolutionError(str(problem))
         if not record.converged[place]:
-            steps, reason = int(record.steps[place]), REASONS[int(record.reason[place])]
-            return ConvergenceError(f"no equilibrium: {reason} ({steps} steps)")
+            return ConvergenceError(f"no equilibrium: {explain(self.take(place))}")
         reason = self.equilibrium.stability.reason(place)
         return NoSolutionError(reason) if reason else None
 
