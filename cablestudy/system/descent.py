@@ -251,7 +251,8 @@ def newton_step(suspension, state, point):
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
     scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= tangent.DENSE:
-        moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales)
+        longest_moves = tangent.free_values(suspension, largest_step) * scales
+        moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, longest_moves)
     else:
         cases = range(len(force))
         moves = [
@@ -263,15 +264,23 @@ def newton_step(suspension, state, point):
     return step / np.maximum(1.0, (np.abs(step) / largest_step).max(axis=(-1, -2)))[:, None, None]
 
 
-def _dense_step(matrix, force):
-    """K^-1 g, or Q (Q^T g/|eigenvalue|) where K is not positive definite; shape (n, d)."""
+def _dense_step(matrix, force, largest):
+    """K^-1 g; or where that is too long or K not positive definite Q (Q^T g/|eigenvalue|); shape (n, d).
+
+    There the part along each eigenvector is no longer than allowed, so that a motion that nothing holds does not leave
+    the others without a step.
+    """
     values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
     definite = values[:, 0] > FLATTEST
     plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
     exact = tangent.solved(plain, force)
+    good = definite & (np.abs(exact) <= largest).all(axis=-1)
+    if good.all():
+        return exact
     shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
-    descending = (vectors @ (shares / np.maximum(np.abs(values), FLATTEST))[..., None])[..., 0]
-    return np.where(definite[:, None], exact, descending)
+    parts = vectors * (shares / np.maximum(np.abs(values), FLATTEST))[:, None, :]
+    parts = parts / np.maximum(1.0, (np.abs(parts) / largest[..., None]).max(axis=-2))[:, None, :]
+    return np.where(good[:, None], exact, parts.sum(axis=-1))
 
 
 def _sparse_step(matrix, force):

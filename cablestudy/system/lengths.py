@@ -97,7 +97,7 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     flat = suspension.broadcast((n,))
     which = np.flatnonzero(unstated)
     found_so_far = search(flat, which, found, method, *bounds, ABOVE_LEAST)
-    hard = np.flatnonzero(~found_so_far[1].converged)
+    hard = np.flatnonzero(~found_so_far[1].converged & near_least(flat, found_so_far[0], which))
     if len(hard):
         again = search(flat.take(hard), which, found, method, *(bound[hard] for bound in bounds), AT_LEAST)
         found_so_far = with_better(found_so_far, hard, again)
@@ -297,6 +297,12 @@ def search(suspension, which, found, method, low, high, reference, above):
     reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
     words = [describe(suspension, which, *case) for case in zip(answers, settled, low, possible, high, strict=True)]
     return state, Record(steps, worst, final, reasons), np.array(words, dtype=object)
+
+
+def near_least(suspension, state, which):
+    """Whether the tension of a cable is below its weight, where `possible_tensions` bounds it, shape (n,)."""
+    cables = catenary.solve(spans(suspension, state))
+    return (cables.mean_tension < cables.span.weight_per_length * cables.span.chord)[:, which].any(axis=-1)
 
 
 def possible_tensions(suspension, state, which, low, tension, above):
