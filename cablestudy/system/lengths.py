@@ -25,7 +25,7 @@ from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.statics import NUDGES, equilibrium, nudged, refuse_unheld, start
 from cablestudy.system.tension_distribution import METHODS, distribute
 
-MAX_STEPS = 60
+MAX_STEPS = 40
 LARGEST, GROWING = 0.3, 10.0  # steps that turn more [rad] or grow more are damped,
 SHRINKING, SLOW = 0.7, 0.3  # and those that go back and shrink less; damping is eased where others shrink less
 DAMPED, MOST_DAMPED = 0.05, 1e3  # with weights from the first to the second
@@ -35,8 +35,10 @@ STALLED = 1e-8  # both, where rounding stops the iteration
 ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
 HOPELESS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
-ABOVE_LEAST = 1.05  # over the least tension that a cable can have: nearer to it its length hardly changes the tension,
-AT_LEAST = 1 + stated.LEAST_ERROR  # which is allowed where nothing else is found
+LEVEL_LEAST = 0.508  # least tension of a level cable that does not stretch, over the weight of its chord
+# Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
+# changes the tension, and the steps of the search are good for little
+ABOVE_LEAST = (1.5, 1.05, 1 + stated.LEAST_ERROR)
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -96,14 +98,16 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
     flat = suspension.broadcast((n,))
     which = np.flatnonzero(unstated)
-    found_so_far = search(flat, which, found, method, *bounds, ABOVE_LEAST)
-    hard = np.flatnonzero(~found_so_far[1].converged & near_least(flat, found_so_far[0], which))
-    if len(hard):
-        again = search(flat.take(hard), which, found, method, *(bound[hard] for bound in bounds), AT_LEAST)
-        found_so_far = with_better(found_so_far, hard, again)
+    answers = search(flat, which, found, method, *bounds, ABOVE_LEAST[0])
+    for above in ABOVE_LEAST[1:]:
+        hard = np.flatnonzero(~answers[1].converged & near_least(flat, answers[0], which))
+        if not len(hard):
+            break
+        again = search(flat.take(hard), which, found, method, *(bound[hard] for bound in bounds), above)
+        answers = with_better(answers, hard, again)
     if found[: suspension.bodies, 3:].any():
-        found_so_far = with_stable_attitudes(suspension, flat, found_so_far, which, found, method, bounds)
-    state, record, problems = found_so_far
+        answers = with_stable_attitudes(suspension, flat, answers, which, found, method, bounds)
+    state, record, problems = answers
     return equilibrium(suspension, flat, state, record), problems.reshape(shape)
 
 
@@ -133,7 +137,7 @@ def with_stable_attitudes(suspension, flat, answers, which, found, method, bound
         held = replace(part, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
         fallen, _ = descent.descend(held, nudged(held, some(state, falling), motion, side))
         part = replace(part, rotation=fallen.rotation)
-        again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST)
+        again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST[0])
         answers = with_better(answers, falling, again)
     return answers
 
@@ -248,7 +252,8 @@ def search(suspension, which, found, method, low, high, reference, above):
     state = fitted(part, state)
     answers, hopeless = np.full(cases, None, dtype=object), np.zeros(cases, dtype=int)
     steps, settled = np.zeros(cases, dtype=int), np.zeros(cases, dtype=bool)
-    damping, least_damping, possible = np.zeros(cases), np.zeros(cases), low
+    damping, least_damping = np.zeros(cases), np.zeros(cases)
+    possible = possible_tensions(part, state, which, low, tension, above)
     last, ended = np.full(cases, np.inf), settled.copy()
     final, change, direction = last.copy(), last.copy(), np.zeros_like(tension)
     for _ in range(MAX_STEPS):
@@ -308,14 +313,14 @@ def near_least(suspension, state, which):
 def possible_tensions(suspension, state, which, low, tension, above):
     """Lower bounds of mean tensions that are none below what a cable has at least by its own weight, shape (n, m). [N]
 
-    Of cables whose tension is far above their weight the bound is left as it is.
+    Of cables with more tension than the weight of their chord it is that of a level cable that does not stretch.
     """
     span = spans(suspension, state)
     heavy = (span.weight_per_length * span.chord)[:, which]
-    if not np.any(tension < heavy):
-        return low
-    least = above * stated.least_preload(span)[:, which]
-    return np.where(tension < heavy, np.maximum(low, least), low)
+    least = LEVEL_LEAST * heavy
+    if np.any(tension < heavy):
+        least = np.where(tension < heavy, stated.least_preload(span)[:, which], least)
+    return np.maximum(low, above * least)
 
 
 def allowed_share(suspension, state, step):
