@@ -38,7 +38,7 @@ SLOWEST = 0.1  # least share of a tension that a step leaves of it
 LEVEL_LEAST = 0.508  # least tension of a level cable that does not stretch, over the weight of its chord
 # Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
 # changes the tension, and the steps of the search are good for little
-ABOVE_LEAST = (1.5, 1.05, 1 + stated.LEAST_ERROR)
+ABOVE_LEAST = (1.5, 2.0, 1.05, 1 + stated.LEAST_ERROR)
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -348,7 +348,7 @@ def describe(suspension, which, answer, settled, low, possible, high):
         return ""
     beyond = np.maximum(possible - answer.tension, answer.tension - high)
     if answer.within or beyond.max() <= 0:
-        return f"no lengths were found that hold {held} here"
+        return f"no lengths were found that hold {held} here: their search did not settle in {MAX_STEPS} steps"
     outside = beyond > min(1e-6 * np.abs(answer.tension).max(), beyond.max() / 2)
     unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
     nearest = ", ".join(
