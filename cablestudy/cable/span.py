@@ -1,6 +1,8 @@
 """Properties of a cable between two fixed ends, and its chord frame.
 
 The chord frame (e, n, y): e from end 1 to end 2, n at right angles to it in the vertical plane (upwards), y horizontal.
+The vertical is the direction against which the uniform load of the cable acts: z, or another one where a uniform wind
+adds to its weight.
 """
 
 from dataclasses import dataclass, field, replace
@@ -12,7 +14,8 @@ import numpy as np
 CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity"), 0) | {
     "load_positions": 1,
     "load_forces": 2,
-    "azimuth": 1,
+    "level": 1,
+    "vertical": 1,
 }
 
 
@@ -27,7 +30,8 @@ class Span:
     chord : float or ndarray, shape (...)
         Distance between the ends. [m]
     cosine, sine : float or ndarray, shape (...)
-        Of the inclination of the chord, end 2 above end 1 when the sine is positive. [-]
+        Of the inclination of the chord, end 2 above end 1 when the sine is positive; from the plane normal to
+        `vertical`. [-]
     chord_strain : float or ndarray, shape (...)
         chord / unstretched length - 1: positive for a taut cable, negative for a slack one. [-]
     axial_stiffness : float or ndarray, shape (...)
@@ -35,13 +39,15 @@ class Span:
     mass : float or ndarray, shape (...)
         Per unstretched length. [kg/m]
     gravity : float or ndarray, shape (...)
-        [m/s^2]
+        Uniform load over mass, against `vertical`. [m/s^2]
     load_positions : ndarray, shape (..., k)
         Arc length of the point loads from end 1 along the unstretched cable, ascending. [m]
     load_forces : ndarray, shape (..., k, 3)
         Point loads in the chord frame. [N]
-    azimuth : ndarray, shape (..., 2)
-        Horizontal unit vector (x, y) of the vertical plane through the chord. [-]
+    level : ndarray, shape (..., 3)
+        Unit vector normal to `vertical`, in the plane of it and the chord. [-]
+    vertical : ndarray, shape (..., 3)
+        Unit vector. [-]
     """
 
     chord: np.ndarray
@@ -53,12 +59,13 @@ class Span:
     gravity: np.ndarray = 9.81
     load_positions: np.ndarray = field(default_factory=lambda: np.zeros(0))
     load_forces: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    azimuth: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0]))
+    level: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    vertical: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
 
     @classmethod
     def between(
         cls, end_1, end_2, axial_stiffness, mass, gravity=9.81, unstretched_length=None, load_positions=(),
-        load_forces=None, chord=None,
+        load_forces=None, chord=None, vertical=None,
     ):  # fmt: skip
         """A cable, or a batch of cables, between places in global coordinates, z upwards.
 
@@ -76,6 +83,8 @@ class Span:
             Point loads along x, y, z. [N]
         chord : float or ndarray, shape (...), optional
             Distance of the ends where it is known to more digits than their places are. [m]
+        vertical : ndarray, shape (..., 3), optional
+            Unit vector against the uniform load, by default z. [-]
 
         Returns
         -------
@@ -87,21 +96,28 @@ class Span:
             Two ends in one place.
         """
         delta = np.asarray(end_2, dtype=float) - np.asarray(end_1, dtype=float)
-        horizontal = np.hypot(delta[..., 0], delta[..., 1])
-        chord = np.hypot(horizontal, delta[..., 2]) if chord is None else np.asarray(chord, dtype=float)[()]
+        if vertical is None:
+            vertical, rise, across = np.array([0.0, 0.0, 1.0]), delta[..., 2], delta * np.array([1.0, 1.0, 0.0])
+            horizontal = np.hypot(delta[..., 0], delta[..., 1])
+        else:
+            rise = (delta * vertical).sum(axis=-1)
+            across = delta - rise[..., None] * vertical
+            horizontal = np.sqrt((across**2).sum(axis=-1))
+        chord = np.hypot(horizontal, rise) if chord is None else np.asarray(chord, dtype=float)[()]
         if not np.all(chord > 0):
             raise ValueError("the ends of a cable are in one place")
-        level = np.where(horizontal > 0, horizontal, 1.0)[..., None]
+        size = np.where(horizontal > 0, horizontal, 1.0)[..., None]
         length = chord if unstretched_length is None else np.asarray(unstretched_length, dtype=float)
         span = cls(
             chord=chord,
             cosine=horizontal / chord,
-            sine=delta[..., 2] / chord,
+            sine=rise / chord,
             chord_strain=(chord - length) / length,
             axial_stiffness=np.asarray(axial_stiffness, dtype=float)[()],
             mass=np.asarray(mass, dtype=float)[()],
             gravity=np.asarray(gravity, dtype=float)[()],
-            azimuth=np.where(horizontal[..., None] > 0, delta[..., :2] / level, np.array([1.0, 0.0])),
+            level=np.where(horizontal[..., None] > 0, across / size, normal_to(vertical)),
+            vertical=vertical,
             load_positions=np.asarray(load_positions, dtype=float),
         ).broadcast()
         if load_forces is None:
@@ -148,16 +164,9 @@ class Span:
     def frame(self):
         """Rows e, n, y in global coordinates, shape (..., 3, 3). [-]"""
         cosine, sine = np.asarray(self.cosine)[..., None], np.asarray(self.sine)[..., None]
-        ux, uy = self.azimuth[..., :1], self.azimuth[..., 1:]
-        zero = np.zeros_like(cosine * ux)
-        return np.stack(
-            [
-                np.concatenate([cosine * ux, cosine * uy, sine + zero], axis=-1),
-                np.concatenate([-sine * ux, -sine * uy, cosine + zero], axis=-1),
-                np.concatenate([-uy + zero, ux + zero, zero], axis=-1),
-            ],
-            axis=-2,
-        )
+        along, across = cosine * self.level + sine * self.vertical, cosine * self.vertical - sine * self.level
+        out = np.broadcast_to(np.cross(self.vertical, self.level), along.shape)
+        return np.stack([along, across, out], axis=-2)
 
     def in_frame(self, vectors, frame):
         """Vectors given along e, n, y in the axes of a frame.
@@ -212,6 +221,15 @@ class Span:
     def without_loads(self):
         """The same cable without its point loads."""
         return replace(self, load_positions=np.zeros(0), load_forces=np.zeros((0, 3)))
+
+
+def normal_to(vertical):
+    """A unit vector at right angles to each of some unit vectors, in the plane of x where there is one."""
+    if np.ndim(vertical) == 1 and vertical[2] == 1:
+        return np.array([1.0, 0.0, 0.0])
+    axis = np.where(np.abs(vertical[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    found = axis - (axis * vertical).sum(axis=-1, keepdims=True) * vertical
+    return found / np.sqrt((found**2).sum(axis=-1, keepdims=True))
 
 
 def merged_loads(loads):

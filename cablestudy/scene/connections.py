@@ -8,23 +8,25 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 def written_connections(value):
-    """Points, bodies, ends and winches of a file as plain values, whatever is wrong in it: see `connection_mistakes`.
+    """Points, bodies, ends, winches and actuators of a file, whatever is wrong in it: see `connection_mistakes`.
 
     Returns
     -------
-    points, bodies, ends, winches : dict
+    points, bodies, ends, winches, actuators : dict
+        Plain values.
     """
     bodies = {name: _mapping(_mapping(body).get("attachments")) for name, body in _mapping(value.get("bodies")).items()}
     cables = _mapping(value.get("cables")).items()
     ends = {name: (_mapping(cable).get("from"), _mapping(cable).get("to")) for name, cable in cables}
-    return _mapping(value.get("points")), bodies, ends, _mapping(value.get("winches"))
+    points, winches, actuators = (_mapping(value.get(key)) for key in ("points", "winches", "actuators"))
+    return points, bodies, ends, winches, actuators
 
 
 def _mapping(value):
     return value if isinstance(value, dict) else {}
 
 
-def connection_mistakes(points, bodies, ends, winches):
+def connection_mistakes(points, bodies, ends, winches, actuators):
     """Names that are not allowed, ends and winches that refer to nothing.
 
     Parameters
@@ -37,13 +39,16 @@ def connection_mistakes(points, bodies, ends, winches):
         Name of a cable -> its two ends; only those that are text are looked at.
     winches : collection of str
         Names of cables.
+    actuators : collection of str
+        Their names.
 
     Returns
     -------
     list of (tuple, str)
         Path and message.
     """
-    found = _name_mistakes((("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends)))
+    tables = (("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends))
+    found = _name_mistakes((*tables, ("actuators", "actuator", actuators)))
     for name, pair in ends.items():
         found += _end_mistakes(name, pair, points, bodies, len(found) < MAX_SHOWN)
     found += [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in winches if name not in ends]

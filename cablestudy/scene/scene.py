@@ -1,21 +1,22 @@
 """A scene: the file format as typed models. Every value is in SI after reading."""
 
-from typing import Annotated, ClassVar, Literal, get_args
+from typing import Annotated, Literal, get_args
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from cablestudy.scene.cable_table import Cable, Damping, Load
+from cablestudy.scene.control_tables import AutoGain, Controller, Margin, Notch
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import Quantity, QuantityOrTable, Table, table_at
+from cablestudy.scene.fields import Quantity, Table, table_at
+from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.mistakes import collect
 from cablestudy.scene.model import Model
 from cablestudy.scene.strict_yaml import refuse
-from cablestudy.scene.suspension import SUSPENSION_TABLES, is_suspension, read_suspension
+from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
+from cablestudy.scene.wind_tables import Coefficient, Wind
 
 STUDY_KEYS = ("vary", "columns")
-
-Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
 
 
 class Gondola(Table):
@@ -26,83 +27,11 @@ class Gondola(Table):
     drag_coefficient: Coefficient | None = Field(None, description="Drag coefficient of that area")
 
 
-class Margin(Table):
-    """What an automatic gain is chosen for."""
-
-    gain_margin: Annotated[float, Quantity("dB", 1e-6, 300)] = Field(description="Choose the gain for this margin")
-
-
-class AutoGain(Table):
-    """`gain: {auto: {gain_margin: 6 dB}}`: the gain follows from a margin."""
-
-    auto: Margin = Field(description="What the gain is chosen for")
-
-
-class Notch(Table):
-    """The filter in series with the integrator."""
-
-    frequency: Annotated[float | str, Quantity("Hz", 1e-9, 1e9, words=("coupled", "static"))] = Field(
-        "coupled", description="The gondola frequency that the notch removes: coupled, static, or a frequency"
-    )
-    damping_ratio: Annotated[float, Quantity("", 0, 1e6)] = Field(0.05, description="Damping ratio of the notch")
-    rolloff_frequency: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(
-        10.0, description="Frequency of the roll-off"
-    )
-    rolloff_damping_ratio: Annotated[float, Quantity("", 1e-9, 1e6)] = Field(
-        1.0, description="Damping ratio of the roll-off"
-    )
-
-
-def _none_word(value):
-    """None for the word `none`, which switches the notch off; null means an absent key, and the default notch."""
-    return None if value == "none" else value
-
-
-class Controller(Table):
-    """Integrator with notch. `notch` is None when the file says `none`."""
-
-    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, table=AutoGain)] = Field(
-        description="Integral gain, or {auto: {gain_margin: 6 dB}}"
-    )
-    notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(Notch(), description="Notch filter, or none")
-
-
 class Winch(Table):
     """The winch that moves the cable."""
 
     location: Literal["ground", "gondola"] = Field("ground", description="ground (end 1) or gondola (end 2)")
     controller: Controller | None = Field(None, description="What drives the winch")
-
-
-class Wind(Table):
-    """The wind on the gondola and on the cable."""
-
-    table: ClassVar[str] = "wind"
-
-    speed: Annotated[float, Quantity("m/s", 1e-6, 1e6)] = Field(description="Mean speed")
-    turbulence_intensity: Annotated[float, Quantity("", 1e-12, 1e6)] | None = Field(
-        None, description="RMS over mean speed (instead of turbulence_rms)"
-    )
-    turbulence_rms: Annotated[float, Quantity("m/s", 1e-12, 1e6)] | None = Field(
-        None, description="RMS of the speed (instead of turbulence_intensity)"
-    )
-    length_scale: Annotated[float, Quantity("m", 1e-9, 1e9)] = Field(description="Length scale of the turbulence")
-    air_density: Annotated[float, Quantity("kg/m^3", 1e-12, 1e6)] = Field(1.2, description="Density of the air")
-    spectrum: Literal["von_karman", "von_karman_exact", "davenport", "kaimal"] = Field(
-        "von_karman", description="Spectrum of the speed"
-    )
-    admittance: Literal["vickery", "vickery_squared", "none"] = Field(
-        "vickery", description="How much of the turbulence acts on the whole area at once"
-    )
-    cable_drag_coefficient: Coefficient = Field(1.2, description="Drag coefficient of the cable, across the wind")
-    coherence_length: Annotated[float, Quantity("m", 1e-9, 1e12)] | None = Field(
-        None, description="Coherence length of the turbulence along the cable (default: by frequency, IEC 61400-1)"
-    )
-
-    @property
-    def turbulence(self):
-        """RMS of the speed, given or from the intensity. [m/s]"""
-        return self.turbulence_rms if self.turbulence_rms is not None else self.turbulence_intensity * self.speed
 
 
 class Scene(Table):
@@ -113,6 +42,8 @@ class Scene(Table):
     gondola: Gondola | None = Field(None, description="The body on end 2, free along x")
     winch: Winch | None = Field(None, description="The winch that moves the cable")
     wind: Wind | None = Field(None, description="The wind on the gondola")
+    exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
+    correction: Correction | None = Field(None, description="The mirror that corrects the image")
     model: Model = Field(Model(), description="How finely the cable is computed")
 
 
@@ -129,6 +60,7 @@ TABLES = {
     ("winch", "controller", "gain", "auto"): Margin,
     ("winch", "controller", "notch"): Notch,
     ("wind",): Wind,
+    ("correction",): Correction,
     ("model",): Model,
 }
 
@@ -138,7 +70,7 @@ def quantity_of(key):
     path = split_key(key)
     for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
         *table, name = path[:length]
-        for tables in (TABLES, SUSPENSION_TABLES):
+        for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES):
             model = table_at(tables, table)
             if model and name in model.model_fields:
                 return _quantity_in(model.model_fields[name])

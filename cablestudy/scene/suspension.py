@@ -7,13 +7,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
+from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, ReactionWheel, is_wheel
 from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, length_ratio, limited, within
+from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
+from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
 from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion
+from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
+from cablestudy.scene.references import reference_mistakes
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
@@ -24,12 +29,12 @@ from cablestudy.scene.suspension_tables import (
     SuspendedCable,
     Tensions,
 )
+from cablestudy.scene.wind_tables import BodyWind, SuspensionWind
 
 # Keys of a scene of one cable -> what a suspension has instead.
 INSTEAD = {
     ("gondola",): "bodies are under bodies",
     ("winch",): "winches are under winches",
-    ("wind",): "wind on a suspension is not computed",
     ("ends",): "each cable has from and to",
     ("chord",): "each cable has from and to",
     ("inclination",): "each cable has from and to",
@@ -50,6 +55,11 @@ class SuspensionScene(Table):
         "pose", description="pose: where the bodies are; lengths: those of the cables that state nothing"
     )
     tensions: Tensions | None = Field(None, description="With solve_for: lengths")
+    control: Control | None = Field(None, description="The loop of the winches")
+    actuators: dict[Name, Actuator] = Field({}, description="Name -> reaction mass (mass) or reaction wheel (inertia)")
+    wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
+    exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
+    correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")
     model: Model = Field(Model(), description="How finely the cables are computed")
     _written: dict = PrivateAttr({})  # the plain values of the file
 
@@ -105,11 +115,14 @@ class SuspensionScene(Table):
         return tuple(at + turned for at, turned in zip(body.at, _turned(body.start_angles, place), strict=True))
 
     def relations(self):
-        """Ends that exist, everything held by a cable, as much stated as is needed, cables of some length."""
+        """Names that exist, everything held by a cable, as much stated as is needed, cables of some length."""
         ends = {name: cable.ends for name, cable in self.cables.items()}
         bodies = {name: body.attachments for name, body in self.bodies.items()}
-        yield _failed(connection_mistakes(self.points, bodies, ends, self.winches) + self._unknown_references())
+        found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators)
+        yield _failed(found + self._unknown_references() + reference_mistakes(self))
         yield _failed(self._unheld() + determinacy_mistakes(self))
+        for relation in actuator_relations(self):
+            yield [relation]
         ends = {name: tuple(map(self.start, cable.ends)) for name, cable in self.cables.items()}
         chords = {name: _distance(*places) for name, places in ends.items()}
         yield [
@@ -121,6 +134,10 @@ class SuspensionScene(Table):
             for name, chord in chords.items()
         ]
         yield [relation for name, chord in chords.items() for relation in self._lengths(name, chord)]
+
+    def body_of(self, table):
+        """Name of the body that `control` or one of the actuators names, or of the only one."""
+        return next(iter(self.bodies)) if table.body is None else table.body
 
     def _unknown_references(self):
         """Path and message of the cables in `tensions.reference` that do not exist."""
@@ -175,12 +192,23 @@ SUSPENSION_TABLES = {
     ("cable", "damping"): Damping,
     ("points", "*"): Point,
     ("bodies", "*"): Body,
+    ("bodies", "*", "wind"): BodyWind,
     ("cables", "*"): SuspendedCable,
     ("cables", "*", "damping"): Damping,
     ("winches", "*"): CableWinch,
     ("tensions",): Tensions,
+    ("control",): Control,
+    ("control", "gain"): AutoGain,
+    ("control", "gain", "auto"): Margin,
+    ("control", "notch"): Notch,
+    ("control", "allocation"): Allocation,
+    ("actuators", "*"): ReactionMass,
+    ("wind",): SuspensionWind,
+    ("correction",): MarkerCorrection,
     ("model",): Model,
 }
+# The other kind of what lies under actuators.
+WHEEL_TABLES = {("actuators", "*"): ReactionWheel}
 
 
 def is_suspension(document):
@@ -208,7 +236,10 @@ def read_suspension(document):
     try:
         scene = SuspensionScene.model_validate(document.value)
     except ValidationError as error:
-        found = findings(error, document.value, SUSPENSION_TABLES)
+        written = document.value.get("actuators")
+        wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
+        tables = {("actuators", name): ReactionWheel for name in wheels} | SUSPENSION_TABLES
+        found = findings(error, document.value, tables)
         found += connection_mistakes(*written_connections(document.value))
         raise located(_at_shared(_explained(found), document.value), document) from None
     scene._written = document.value
@@ -220,7 +251,9 @@ def _explained(found):
     for path, message in found:
         instead = INSTEAD.get(path if len(path) == 1 else path[-1:] if path[:1] in (("cable",), ("cables",)) else None)
         unknown = instead and message.startswith("unknown key")
-        yield path, f"unknown key in a suspension: {instead}" if unknown else message
+        limit = path[:1] == ("actuators",) and message.removeprefix("missing key: ") in LIMITS
+        note = " (an actuator without limits)" if limit else ""
+        yield path, f"unknown key in a suspension: {instead}" if unknown else message + note
 
 
 def _at_shared(found, value):

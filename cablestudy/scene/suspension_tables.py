@@ -11,6 +11,7 @@ from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.units import show
+from cablestudy.scene.wind_tables import BodyWind
 
 MOTIONS = ("x", "y", "z", *ROTATIONS)
 # Rounding of a tensor that is written with few digits, relative to its trace.
@@ -44,7 +45,8 @@ def _three_or_six(value):
     return value
 
 
-def _each_once(value):
+def each_once(value):
+    """A tuple of words, none of them twice."""
     repeated = next((name for place, name in enumerate(value) if name in value[:place]), None)
     if repeated:
         raise wrong(f"{repeated} is given twice")
@@ -100,16 +102,19 @@ class Body(Table):
             ({**_TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}, {"const": "free"}),
         ),
     ] = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll); or free: to be found")
-    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass")
+    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
+        description="Mass; mass, center of mass and inertia are those with all actuators"
+    )
     center_of_mass: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
     inertia: Annotated[tuple[Inertia, ...], AfterValidator(_three_or_six)] | None = Field(
         None, description="Entries of the tensor about the center of mass, body axes: xx yy zz, or xx yy zz xy xz yz"
     )
     attachments: dict[Name, Place] = Field({}, description="Name -> place where a cable may end, body axes")
     markers: dict[Name, Place] = Field({}, description="Name -> place whose motion is an output too, body axes")
-    free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(_each_once)] = Field(
+    free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] = Field(
         MOTIONS, description="What may move, about global axes; the rest is held"
     )
+    wind: BodyWind | None = Field(None, description="What it offers to the wind")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load at the reference point, global axes")
     moment: tuple[Moment, Moment, Moment] = Field((0.0, 0.0, 0.0), description="Dead moment, global axes")
 

@@ -44,7 +44,7 @@ class CableWind:
         self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), by_element, optimize=True)
         tangent = np.einsum("qp,epa->eqa", lagrange(element.points, points), state.direction)
         self._tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
-        level = np.array([*span.azimuth, 0.0])
+        level = span.level
         self._blowing = {"across": np.array([0.0, 0.0, 1.0]), "along": span.frame @ level}
 
     def loads(self, direction):

@@ -117,7 +117,7 @@ class Results:
     @cached_property
     def across_x(self):
         """Whether the cable's plane is turned out of the x-z plane, shape (n,)."""
-        return self.span.azimuth[:, 1] != 0
+        return self.span.level[:, 1] != 0
 
     @cached_property
     def mirror_symmetric(self):

@@ -177,8 +177,9 @@ def spans(suspension, state):
     length, close = state.length, size(state.vector) <= NEAREST * state.length
     down = np.array([0.0, 0.0, -NEAREST]) * length[..., None]
     vector = np.where(close[..., None], down, state.vector)
-    gravity = np.asarray(suspension.gravity)[..., None]
-    span = Span.between(np.zeros(3), vector, suspension.axial_stiffness, suspension.cable_mass, gravity)
+    gravity, vertical = suspension.cable_gravity
+    stiffness, mass = suspension.axial_stiffness, suspension.cable_mass
+    span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical)
     return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
 
 
@@ -202,7 +203,7 @@ def evaluate(suspension, state):
 
 
 def work(suspension, state, step):
-    """Work of the dead loads along a step: of weights, of half the weight of each cable on each of its ends, of forces.
+    """Work of the dead loads along a step: of weights, of half the load of each cable on each of its ends, of forces.
 
     Returns
     -------
@@ -215,9 +216,14 @@ def work(suspension, state, step):
     bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
     bodies = bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
     owner = suspension.owner
-    swing = step[:, owner, 2] + (turned[:, owner, 2] * state.arms).sum(axis=-1)
+    gravity, vertical = suspension.cable_gravity
+    half = suspension.cable_mass * gravity * state.length / 2
+    if vertical is None:
+        swing = step[:, owner, 2] + (turned[:, owner, 2] * state.arms).sum(axis=-1)
+    else:
+        swing = step[:, owner, :3] + (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
+        swing = (swing * vertical[..., None, :]).sum(axis=-1)
     raised = np.where(owner == GROUND, 0.0, swing).sum(axis=-1)
-    half = suspension.cable_mass * np.asarray(suspension.gravity)[..., None] * state.length / 2
     return bodies.sum(axis=-1) - (half * raised).sum(axis=-1)
 
 

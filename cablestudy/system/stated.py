@@ -125,7 +125,8 @@ def _sag_rates(span):
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
 
     def sag(factor, shift):
-        moved = Span.between(np.zeros(3), vector + shift, span.axial_stiffness, span.mass, span.gravity)
+        stiffness, vertical = span.axial_stiffness, span.vertical
+        moved = Span.between(np.zeros(3), vector + shift, stiffness, span.mass, span.gravity, vertical=vertical)
         longer = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)
         length = span.unstretched_length
         strain = span.chord_strain + longer / (moved.chord + span.chord) / length

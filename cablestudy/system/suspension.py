@@ -20,6 +20,7 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 CORES = {
     "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
     "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
+    "cable_wind": 2,
 }  # fmt: skip
 
 
@@ -62,6 +63,9 @@ class Suspension:
         Of what is given: unstretched length [m], preload (mean tension) [N], sag [m] or tension at end 2 [N].
     force_density : ndarray, shape (..., c), or None
         For form finding. [N/m]
+    cable_wind : ndarray, shape (..., c, 3), or None
+        Uniform load on each cable beside its weight, per unstretched length, global axes; a cable without mass has
+        none. [N/m]
     """
 
     gravity: np.ndarray
@@ -83,6 +87,7 @@ class Suspension:
     given: tuple
     value: np.ndarray
     force_density: np.ndarray | None = None
+    cable_wind: np.ndarray | None = None
 
     def _arrays(self):
         """Arrays of numbers by name."""
@@ -93,6 +98,23 @@ class Suspension:
     def shape(self):
         """Shape of the cases: () for one."""
         return np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in self._arrays().items()))
+
+    @property
+    def cable_gravity(self):
+        """Uniform load over mass of each cable [m/s^2], shape (..., c) or (..., 1), and the direction against it.
+
+        The direction is None where it is z of all cables, and else has the shape (..., c, 3).
+        """
+        gravity = np.asarray(self.gravity)[..., None]
+        if self.cable_wind is None:
+            return gravity, None
+        upwards = gravity[..., None] * np.array([0.0, 0.0, 1.0])
+        heavy = (self.cable_mass > 0)[..., None]
+        upwards = upwards - np.where(heavy, self.cable_wind / np.where(heavy, self.cable_mass[..., None], 1.0), 0.0)
+        total = np.sqrt((upwards**2).sum(axis=-1))
+        loaded = total[..., None] > 0
+        vertical = np.where(loaded, upwards / np.where(loaded, total[..., None], 1.0), np.array([0.0, 0.0, 1.0]))
+        return total, vertical
 
     @property
     def bodies(self):

@@ -1,0 +1,80 @@
+"""The winch loop of one cable and of a suspension: tables of the file as typed models, in SI."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from cablestudy.scene.fields import Name, Quantity, QuantityOrTable, Table
+from cablestudy.scene.suspension_tables import MOTIONS, each_once
+
+_MARGIN = ("dB", 1e-6, 300)
+
+
+class Margin(Table):
+    """What an automatic gain is chosen for."""
+
+    gain_margin: Annotated[float, Quantity(*_MARGIN)] = Field(description="Choose the gain for this margin")
+
+
+def _as_margin(value):
+    return value if isinstance(value, Margin) else Margin(gain_margin=value)
+
+
+class AutoGain(Table):
+    """`gain: {auto: 6 dB}`, or `{auto: {gain_margin: 6 dB}}`: the gain follows from a margin."""
+
+    auto: Annotated[Margin, QuantityOrTable(*_MARGIN, table=Margin), AfterValidator(_as_margin)] = Field(
+        description="What the gain is chosen for: the gain margin"
+    )
+
+
+class Notch(Table):
+    """The filter in series with the integrator."""
+
+    frequency: Annotated[float | str, Quantity("Hz", 1e-9, 1e9, words=("coupled", "static"))] = Field(
+        "coupled", description="The gondola frequency that the notch removes: coupled, static, or a frequency"
+    )
+    damping_ratio: Annotated[float, Quantity("", 0, 1e6)] = Field(0.05, description="Damping ratio of the notch")
+    rolloff_frequency: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(
+        10.0, description="Frequency of the roll-off"
+    )
+    rolloff_damping_ratio: Annotated[float, Quantity("", 1e-9, 1e6)] = Field(
+        1.0, description="Damping ratio of the roll-off"
+    )
+
+
+def _none_word(value):
+    """None for the word `none`, which switches the notch off; null means an absent key, and the default notch."""
+    return None if value == "none" else value
+
+
+class _Integrator(Table):
+    """Gain and notch; `notch` is None when the file says `none`."""
+
+    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, table=AutoGain)] = Field(
+        description="Integral gain, or {auto: 6 dB} for this gain margin"
+    )
+    notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(Notch(), description="Notch filter, or none")
+
+
+class Controller(_Integrator):
+    """Integrator with notch that drives the winch of a cable."""
+
+
+class Allocation(Table):
+    """How an error of the pose is shared among the winches."""
+
+    method: Literal["least"] = Field("least", description="Least weighted sum of squares of the winches' movements")
+    weights: dict[Name, Annotated[float, Quantity("", 1e-12, 1e12)]] = Field(
+        {}, description="Name of a winch -> relative cost of its movement (default 1)"
+    )
+
+
+class Control(_Integrator):
+    """The loop of all winches of a suspension: an integrator with notch for each measured coordinate."""
+
+    body: Name | None = Field(None, description="Whose pose is controlled; needed where there are several bodies")
+    measured: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] | None = Field(
+        None, min_length=1, description="What of its pose is measured (default: what is free)"
+    )
+    allocation: Allocation | None = Field(None, description="How an error is shared among the winches")

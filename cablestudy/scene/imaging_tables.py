@@ -1,0 +1,22 @@
+"""What a telescope makes of the motion: the time of one exposure, and a mirror that corrects the image."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from cablestudy.scene.fields import Name, Quantity, Table
+
+Exposure = Annotated[float, Quantity("s", 1e-12, 1e12)]
+
+
+class Correction(Table):
+    """The tip/tilt/piston mirror that follows the motion."""
+
+    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Bandwidth of the correction")
+    delay: Annotated[float, Quantity("s", 0, 1e6)] = Field(0.0, description="Time between measurement and correction")
+
+
+class MarkerCorrection(Correction):
+    """The correction of a suspension, of the motion of one marker."""
+
+    marker: Name = Field(description="Whose motion is corrected: BODY.MARKER")

@@ -1,0 +1,132 @@
+"""The mean wind on a suspension: forces on bodies and cables, and the equilibrium that they lead to.
+
+With u the wind along the axes of a body and C_d A_k the drag areas that it shows along them, the force on its centre of
+pressure is
+
+    f_k = rho/2 C_d A_k |u| u_k,
+
+in body axes. Of the wind on a cable only the part u_n across its chord counts, and the force per stretched length is
+rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both depend on how bodies and cables stand in the wind, so the
+equilibrium is sought for fixed forces that are computed again where it is found, until they agree.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.errors import ConvergenceError
+from cablestudy.system import statics
+from cablestudy.system.rigid import size
+
+MOST = 40  # equilibria until forces and attitude agree
+SETTLED = 1e-12  # change of the place of any cable end between two of them, over the longest chord
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Wind, and what of a suspension it meets; `...` are the axes of cases.
+
+    Attributes
+    ----------
+    velocity : ndarray, shape (..., 3)
+        Mean wind, global axes. [m/s]
+    density : ndarray, shape (...)
+        Of the air. [kg/m^3]
+    cables : ndarray, shape (..., c)
+        Drag coefficient times diameter of each cable; zero where the wind on it is left out. [m]
+    bodies : ndarray, shape (..., b, 3)
+        Drag coefficient times area along each axis of each body and junction. [m^2]
+    centers : ndarray, shape (..., b, 3)
+        Centres of pressure from the reference points, body axes. [m]
+    """
+
+    velocity: np.ndarray
+    density: np.ndarray
+    cables: np.ndarray
+    bodies: np.ndarray
+    centers: np.ndarray
+
+    def take(self, place):
+        """That of one case."""
+        return Drag(*(np.asarray(part)[place] for part in (
+            self.velocity, self.density, self.cables, self.bodies, self.centers
+        )))  # fmt: skip
+
+
+def body_forces(drag, rotation):
+    """Mean force on each body at its centre of pressure [N], and the arm of that centre [m], global axes.
+
+    Parameters
+    ----------
+    drag : Drag
+    rotation : ndarray, shape (..., b, 3, 3)
+
+    Returns
+    -------
+    force, arm : ndarray, shape (..., b, 3)
+    """
+    own = (np.swapaxes(rotation, -1, -2) @ drag.velocity[..., None, :, None])[..., 0]
+    speed = size(drag.velocity)[..., None, None]
+    pressed = np.asarray(drag.density)[..., None, None] / 2 * drag.bodies * speed * own
+    return (rotation @ pressed[..., None])[..., 0], (rotation @ drag.centers[..., None])[..., 0]
+
+
+def cable_loads(drag, catenary):
+    """Mean force per unstretched length on each cable, global axes, shape (..., c, 3). [N/m]"""
+    chord = catenary.span.frame[..., 0, :]
+    wind = np.broadcast_to(drag.velocity[..., None, :], chord.shape)
+    across = wind - chord * (wind * chord).sum(axis=-1, keepdims=True)
+    stretch = 1 + catenary.mean_tension / catenary.span.axial_stiffness
+    factor = np.asarray(drag.density)[..., None] / 2 * drag.cables * stretch * size(across)
+    return factor[..., None] * across
+
+
+def equilibrium_in_wind(calm, drag):
+    """The equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
+
+    Parameters
+    ----------
+    calm : Equilibrium
+        With any axes of cases.
+    drag : Drag
+        With the same axes.
+
+    Returns
+    -------
+    Equilibrium
+        Where the search from the calm one fails for a case its record says so.
+
+    Raises
+    ------
+    ConvergenceError
+        Forces and attitude do not agree.
+    """
+    lengths = np.asarray(calm.lengths)
+    suspension = replace(
+        calm.suspension,
+        given=("unstretched_length",) * lengths.shape[-1],
+        value=lengths,
+        position=calm.position,
+        rotation=calm.rotation,
+    )
+    found, longest = calm, np.asarray(calm.catenary.span.chord).max(axis=-1)
+    for _ in range(MOST):
+        force, arm = body_forces(drag, found.rotation)
+        loaded = replace(
+            suspension,
+            force=suspension.force + force,
+            moment=suspension.moment + np.cross(arm, force),
+            cable_wind=cable_loads(drag, found.catenary),
+            position=found.position,
+            rotation=found.rotation,
+        )
+        before, found = found, statics.pose(loaded)
+        moved = size(
+            suspension.ends(found.position, found.rotation) - suspension.ends(before.position, before.rotation)
+        )
+        failed = ~np.asarray(found.record.converged)
+        if ((moved.max(axis=(-1, -2)) <= SETTLED * longest) | failed).all():
+            return found
+    raise ConvergenceError(
+        "no equilibrium in the mean wind: its forces and the attitude that they lead to do not agree"
+    )
