@@ -236,8 +236,7 @@ class SuspensionCase:
         if drag is None:
             return InWind(self.scene, self.equilibrium, self.equilibrium, None, self.model)
         if not found.record.converged[self.place]:
-            reason = REASONS[int(found.record.reason[self.place])]
-            raise ConvergenceError(f"no equilibrium in the mean wind: {reason}")
+            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(_one(found, self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
         return InWind(self.scene, self.equilibrium, _one(found, self.place), drag.take(self.place), self.model)
