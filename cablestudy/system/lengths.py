@@ -285,9 +285,7 @@ def search(suspension, which, found, method, low, high, reference, above):
         before, direction = direction, (asked - tension) / tension
         back = (before * direction).sum(axis=-1) < 0
         wild = (wide > LARGEST) | ((change > SHRINKING * last) & back & (steps > 3)) | (change > GROWING * last)
-        least_damping = np.where(wild, np.maximum(least_damping, 3 * damping), least_damping)
-        least_damping = np.where(~wild & (change > SLOW * last), least_damping / 3, least_damping)
-        damping = np.where(wild, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least_damping))
+        damping, least_damping = damped(damping, least_damping, wild, change > SLOW * last)
         tension = np.where(moving[:, None], asked, tension)
         last = np.where(moving, change, last)
         state = moved(part, state, np.where(moving[:, None, None], step, 0.0))
@@ -302,6 +300,16 @@ def search(suspension, which, found, method, low, high, reference, above):
     reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
     words = [describe(suspension, which, *case) for case in zip(answers, settled, low, possible, high, strict=True)]
     return state, Record(steps, worst, final, reasons), np.array(words, dtype=object)
+
+
+def damped(damping, least, wild, slow):
+    """Damping of the next step, and the least of the steps to come, shape (n,).
+
+    More after a wild step, and from then on never again as little as it had; less after the others, and less is allowed
+    where these are slow.
+    """
+    least = np.where(wild, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
+    return np.where(wild, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least)), least
 
 
 def near_least(suspension, state, which):
