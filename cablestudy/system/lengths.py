@@ -323,11 +323,10 @@ def possible_tensions(suspension, state, which, low, tension, above):
 
     Of cables with more tension than the weight of their chord it is that of a level cable that does not stretch.
     """
-    span = spans(suspension, state)
-    heavy = (span.weight_per_length * span.chord)[:, which]
+    heavy = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.vector))[:, which]
     least = LEVEL_LEAST * heavy
     if np.any(tension < heavy):
-        least = np.where(tension < heavy, stated.least_preload(span)[:, which], least)
+        least = np.where(tension < heavy, stated.least_preload(spans(suspension, state))[:, which], least)
     return np.maximum(low, above * least)
 
 
