@@ -1,0 +1,90 @@
+"""What an exposure and a correcting mirror leave of a motion: factors of its spectrum.
+
+Both are factors of the variance at each frequency, so their product holds for exposures behind a mirror.
+"""
+
+from math import pi
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+
+SLOW = 0.5  # pi f t below which a series takes the place of a difference
+TERMS = 8  # of the series, whose next one is below 1e-16 there
+
+
+def exposure_weight(frequency, exposure):
+    """Share of the variance that is motion within one exposure: 1 - sinc^2(pi f t).
+
+    It is the variance about the mean of each exposure, averaged over exposures that begin at any time.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (m,)
+        [Hz]
+    exposure : float
+        [s]
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        [-]
+
+    Notes
+    -----
+    Martin, Image motion as a measure of seeing quality, PASP 99 (1987) 1360-1370: the mean of an exposure keeps sinc^2.
+    """
+    phase = pi * exposure * np.asarray(frequency, dtype=float)
+    fast = np.maximum(phase, SLOW)
+    square = np.minimum(phase, SLOW) ** 2
+    # 1 - sin^2(x)/x^2 is the sum of (-1)^k 2^(2k - 1) x^(2k - 2)/(2k)! over k from 2
+    series, factor = np.zeros_like(square), np.ones_like(square)
+    for k in range(2, 2 + TERMS):
+        factor = factor * square * (1.0 if k == 2 else -1.0) * 4 / ((2 * k) * (2 * k - 1))
+        series = series + factor
+    return np.where(phase < SLOW, series, 1 - (np.sin(fast) / fast) ** 2)
+
+
+def correction_weight(frequency, bandwidth, delay):
+    """Share of the variance that an integrating mirror leaves: |1/(1 + L)|^2, L = 2 pi bandwidth/s exp(-s delay).
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (m,)
+        [Hz]
+    bandwidth : float
+        Where |L| = 1. [Hz]
+    delay : float
+        [s]
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Above 1 where the mirror amplifies. [-]
+
+    Raises
+    ------
+    NoSolutionError
+        The mirror is unstable: 2 pi bandwidth delay >= pi/2, where the phase of L reaches -180 degrees at |L| = 1.
+    """
+    check_mirror(bandwidth, delay)
+    frequency = np.asarray(frequency, dtype=float)
+    # |s + w exp(-s delay)|^2 = (f - b)^2 + 2 f b (1 - sin(2 pi f delay)), times (2 pi)^2; the last factor as a square
+    lag = np.sin(pi / 4 - pi * frequency * delay) ** 2
+    larger = np.maximum(frequency, bandwidth)
+    own, mirror = frequency / larger, bandwidth / larger  # of which the squares do not overflow
+    return own**2 / ((own - mirror) ** 2 + 4 * own * mirror * lag)
+
+
+def check_mirror(bandwidth, delay):
+    """Refuse an integrating mirror whose loop is unstable; bandwidth in Hz, delay in s.
+
+    Raises
+    ------
+    NoSolutionError
+    """
+    if 4 * bandwidth * delay >= 1:
+        raise NoSolutionError(
+            f"correction: a mirror of {bandwidth:.4g} Hz is unstable with a delay of {delay:.4g} s: "
+            f"its bandwidth must be below 1/(4 delay) = {0.25 / delay:.4g} Hz"
+        )

@@ -1,0 +1,33 @@
+"""The largest value that a random motion is expected to reach within some time."""
+
+import numpy as np
+
+LEAST = np.e  # crossings, below which the formula grows again
+
+
+def peak_factor(rate, duration):
+    """Expected largest value of a stationary Gaussian process of zero mean within some time, over its RMS.
+
+    Parameters
+    ----------
+    rate : float or ndarray
+        Expected up-crossings of zero per time, RMS velocity/(2 pi RMS displacement). [Hz]
+    duration : float or ndarray
+        [s]
+
+    Returns
+    -------
+    float or ndarray
+        g = sqrt(2 ln n) + 0.5772/sqrt(2 ln n), n = rate x duration. Fewer than e crossings count as e, so that g is at
+        least 1.82: the formula holds for many crossings and is infinite at n = 1. So g never falls with the duration,
+        and for a time that is too short for a crossing it is on the safe side. [-]
+
+    Notes
+    -----
+    Davenport, Note on the distribution of the largest value of a random function with application to gust loading,
+    Proc. Institution of Civil Engineers 28 (1964) 187-196.
+    """
+    with np.errstate(divide="ignore"):
+        crossings = np.log(rate) + np.log(duration)  # their product might overflow
+    mode = np.sqrt(2 * np.maximum(crossings, np.log(LEAST)))
+    return mode + np.euler_gamma / mode
