@@ -125,17 +125,18 @@ def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
 @click.option(
     "--on",
     type=click.Choice(["gondola", "cable", "both"]),
-    default="gondola",
-    show_default=True,
-    help="What the wind acts on.",
+    help="What the wind acts on. Default: the gondola, or a cable without one.",
 )
 def windrms(scene, sets, style, plot, on, explain, quiet):
-    """RMS of the gondola in the wind, with and without the winch loop; loop margins."""
+    """RMS of the gondola in the wind, with and without the winch loop; loop margins; without one of the cable."""
     from cablestudy.scene.scene import load_scene
     from cablestudy.study.wind_report import wind_table
 
     document, model = load_scene(scene, sets)
     table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
+    if model.gondola is None:
+        refuse({"--plot": plot}, "the scene has no gondola")
+    on = on or "gondola"
     code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.wind_response(row.case, on), remarks)
     show(table, style)
     return code

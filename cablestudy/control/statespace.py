@@ -103,7 +103,7 @@ def cable(model, chosen=None, residual=True, forces=None):
 
 
 @np.errstate(all="ignore")
-def coupled(model, mass, location="ground", chosen=None, residual=True, forces=None):
+def coupled(model, mass, location="ground", chosen=None, residual=True, forces=None, damping=0.0):
     """A gondola on end 2, free along x, and a winch that moves an end along x; all other ends at rest.
 
     Parameters
@@ -114,6 +114,8 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
         Of the gondola. [kg]
     location : {"ground", "gondola"}
         The paper's model A, in which the winch moves end 1, or B, in which end 2 stands at x + u.
+    damping : float
+        Viscous, on the gondola. [N s/m]
 
     Returns
     -------
@@ -124,6 +126,7 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
     second_order = _second_order(model, chosen, residual, forces)
     n = len(second_order.names)
     end = GONDOLA if location == "gondola" else GROUND
+    second_order.damping[n + GONDOLA, n + GONDOLA] += damping
     return _first_order(second_order, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], mass)
 
 
@@ -143,7 +146,7 @@ def closed(loop, chosen=None, residual=True, forces=None):
         Inputs: force on the gondola, then `forces`. Outputs: those of `coupled`, then the winch. States: those of
         `coupled`, two of the notch where there is one, the winch (the integrator).
     """
-    plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces)
+    plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
     sign = 1.0 if loop.location == "gondola" else -1.0
     filtering = [] if loop.notch is None else [("notch_1", "m"), ("notch_2", "m")]
     extra = len(filtering) + 1

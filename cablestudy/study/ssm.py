@@ -155,6 +155,7 @@ class Choice:
         if options.attached == "gondola":
             winch = case.scene.winch
             location = winch.location if winch else "ground"
+            kept["damping"] = case.gondola_air_damping
             return statespace.coupled(case.end_model, case.scene.gondola.mass, location, **kept)
         return statespace.cable(case.end_model, **kept)
 

@@ -17,7 +17,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import DISCRETE
+from cablestudy.study.closed_form import MOTION
 from cablestudy.study.columns import ROUNDING, STATUS, broken, find, lacks, relative, value
 from cablestudy.study.row import MODAL
 from cablestudy.study.table import Field, Table, short
@@ -117,7 +117,7 @@ def reference_of(scene, columns):
             reason = _why_no_reference(scene, column)
             if reason:
                 raise NoSolutionError(reason)
-            if column.needs in DISCRETE:
+            if column.needs in MOTION:
                 error, number, note = _converged(levels, column)
             else:
                 error, number, note = ROUNDING, value(column, case), "closed form"

@@ -13,7 +13,7 @@ from cablestudy.control.plant import Plant
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import DISCRETE
+from cablestudy.study.closed_form import DISCRETE, MOTION
 from cablestudy.study.columns import find, value
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
@@ -45,7 +45,7 @@ class Model:
     family: str
     name: str
     build: Callable  # scene, columns -> Case, with nothing cached
-    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
+    needs: tuple = ("statics", "stiffness", *MOTION)  # kinds of columns whose values depend on the model
     compute: Callable = value  # column, Case -> float
     count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
 
@@ -136,7 +136,7 @@ def _accurate(scene, _=()):
 
 
 def _static_value(column, case):
-    if column.needs in DISCRETE:
+    if column.needs in MOTION:
         raise NoSolutionError("statics alone")
     return value(column, case)
 
@@ -219,7 +219,10 @@ def by_trapezoids(case, loop, frequency):
     NoSolutionError for an unstable loop; `frequency`, shape (n,), ascends. [Hz]
     """
     loop.check_stable()
-    spectra = windrms.spectra_of(loop, windrms.force_of(case))
+    weights = windrms.weights_of(case.scene)
+    spectra = windrms.spectra_of(loop, windrms.force_of(case), weights.values())
     blocks = [spectra(frequency[i : i + BLOCK]) for i in range(0, len(frequency), BLOCK)]
     variance = np.trapezoid(np.concatenate(blocks, axis=1), frequency, axis=1)
-    return windrms.Response(*map(float, np.sqrt(variance)), np.nan, (), len(frequency))
+    numbers = np.sqrt(variance).tolist()
+    imaged = dict(zip(weights, numbers[4:], strict=True))
+    return windrms.Response(*numbers[:4], np.nan, (), len(frequency), imaged)
