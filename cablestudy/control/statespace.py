@@ -126,8 +126,8 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
     second_order = _second_order(model, chosen, residual, forces)
     n = len(second_order.names)
     end = GONDOLA if location == "gondola" else GROUND
-    second_order.damping[n + GONDOLA, n + GONDOLA] += damping
-    return _first_order(second_order, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], mass)
+    free, inputs = np.append(np.arange(n), n + GONDOLA), [("winch", "m")]
+    return _first_order(second_order, free, [n + end], inputs, mass, damping)
 
 
 @np.errstate(all="ignore")
@@ -257,8 +257,11 @@ def _equivalent_viscous(mass, elastic, stiffness):
     return weighted * rate @ weighted.T
 
 
-def _first_order(model, free, driven, inputs, gondola=None):
-    """StateSpace whose coordinates `free` move and `driven` are inputs; a gondola [kg] is on the last free one."""
+def _first_order(model, free, driven, inputs, gondola=None, viscous=0.0):
+    """StateSpace whose coordinates `free` move and `driven` are inputs.
+
+    A gondola [kg], damped by the air [N s/m], is on the last free one.
+    """
     n, moving = len(model.names), len(free)
     within, across = np.ix_(free, free), np.ix_(free, driven)
     mass, damping = np.diagonal(model.mass)[free].copy(), model.damping.copy()
@@ -268,6 +271,8 @@ def _first_order(model, free, driven, inputs, gondola=None):
         damping[within] += _equivalent_viscous(mass, model.hysteretic[within], model.stiffness[within])
     matrices = model.stiffness, damping, model.mass
     k, c = (matrix[within] / mass[:, None] for matrix in matrices[:2])
+    if gondola is not None:
+        c[-1, -1] += viscous / mass[-1]
     given = [-matrix[across] / mass[:, None] for matrix in matrices]
     body = np.eye(moving)[:, moving - (gondola is not None) :]
     acceleration = np.concatenate([body, model.forces[free]], axis=1) / mass[:, None]
@@ -280,7 +285,7 @@ def _first_order(model, free, driven, inputs, gondola=None):
         rows[1][0, -1] = rows[2][1, -1] = 1.0
     a, b, output, d, derivatives = first_order((k, c), given, acceleration, scale, rows[1:4], rows[4:], rows[0])
     return StateSpace(
-        a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola)
+        a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola, viscous)
     )
 
 
@@ -334,10 +339,11 @@ def _labels(model, inputs, gondola):
     return (*position, *velocity), (*inputs, *model.labels), tuple(outputs)
 
 
-def _free_cable(model, damping, gondola):
-    """`SecondOrder` of the cable with free ends and the gondola on end 2."""
-    mass = model.mass.copy()
+def _free_cable(model, damping, gondola, viscous):
+    """`SecondOrder` of the cable with free ends and the gondola, damped by the air, on end 2."""
+    mass, damping, end = model.mass.copy(), damping.copy(), len(model.names) + GONDOLA
     if gondola is not None:
-        mass[len(model.names) + GONDOLA, len(model.names) + GONDOLA] += gondola
+        mass[end, end] += gondola
+        damping[end, end] += viscous
     names = (*((name, MODAL) for name in model.names), *((name, "m") for name in NAMES))
     return SecondOrder(mass, damping, model.stiffness, names)

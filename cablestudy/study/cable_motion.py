@@ -133,11 +133,10 @@ class _Cable:
         self._ends = np.zeros((6, 2))  # global axes
         self._ends[:3, 0], self._ends[3:, 1] = ends @ span.frame
         self._blowing = blowing(span)
-        aside = np.abs(modes[:, :2]).max(axis=(0, 1)) == 0
-        self.parts = [np.flatnonzero(chosen)[:MOST_MODES] for chosen in (~aside, aside)]
-        if not case.planar:
-            self.parts = [np.arange(min(len(aside), MOST_MODES))]
-        self.parts = [part for part in self.parts if len(part)]
+        aside = (np.abs(modes[:, :2]).max(axis=(0, 1)) == 0) & case.planar
+        parts = [np.flatnonzero(chosen)[:MOST_MODES] for chosen in (~aside, aside)]
+        self.parts = [part for part in parts if len(part)]
+        self._aside = aside
 
     def variances(self, part, direction):
         """Variances of the place of mid-span along the chord frame and of the tensions, and the error of the largest.
@@ -145,12 +144,31 @@ class _Cable:
         Over the square of rho C_d d v sigma length, shape (5,). `part` are modes that move together, `direction` is
         that of the mean wind.
         """
+        spectra, poles = self.spectra(part, direction)
+        if spectra is None:
+            return np.zeros(5), 0.0
+        wind, main = self._wind, float(np.abs(poles).min()) / (2 * np.pi)
+        _check_damped(poles[np.abs(poles) < 2 * np.pi * NEAR * main])
+        edges = panels(main, wind.speed / wind.length_scale, poles, NEAR * main, what="the cable")
+        found = rms.integrate(spectra, edges, tolerance_of(self._case.scene))
+        variance = found.value + below_range(found)
+        if not np.isfinite(variance).all():
+            raise NoSolutionError("the wind's force on the cable is too large for a number")
+        variance[variance <= NOTHING * STILL**2 * np.array([*[variance[:3].max()] * 3, 1.0, 1.0])] = 0.0
+        return variance, float((found.error / np.where(variance > 0, variance, 1.0)).max())
+
+    def spectra(self, part, direction):
+        """What `variances` integrates, a function of frequencies, shape (m,) -> (5, m), and poles [rad/s].
+
+        None where the wind does not act on these modes. A floor is added, so that what is nothing but rounding is not
+        integrated to a relative error.
+        """
         matrices = drag_matrices(self._tangent, self._blowing[direction])
         shapes = np.concatenate([self._held, self._shapes[..., part]], axis=-1)
         loads = drag_loads(self._rod, shapes, matrices)
         loads[np.abs(loads) < STILL * np.abs(shapes).max(axis=(0, 1, 2))[:, None]] = 0.0
         if not loads[:, 2:].any():
-            return np.zeros(5), 0.0
+            return None, None
         drag = self._damping(shapes, matrices)
         system = _System(*self._matrices(part, drag))
         outputs = self._outputs(part, drag)
@@ -169,21 +187,11 @@ class _Cable:
                 for weight, static in zip(weights, outputs.static, strict=True)
             ]
             rows = np.array(rows)
-            # a floor, so that what is nothing but rounding is not integrated to a relative error
             rows[:3] += STILL**2 * rows[:3].sum(axis=0)
             rows[3:] += STILL**2
             return turbulence * rows
 
-        poles = upper(system.poles)
-        main = float(np.abs(poles).min()) / (2 * np.pi)
-        _check_damped(poles[np.abs(poles) < 2 * np.pi * NEAR * main])
-        edges = panels(main, wind.speed / wind.length_scale, poles, NEAR * main, what="the cable")
-        found = rms.integrate(spectra, edges, tolerance_of(self._case.scene))
-        variance = found.value + below_range(found)
-        if not np.isfinite(variance).all():
-            raise NoSolutionError("the wind's force on the cable is too large for a number")
-        variance[variance <= NOTHING * STILL**2 * np.array([*[variance[:3].max()] * 3, 1.0, 1.0])] = 0.0
-        return variance, float((found.error / np.where(variance > 0, variance, 1.0)).max())
+        return spectra, upper(system.poles)
 
     def _damping(self, shapes, matrices):
         """C_a of static shapes and modes, shape (2 + n, 2 + n). [1/s]"""
@@ -220,7 +228,8 @@ class _Cable:
             np.concatenate([self._middle[:, part], -place]),
             np.concatenate([none, -rate]),
             np.concatenate([none, -coupling]),
-            np.concatenate([np.zeros((3, 2)), np.eye(2)]),
+            # a movement of an end along its tangent moves nothing across the plane
+            np.concatenate([np.zeros((3, 2)), np.eye(2) * (not self._aside[part].all())]),
         )
 
 
@@ -248,17 +257,24 @@ class _System:
             [np.zeros((n, n)), np.diag(omega)],
             [-np.diag(omega) - more / omega, -damping],
         ])  # fmt: skip
-        self.poles, vectors = np.linalg.eig(a)
-        self._shapes = vectors[:n] / omega[:, None]
         try:
-            self.inputs = np.linalg.inv(vectors)[:, n:]
-        except np.linalg.LinAlgError:
-            raise NoSolutionError("two modes of the cable in the wind are one, critically damped") from None
-        stiffness = np.diag(omega**2) + more
+            with np.errstate(all="ignore"):  # what is not finite is not trusted
+                self.poles, vectors = np.linalg.eig(a)
+                self._shapes, self.inputs = vectors[:n] / omega[:, None], np.linalg.inv(vectors)[:, n:]
+                error = self._error(damping, np.diag(omega**2) + more)
+        except np.linalg.LinAlgError:  # two modes that are one, or numbers that are not finite
+            error = np.inf
+        if not error <= TRUSTED:
+            raise NoSolutionError("rounding spoils the modes of the cable in the wind: another damping may help")
+
+    def _error(self, damping, stiffness):
+        """Relative difference between the sum over poles and solved systems. [-]"""
+        errors = []
         for s in 1j * CHECKED * np.abs(self.poles).min():
-            exact = np.linalg.inv(s**2 * np.eye(n) + s * damping + stiffness)
-            if not np.abs(self._shapes / (s - self.poles) @ self.inputs - exact).max() <= TRUSTED * np.abs(exact).max():
-                raise NoSolutionError("rounding spoils the modes of the cable in the wind: cable.damping must be less")
+            exact = np.linalg.inv(s**2 * np.eye(len(damping)) + s * damping + stiffness)
+            wrong = self._shapes / (s - self.poles) @ self.inputs - exact
+            errors.append(np.abs(wrong).max() / np.abs(exact).max())
+        return np.max(errors)
 
     def weights(self, outputs, s):
         """Of the poles' motion in each output: complex, shape (o, m, 2 n), for s of shape (m,)."""
