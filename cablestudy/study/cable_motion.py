@@ -31,7 +31,7 @@ from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import cable_damping, drag_matrices
 from cablestudy.wind.spectrum import speed_spectrum
 
-MOST_MODES = 400  # of one plane: their eigenvalue problem takes two seconds, and what is left out moves by 1e-7
+MOST_MODES = 160  # of one plane: static displacements by the others fall with the cube of their number, 1e-7
 NOTHING = 100  # times the floor of a spectrum: a variance below it is none
 CHECKED = np.array([0.1, 0.7, 3.0])  # frequencies, over the lowest pole's, at which the sum over poles is checked
 TRUSTED = 1e-9  # difference between the sum over poles and solved systems
@@ -171,7 +171,7 @@ class _Cable:
             return None, None
         drag = self._damping(shapes, matrices)
         system = _System(*self._matrices(part, drag))
-        outputs = self._outputs(part, drag)
+        moved, outputs = self._outputs(part, drag)
         wind, ratio = self._wind, ratio_of(self._wind, self.length)
         driven = system.inputs @ loads[:, 2:]
 
@@ -182,11 +182,10 @@ class _Cable:
         def some(frequency):
             turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
             weights = system.weights(outputs, 2j * np.pi * frequency)
-            rows = [
-                self._rod.variance((static @ loads[:, :2])[:, None] + weight @ driven, ratio(frequency))
-                for weight, static in zip(weights, outputs.static, strict=True)
-            ]
-            rows = np.array(rows)
+            rows = np.zeros((5, len(frequency)))
+            for row, weight, static in zip(moved, weights, outputs.static, strict=True):
+                load = (static @ loads[:, :2])[:, None] + weight @ driven
+                rows[row] = self._rod.variance(load, ratio(frequency))
             rows[:3] += STILL**2 * rows[:3].sum(axis=0)
             rows[3:] += STILL**2
             return turbulence * rows
@@ -211,7 +210,7 @@ class _Cable:
         return model.omega, damping, 1j * model.strain.amount * model.strain.modes
 
     def _outputs(self, part, drag):
-        """Mid-span along the chord frame, and the tensions at both ends."""
+        """Of mid-span along the chord frame and the tensions at both ends those that move, by number; `_Outputs`."""
         model, n = self._model.select(part), len(part)
         coupling = self._ends.T @ model.coupling.T
         rate, place = model.viscous * coupling + drag[:2, 2:], np.zeros((2, n), dtype=complex)
@@ -224,12 +223,13 @@ class _Cable:
             else:
                 place = 1j * strained
         none = np.zeros((3, n))
-        return _Outputs(
-            np.concatenate([self._middle[:, part], -place]),
-            np.concatenate([none, -rate]),
-            np.concatenate([none, -coupling]),
-            # a movement of an end along its tangent moves nothing across the plane
-            np.concatenate([np.zeros((3, 2)), np.eye(2) * (not self._aside[part].all())]),
+        # a movement of an end along its tangent moves nothing across the plane
+        moved = [2] if self._aside[part].all() else [0, 1, 3, 4] if self._case.planar else list(range(5))
+        return moved, _Outputs(
+            np.concatenate([self._middle[:, part], -place])[moved],
+            np.concatenate([none, -rate])[moved],
+            np.concatenate([none, -coupling])[moved],
+            np.concatenate([np.zeros((3, 2)), np.eye(2)])[moved],
         )
 
 
@@ -252,14 +252,14 @@ class _System:
     """
 
     def __init__(self, omega, damping, more):
-        n = len(omega)
-        a = np.block([
-            [np.zeros((n, n)), np.diag(omega)],
-            [-np.diag(omega) - more / omega, -damping],
-        ])  # fmt: skip
+        n, slowness = len(omega), np.diag(1 / omega)
         try:
             with np.errstate(all="ignore"):  # what is not finite is not trusted
-                self.poles, vectors = np.linalg.eig(a)
+                # of (W q, q') the inverse of A, so that the slow poles are the most accurate
+                give = np.linalg.inv(np.eye(n) + slowness @ more @ slowness)
+                inverse = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
+                value, vectors = np.linalg.eig(np.block(inverse))
+                self.poles = 1 / value
                 self._shapes, self.inputs = vectors[:n] / omega[:, None], np.linalg.inv(vectors)[:, n:]
                 error = self._error(damping, np.diag(omega**2) + more)
         except np.linalg.LinAlgError:  # two modes that are one, or numbers that are not finite

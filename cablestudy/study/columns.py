@@ -103,7 +103,8 @@ def mean_displacement(results):
     """
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
     force = wind("air_density") / 2 * gondola("drag_coefficient") * gondola("area") * wind("speed") ** 2
-    return wind("mean") * force / results.end_stiffness_along(0)
+    with np.errstate(divide="ignore"):
+        return np.where(wind("mean"), force / results.end_stiffness_along(0), 0.0)
 
 
 def _peak(case):
@@ -307,6 +308,8 @@ def not_finite(column):
     """The error of a column whose value is not finite."""
     if column.name in ("sag", "sag_ratio"):
         return NoSolutionError(f"no {column.name}: {SHAPELESS}")
+    if column.name == "mean_displacement":
+        return NoSolutionError("no mean_displacement: the cable does not hold the gondola along x")
     return NoSolutionError(f"{column.header} is not finite")
 
 

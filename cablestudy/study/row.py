@@ -231,7 +231,7 @@ def _take_over(answer, needed, search):
         if "gondola_frequency_Hz" in search.values:
             answer.notes += tuple(notes.gondola_notes(search.used))
         if needed.damped:
-            answer.notes += notes.air_damping(search.used)
+            answer.notes += notes.assumed_damping(search.used.scene) + notes.air_damping(search.used)
 
 
 # -------------------------------------------------------------------------------------------------- fixed elements

@@ -202,10 +202,13 @@ def integrate_by(case, columns, rule):
     Columns of the open loop alone do not need a stable loop.
     """
     names = [column.name for column in columns if column.needs == "wind"]
-    if any("open_loop" not in name for name in names):
-        case.response = rule(case, case.loop)
-    elif names:
-        case.open_response = rule(case, case.loop.at_rest)
+    on_both = [name for name in names if "all_wind" in name]
+    on_one = [name for name in names if name not in on_both]
+    for attribute, loop, chosen in (("response", "loop", on_one), ("response_in_air", "loop_in_air", on_both)):
+        if any("open_loop" not in name for name in chosen):
+            setattr(case, attribute, rule(case, getattr(case, loop)))
+        elif chosen:
+            setattr(case, f"open_{attribute}", rule(case, getattr(case, loop).at_rest))
 
 
 def _on_grid(space, points, case, loop):

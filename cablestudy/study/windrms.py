@@ -140,9 +140,7 @@ def cable_force_of(case):
 
     def force(frequency):
         found = [size**2 * spectrum(frequency) for spectrum in spectra]
-        moved = [
-            np.trapezoid(spectra_of(loop, lambda _, f=f: f)(frequency)[0], frequency) for f in found
-        ]
+        moved = [np.trapezoid(spectra_of(loop, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
         return found[int(np.argmax(moved))] if found else np.zeros_like(frequency)
 
     return force
