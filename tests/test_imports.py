@@ -17,7 +17,7 @@ ALLOWED = {
     "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
     "system": {"system", "cable", "errors"},
     "control": {"control", "system", "cable", "errors"},
-    "wind": {"wind", "cable", "errors"},
+    "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
     "sweep": {"sweep", "study", "scene", "errors", "__version__"},
     "cli": {"cli", "sweep", "study", "control", "wind", "scene", "cable", "errors", "__version__"},

@@ -112,9 +112,9 @@ class System:
     axes: tuple
 
     def take(self, index):
-        """That of one cable of a batch; its end stiffness and end shapes are computed for the whole batch at once."""
+        """That of one cable of a batch, or of some; what all need is computed for the whole batch at once."""
         one = System(self.state.take(index), self.axes)
-        for name in ("tangent", "compliance", "end_stiffness", "end_shapes"):
+        for name in ("tangent", "frame", "weighted_flexibility", "compliance", "end_stiffness", "end_shapes"):
             one.__dict__[name] = getattr(self, name)[index]
         return one
 
@@ -224,12 +224,24 @@ class System:
         The larger one of twice the complementary energy of that part of the tensions and twice the geometric energy of
         that part of the gradient; EA amplifies neither. Shapes are (..., nodes, d, r), energies (..., r).
         """
+        return np.maximum(*((part**2).sum(axis=-2) for part in self.highest_parts(shapes)))
+
+    def highest_parts(self, shapes):
+        """Fields, linear in the shapes, whose squares add up to the two energies of `highest_energy`.
+
+        Returns
+        -------
+        strained, rotated : ndarray, shape (..., n q d, r)
+        """
         gradient, frame = self._gradient(shapes), self.frame
         stiffness = (self.weights[:, None] / self.weighted_flexibility)[..., None]
         force = frame.swapaxes(-1, -2) @ (stiffness * (frame @ gradient))
         strained, rotated = frame @ self._highest(force), self._highest(gradient)
-        stiff = np.repeat(self.weights[:, None] ** 2 / self.weighted_flexibility[..., -1:], len(self.axes), axis=-1)
-        return np.maximum(_weighed(self.weighted_flexibility, strained**2), _weighed(stiff, rotated**2))
+        across = self.weights / np.sqrt(self.weighted_flexibility[..., -1])
+        return (
+            joined(np.sqrt(self.weighted_flexibility)[..., None] * strained),
+            joined(across[..., None, None] * rotated),
+        )
 
     def _highest(self, field):
         """Part of a field at the Gauss points in the two highest polynomials of each element."""

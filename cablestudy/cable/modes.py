@@ -104,16 +104,8 @@ class Modes:
 
         Less omega^2 psi^T M21 e_j where the mass is not lumped (`PlaneModes.participation`).
         """
-        return self._forces("participation")
-
-    @property
-    def rigid_participation(self):
-        """Participation for a translation of the whole cable along axis j: -omega^2 psi^T M e_j, shape (..., k, 3)."""
-        return self._forces("rigid_participation")
-
-    def _forces(self, name):
         unit = (self.combined.unit_stiffness / self.combined.root_mass)[self.cable]
-        return np.ascontiguousarray((self._values(name) * unit[..., None, None]).swapaxes(-1, -2))
+        return np.ascontiguousarray((self._values("participation") * unit[..., None, None]).swapaxes(-1, -2))
 
     @cached_property
     def kind(self):

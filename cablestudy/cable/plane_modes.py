@@ -46,12 +46,15 @@ class PlaneModes:
         coinciding = clusters(square)
         for cluster in coinciding:
             self._make_definite(*cluster)
-        if coinciding:
-            elastic, geometric = system.modal_energies(self.shapes)
-        self.kinds = np.full(square.shape, OUT)
-        if system.axes != OUT_OF_PLANE and count:
-            along, out = _kinetic_shares(system, self.shapes)
-            self.kinds = np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
+        self._energies = system.modal_energies(self.shapes) if coinciding else (elastic, geometric)
+
+    @cached_property
+    def kinds(self):
+        """Places in KINDS, shape (..., k)."""
+        if self.system.axes == OUT_OF_PLANE or not self.square.size:
+            return np.full(self.square.shape, OUT)
+        (along, out), (elastic, geometric) = _kinetic_shares(self.system, self.shapes), self._energies
+        return np.where(out > 0.5, OUT, np.where((along > 0.5) & (elastic > geometric), AXIAL, IN))
 
     def _make_definite(self, cable, first, last):
         """Choose shapes of coincident modes; their frequencies stay."""
@@ -68,8 +71,7 @@ class PlaneModes:
         A share of the energy in the two highest polynomials of the elements, and at least rounding; compared with
         random scenes by tests/test_extremes.py.
         """
-        order = self.system.state.mesh.order
-        share = next(share for least, share in SHARES.items() if order >= least)
+        share = unresolved_share(self.system.state.mesh.order)
         left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
         return np.maximum(left, ROUNDING * np.sqrt(self.square / self.square[..., :1]))
 
@@ -95,17 +97,13 @@ class PlaneModes:
 
         Craig & Bampton (1968), AIAA Journal 6(7), fixed-interface modes.
         """
-        return self._participation(self.system.end_shapes)
-
-    @cached_property
-    def rigid_participation(self):
-        """-omega^2 psi^T M e_j: for a translation of the whole cable along axis j, shape (..., d, k)."""
-        nodes, axes = self.shapes.shape[-3:-1]
-        return self._participation(np.broadcast_to(np.eye(axes), (nodes, axes, axes)))
-
-    def _participation(self, movement):
-        inertia = joined(self.system.inertia(movement))
+        inertia = joined(self.system.inertia(self.system.end_shapes))
         return -self.square[..., None, :] * (inertia.swapaxes(-1, -2) @ joined(self.signed))
+
+
+def unresolved_share(order):
+    """Error of twice the energy of a motion, over that in the two highest polynomials of elements of an order. [-]"""
+    return next(share for least, share in SHARES.items() if order >= least)
 
 
 def ascends(values):

@@ -7,6 +7,7 @@ from cablestudy.cli.options import refuse, save_plot, scene_command
 from cablestudy.errors import SceneError
 
 TABLES = ("bodies", "points", "cables", "stiffness")
+WIND_TABLES = ("motion", "rotations", "open_loop", "cables", "actuators", "loop", "coordinates")
 FORM_TABLES = ("points", "cables")
 
 
@@ -125,21 +126,43 @@ def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
 @click.option(
     "--on",
     type=click.Choice(["gondola", "cable", "both"]),
-    help="What the wind acts on. Default: the gondola, or a cable without one.",
+    help="What the wind acts on. Default: gondola, or a cable without one. Of a suspension it is the key wind.on.",
 )
-def windrms(scene, sets, style, plot, on, explain, quiet):
-    """RMS of the gondola in the wind, with and without the winch loop; loop margins; without one of the cable."""
+@click.option("--table", "name", type=click.Choice(WIND_TABLES), help="Of a suspension: only this table.")
+def windrms(scene, sets, style, plot, on, name, explain, quiet):
+    """RMS of the gondola in the wind, with and without the winch loop; loop margins. Without a gondola, of the cable;
+    of a suspension, of its bodies, markers, cables and actuators."""
     from cablestudy.scene.scene import load_scene
+    from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study.wind_report import wind_table
 
-    document, model = load_scene(scene, sets)
-    table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
+    document, model = load_scene(scene, sets, suspensions=True)
+    if isinstance(model, SuspensionScene):
+        refuse({"--on": on}, "the scene is a suspension, whose key wind.on says so")
+        _suspension_wind(document, model, name, style, plot, explain, quiet)
+        return 0
+    refuse({"--table": name}, "the scene has one cable")
     if model.gondola is None:
         refuse({"--plot": plot}, "the scene has no gondola")
+    table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
     on = on or "gondola"
     code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.wind_response(row.case, on), remarks)
     show(table, style)
     return code
+
+
+def _suspension_wind(document, scene, name, style, plot, explain, quiet):
+    """Print one table of a suspension in the wind, or all of them."""
+    _check_one_table(name, style, WIND_TABLES)
+    from cablestudy.study.suspension.case import SuspensionCase
+    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
+
+    case = SuspensionCase(scene)
+    tables = wind_tables(document, case, name)
+    echo_notes([*(notes_of(case) if explain else ()), *remarks_of(case)], quiet)
+    save_plot(plot, lambda plots: plots.suspension_wind(case))
+    _show(tables, name, style)
 
 
 def report_row(scene, row, explain, quiet, plot, draw, remarks=()):

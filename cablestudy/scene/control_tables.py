@@ -23,7 +23,7 @@ def _as_margin(value):
 class AutoGain(Table):
     """`gain: {auto: 6 dB}`, or `{auto: {gain_margin: 6 dB}}`: the gain follows from a margin."""
 
-    auto: Annotated[Margin, AfterValidator(_as_margin), QuantityOrTable(*_MARGIN, table=Margin)] = Field(
+    auto: Annotated[Margin, QuantityOrTable(*_MARGIN, table=Margin), AfterValidator(_as_margin)] = Field(
         description="What the gain is chosen for: the gain margin"
     )
 

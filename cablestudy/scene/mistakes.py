@@ -10,7 +10,7 @@ from cablestudy.scene.words import counted
 
 MAX_SHOWN = 100
 # How messages begin that are about a key rather than about its value.
-ABOUT_KEYS = ("unknown key", "unknown cable", "given together", "a name ")
+ABOUT_KEYS = ("unknown key", "unknown cable", "no winch", "given together", "a name ")
 
 
 def collect(error, document, tables):

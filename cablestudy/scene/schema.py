@@ -9,7 +9,7 @@ from cablestudy.scene.layers import ALTERNATIVES, prune
 from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
 from cablestudy.scene.scene import TABLES
 from cablestudy.scene.study import StudyTable
-from cablestudy.scene.suspension import SUSPENSION_TABLES
+from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
@@ -52,21 +52,24 @@ def suspension_schema():
     -------
     dict
     """
-    models = [(model, "validation") for model in SUSPENSION_TABLES.values()]
+    tables = [*SUSPENSION_TABLES.items(), *WHEEL_TABLES.items()]
+    models = [(model, "validation") for _, model in tables]
     definitions = models_json_schema(models, schema_generator=_Plain)[1]["$defs"]
-    whole = {}
-    for path, model in SUSPENSION_TABLES.items():
+    complete = {}
+    for path, model in tables:
         table = definitions[model.__name__]
-        needed = [key for key in table.pop("required", ()) if key not in _OF_MATERIAL]
-        if path in (("bodies", "*"), ("cables", "*")):
-            whole[path[0]] = {"additionalProperties": {"required": needed}}
+        condition = _complete(model, table)
+        complete[path] = {"anyOf": [complete[path], condition]} if path in complete else condition
+        if model.__name__ not in _ALWAYS_WHOLE:
+            table.pop("required", None)
         if pairs := _exclusions(model.table):
             table["allOf"] = pairs
         if "material" in table["properties"]:
             table["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
+    definitions["Control"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema = definitions.pop("SuspensionScene")
     schema["properties"] = {"base": _BASE, **schema["properties"]}
-    schema |= {"if": {"required": ["base"]}, "else": {"required": ["cables"], "properties": whole}}
+    schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
     return {"$schema": DIALECT, "title": "cablestudy suspension", **schema, "$defs": definitions}
 
 
@@ -150,10 +153,9 @@ def _exclusions(table):
 
 def _complete(model, table):
     """What a file without a base must have in one of its mappings."""
-    required = list(table.get("required", ()))
+    required = [key for key in table.get("required", ()) if key not in _OF_MATERIAL]
     conditions = []
     if model.table == "cable":
-        required = [key for key in required if key not in _OF_MATERIAL]
         conditions.append({"anyOf": [{"required": ["material"]}, {"required": list(_OF_MATERIAL)}]})
     if not model.optional_groups:
         for groups in ALTERNATIVES.get(model.table, ()):
@@ -165,10 +167,11 @@ def _nested(complete):
     """Conditions by path -> one condition of the whole file. Lists and gains carry their own."""
     whole = dict(complete[()])
     for path, condition in complete.items():
-        if not path or "*" in path or "gain" in path or not condition:
+        if not path or "loads" in path or "gain" in path or not condition:
             continue
         inside = whole
         for part in path:
-            inside = inside.setdefault("properties", {}).setdefault(part, {})
+            named = inside if part == "*" else inside.setdefault("properties", {})
+            inside = named.setdefault("additionalProperties" if part == "*" else part, {})
         inside |= condition
     return whole

@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, ReactionWheel, is_wheel
 from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, length_ratio, limited, within
+from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
 from cablestudy.scene.determinacy import determinacy_mistakes
@@ -17,7 +18,7 @@ from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
-from cablestudy.scene.motion_mistakes import actuator_relations, reference_mistakes
+from cablestudy.scene.references import reference_mistakes
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
@@ -114,13 +115,14 @@ class SuspensionScene(Table):
         return tuple(at + turned for at, turned in zip(body.at, _turned(body.start_angles, place), strict=True))
 
     def relations(self):
-        """Ends that exist, everything held by a cable, as much stated as is needed, cables of some length."""
+        """Names that exist, everything held by a cable, as much stated as is needed, cables of some length."""
         ends = {name: cable.ends for name, cable in self.cables.items()}
         bodies = {name: body.attachments for name, body in self.bodies.items()}
         found = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators)
         yield _failed(found + self._unknown_references() + reference_mistakes(self))
         yield _failed(self._unheld() + determinacy_mistakes(self))
-        yield list(actuator_relations(self))
+        for relation in actuator_relations(self):
+            yield [relation]
         ends = {name: tuple(map(self.start, cable.ends)) for name, cable in self.cables.items()}
         chords = {name: _distance(*places) for name, places in ends.items()}
         yield [

@@ -102,7 +102,9 @@ class Body(Table):
             ({**_TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}, {"const": "free"}),
         ),
     ] = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll); or free: to be found")
-    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass")
+    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
+        description="Mass; mass, center of mass and inertia are those with all actuators"
+    )
     center_of_mass: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
     inertia: Annotated[tuple[Inertia, ...], AfterValidator(_three_or_six)] | None = Field(
         None, description="Entries of the tensor about the center of mass, body axes: xx yy zz, or xx yy zz xy xz yz"
@@ -125,13 +127,6 @@ class Body(Table):
     def inertia_tensor(self):
         """Entries xx, yy, zz, xy, xz, yz about the center of mass; zero where none is given. [kg m^2]"""
         return (*(self.inertia or (0.0,) * 3), 0.0, 0.0, 0.0)[:6]
-
-    def inertia_about(self, axis):
-        """Moment of inertia about an axis through the center of mass, body axes, of any length. [kg m^2]"""
-        xx, yy, zz, xy, xz, yz = self.inertia_tensor
-        x, y, z = axis
-        turned = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
-        return turned / (x * x + y * y + z * z)
 
     @property
     def start_angles(self):

@@ -48,8 +48,8 @@ class WindTable(Table):
     duration: Annotated[float, Quantity("s", 1e-6, 1e12)] = Field(
         600.0, description="Time within which a peak is expected"
     )
-    mean: StrictBool = Field(True, description="Whether the displacement by the mean wind is counted")
-    aerodynamic_damping: StrictBool = Field(True, description="Whether the drag damps the motion")
+    mean: StrictBool = Field(True, description="Whether the static displacement by the mean wind is taken into account")
+    aerodynamic_damping: StrictBool = Field(True, description="Whether the drag damps the motion of what it acts on")
 
 
 class Wind(WindTable):
@@ -78,8 +78,8 @@ class _Direction(Quantity):
         """Value -> float [rad]."""
         if isinstance(value, (list, tuple)):
             up = len(value) == 3 and isinstance(value[2], (int, float)) and value[2] > 0
-            below = "a wind from below ground: " if up else ""
-            raise wrong(f"{below}expected an angle from x towards y, as the mean wind is horizontal, got {show(value)}")
+            what = "a wind from below ground" if up else f"got {show(value)}"
+            raise wrong(f"{what}: the mean wind is horizontal, and its direction an angle from x towards y")
         return super().read(value)
 
 

@@ -103,7 +103,7 @@ def mean_displacement(results):
     """
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
     force = wind("air_density") / 2 * gondola("drag_coefficient") * gondola("area") * wind("speed") ** 2
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore"):  # of cases that have no equilibrium
         return np.where(wind("mean"), force / results.end_stiffness_along(0), 0.0)
 
 
@@ -283,6 +283,11 @@ def find(name):
     raise ValueError(f"unknown column {name!r} ({hint})")
 
 
+def most_modes_first(columns):
+    """The same columns, those of modes of high number first: their models have the modes of the others."""
+    return sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)
+
+
 def attribute(scene, path):
     """Attribute of a scene at a path with dots; None where a part of it is missing."""
     for name in path.split("."):
@@ -308,8 +313,6 @@ def not_finite(column):
     """The error of a column whose value is not finite."""
     if column.name in ("sag", "sag_ratio"):
         return NoSolutionError(f"no {column.name}: {SHAPELESS}")
-    if column.name == "mean_displacement":
-        return NoSolutionError("no mean_displacement: the cable does not hold the gondola along x")
     return NoSolutionError(f"{column.header} is not finite")
 
 

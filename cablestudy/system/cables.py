@@ -21,7 +21,6 @@ from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
-from cablestudy.errors import NoSolutionError
 from cablestudy.system.ends import Ends
 from cablestudy.system.superelement import Damping, Strain, Superelement
 
@@ -73,20 +72,152 @@ class Group:
     ----------
     places : ndarray of int, shape (g,)
         Which of the cables.
-    state : State
     ends : Ends
-    modes : int
-        How many of each its model has.
     """
 
     places: np.ndarray
-    state: object
     ends: Ends
-    modes: int
+
+    def take(self, first, count):
+        """Those among the `count` cables from number `first` on, which are counted from zero then; None without any."""
+        begin, end = np.searchsorted(self.places, [first, first + count]).tolist()
+        rows = slice(begin, end)
+        return Group(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
+
+    def reduced(self, limits):
+        """The coordinates of these cables, `Reduced`, for limits of all cables (see `Models.coordinates`)."""
+        limit = limits[self.places, None]
+        omega, coupling = self.ends.omega, self.ends.coupling
+        left = omega >= limit
+        shapes = residual_vectors(omega, coupling, left & (limit > 0))
+        square, backward = omega[..., None] ** 2, shapes.swapaxes(-1, -2)
+        there = (shapes != 0).any(axis=-2)
+        own = np.sqrt((square * shapes**2).sum(axis=-2))
+        return Reduced(
+            group=self,
+            vectors=shapes,
+            omega=np.concatenate([omega, np.where(there, own, 1.0)], axis=-1),
+            coupling=np.concatenate([coupling, backward @ coupling], axis=-2),
+            used=np.concatenate([~left, there], axis=-1),
+        )
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Coordinates of the cables of a group: of its n modes with fixed ends the lowest, and residual vectors.
+
+    Attributes
+    ----------
+    group : Group
+    vectors : ndarray, shape (g, n, 6)
+        Residual vectors in terms of the modes, orthonormal; zero where there are fewer.
+    omega : ndarray, shape (g, n + 6)
+        Of all modes, then of the residual vectors. [rad/s]
+    coupling : ndarray, shape (g, n + 6, 6)
+        Their momentum per velocity of the ends. [sqrt(kg)]
+    used : ndarray of bool, shape (g, n + 6)
+        Which of them are coordinates.
+    """
+
+    group: Group
+    vectors: np.ndarray
+    omega: np.ndarray
+    coupling: np.ndarray
+    used: np.ndarray
+
+    @property
+    def modes(self):
+        """How many each cable has in all, n."""
+        return self.vectors.shape[-2]
+
+    def omitted(self, square, ends):
+        """Mass that is left out, shape (g, r); see `Models.omitted`."""
+        left = np.ones(self.used.shape)
+        left[:, self.modes :] = -1.0  # the residual vectors stand for a part of what the modes left out would add
+        left[self.used != (left < 0)] = 0.0
+        moved = self.coupling @ ends
+        ratio = square / self.omega[..., None] ** 2
+        ratio = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)
+        return (left[..., None] * moved**2 * ratio).sum(axis=-2)
+
+    def amplitudes(self, coordinates):
+        """Of all modes, shape (g, n, r), from those of the coordinates in use, cable by cable, shape (N, r)."""
+        whole = np.zeros((*self.used.shape, coordinates.shape[-1]))
+        whole[self.used] = coordinates
+        return whole[:, : self.modes] + self.vectors @ whole[:, self.modes :]
+
+
+class Coordinates:
+    """The coordinates of all cables, one cable after the other: see `Models.coordinates`.
+
+    Parameters
+    ----------
+    models : Models
+    limits : ndarray, shape (c,)
+    """
+
+    def __init__(self, models, limits):
+        self.models, self.limits = models, limits
+        self.parts = [group.reduced(limits) for group in models.groups]
+
+    @cached_property
+    def _numbered(self):
+        """Cable of each coordinate of all groups, and the order that puts cables one after the other."""
+        none = np.zeros(0, dtype=int)
+        cable = np.concatenate([none, *(np.repeat(part.group.places, part.used.sum(axis=-1)) for part in self.parts)])
+        return cable, np.argsort(cable, kind="stable")
+
+    @property
+    def cable(self):
+        """Of which cable each is, shape (N,)."""
+        cable, order = self._numbered
+        return cable[order]
+
+    @cached_property
+    def omega(self):
+        """Angular frequency of each alone, with fixed ends, shape (N,). [rad/s]"""
+        return np.concatenate([np.zeros(0), *(part.omega[part.used] for part in self.parts)])[self._numbered[1]]
+
+    @cached_property
+    def coupling(self):
+        """Momentum of each per velocity of the ends of its cable, shape (N, 6). [sqrt(kg)]"""
+        every = [part.coupling[part.used] for part in self.parts]
+        return np.concatenate([np.zeros((0, 6)), *every])[self._numbered[1]]
+
+    def amplitudes(self, shapes):
+        """Of all modes of the cables of each group: list of ndarray, shape (g, n, r).
+
+        Parameters
+        ----------
+        shapes : ndarray, shape (N or more, r)
+            Their first rows are those of the coordinates.
+        """
+        unordered = np.empty((len(self.omega), shapes.shape[-1]))
+        unordered[self._numbered[1]] = shapes[: len(self.omega)]
+        found, begin = [], 0
+        for part in self.parts:
+            end = begin + np.count_nonzero(part.used)
+            found.append(part.amplitudes(unordered[begin:end]))
+            begin = end
+        return found
+
+    @cached_property
+    def kept(self):
+        """Coordinates of each cable with its `Superelement`: list of Kept."""
+        elements = self.models.elements
+        found = [Kept(element, 0, np.zeros((0, 0))) for element in elements]
+        for part in self.parts:
+            n, unit = part.modes, np.eye(part.modes)
+            for place, cable in enumerate(part.group.places.tolist()):
+                used, element = part.used[place], elements[cable]
+                kept = np.count_nonzero(used[:n])
+                shapes = np.concatenate([unit[:, :kept], part.vectors[place][:, used[n:]]], axis=1)
+                found[cable] = Kept(element if kept == n else element.combine(shapes), kept, shapes)
+        return found
 
 
 class Cables:
-    """All cables of a suspension about their equilibrium.
+    """All cables of a suspension about their equilibrium, or of many cases of it, one case after the other.
 
     Parameters
     ----------
@@ -94,25 +225,29 @@ class Cables:
         Of shape (c,).
     damping : Damping or sequence of Damping
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
-    names : sequence of str
-        For messages.
-
-    Raises
-    ------
-    NoSolutionError
-        A cable with mass hangs folded, and has no motion.
     """
 
-    def __init__(self, catenary, damping, names=()):
-        count = len(catenary.span.chord)
-        self.catenary, self.count = catenary, count
-        self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * count
-        self.heavy = (np.asarray(catenary.span.mass) > 0) & ~catenary.slack
-        folded = self.heavy & catenary.folded
-        if folded.any():
-            place = int(np.argmax(folded))
-            name = names[place] if len(names) else f"cable {place + 1}"
-            raise NoSolutionError(f"{name} hangs folded: somewhere it has no tension, and no definite motion")
+    def __init__(self, catenary, damping):
+        self.catenary, self.count = catenary, len(catenary.span.chord)
+        self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
+
+    def take(self, first, count):
+        """The `count` cables from number `first` on; what several solutions need is computed for all at once."""
+        rows = slice(first, first + count)
+        some = Cables(self.catenary.take(rows), self.damping[rows])
+        for name in ("heavy", "folded", "travel_time", "edges", "end_stiffness"):
+            some.__dict__[name] = getattr(self, name)[rows]
+        return some
+
+    @cached_property
+    def heavy(self):
+        """Which cables move by themselves: those with mass, and no slack segment; shape (c,)."""
+        return (np.asarray(self.catenary.span.mass) > 0) & ~self.catenary.slack
+
+    @cached_property
+    def folded(self):
+        """Which of them hang folded, and have no definite motion, shape (c,)."""
+        return self.heavy & self.catenary.folded
 
     @cached_property
     def travel_time(self):
@@ -145,12 +280,10 @@ class Cables:
         """Shape (c,). [kg]"""
         return self.catenary.span.mass * self.catenary.span.unstretched_length
 
-    @cached_property
+    @property
     def straight(self):
-        """Superelements without modes, their mass distributed as that of a straight cable."""
-        inertia = self.mass[:, None, None] * STRAIGHT
-        none = np.zeros(0), np.zeros((0, 6)), np.zeros(0)
-        return [Superelement(*none, *both) for both in zip(self.end_stiffness, inertia, strict=True)]
+        """Inertia of the six ends, the mass distributed as that of straight cables, shape (c, 6, 6). [kg]"""
+        return self.mass[:, None, None] * STRAIGHT
 
     def _without_mass(self, place):
         """Superelement of a cable without mass."""
@@ -203,6 +336,12 @@ class Models:
     def __init__(self, cables, meshes, fixed=False):
         self.cables, self.meshes, self._fixed = cables, meshes, fixed
 
+    def take(self, cables, first):
+        """Those of `cables`, which are those from number `first` on."""
+        some = Models(cables, self.meshes[first : first + cables.count], self._fixed)
+        some.__dict__["groups"] = [one for group in self.groups if (one := group.take(first, cables.count))]
+        return some
+
     @cached_property
     def groups(self):
         """Cables on equal meshes: list of Group."""
@@ -222,7 +361,7 @@ class Models:
                 state = equilibrium.from_catenary(catenary, mesh)
             dynamics = Dynamics(state)
             count = min(dynamics.dof, MAX_MODES)
-            found.append(Group(np.array(places), state, Ends(dynamics, catenary.span.frame, count), count))
+            found.append(Group(np.array(places), Ends(dynamics, catenary.span.frame, count)))
         return found
 
     @cached_property
@@ -234,38 +373,42 @@ class Models:
                 found[cable] = group.ends.model(self.cables.damping[cable], place)
         return [self.cables._without_mass(i) if one is None else one for i, one in enumerate(found)]
 
-    def keep(self, limits):
-        """The coordinates of each cable.
+    @cached_property
+    def ends(self):
+        """Static stiffness [N/m] and inertia [kg] of the six ends of each cable, both of shape (c, 6, 6)."""
+        stiffness, inertia = self.cables.end_stiffness.copy(), np.zeros((self.cables.count, 6, 6))
+        for group in self.groups:
+            stiffness[group.places], inertia[group.places] = group.ends.stiffness, group.ends.inertia
+        return stiffness, inertia
+
+    @cached_property
+    def first(self):
+        """Lowest angular frequency of each cable with fixed ends, infinite without mass, shape (c,). [rad/s]"""
+        found = np.full(self.cables.count, np.inf)
+        for group in self.groups:
+            found[group.places] = group.ends.omega.min(axis=-1, initial=np.inf)
+        return found
+
+    def coordinates(self, limits):
+        """The `Coordinates` of all cables.
 
         Parameters
         ----------
         limits : ndarray, shape (c,)
             Angular frequency up to which modes are kept; zero for none, nor a residual; infinite for all. [rad/s]
-
-        Returns
-        -------
-        list of Kept
         """
-        found = []
-        for element, limit in zip(self.elements, limits.tolist(), strict=True):
-            n = len(element.omega)
-            if limit == np.inf or not n:
-                found.append(Kept(element, n, np.eye(n)))
-                continue
-            if limit == 0:
-                found.append(Kept(element.condense(np.zeros(0, dtype=int)), 0, np.zeros((n, 0))))
-                continue
-            kept = int(np.searchsorted(element.omega, limit))
-            shapes = np.concatenate([np.eye(n)[:, :kept], residual_vectors(element, kept)], axis=1)
-            found.append(Kept(element.combine(shapes), kept, shapes))
-        return found
+        return Coordinates(self, limits)
 
-    def omitted(self, kept, square, ends):
+    def keep(self, limits):
+        """The same with the superelement of each cable: list of Kept."""
+        return self.coordinates(limits).kept
+
+    def omitted(self, coordinates, square, ends):
         """Relative error of squared frequencies by what the coordinates leave out, of each cable.
 
         Parameters
         ----------
-        kept : list of Kept
+        coordinates : Coordinates
         square : ndarray, shape (r,)
             Of the frequencies. [rad^2/s^2]
         ends : ndarray, shape (c, 6, r)
@@ -280,19 +423,30 @@ class Models:
         -----
         A mode left out adds the mass |m u|^2 w^2/(W^2 - w^2) at the ends.
         """
-        error = np.zeros((len(kept), len(square)))
-        for group in self.groups:
-            omega, participation = group.ends.omega, group.ends.participation
-            coupling = participation / omega[..., None] ** 2
-            first = np.array([kept[cable].modes for cable in group.places.tolist()])
-            left = np.arange(omega.shape[-1]) >= first[:, None]
-            error[group.places] = _added_mass(omega[..., None], coupling @ ends[group.places], square, left).sum(axis=1)
-        for cable, one in enumerate(kept):
-            own = np.arange(len(one.element.omega)) >= one.modes
-            if own.any():
-                moved = one.element.coupling @ ends[cable]
-                error[cable] -= _added_mass(one.element.omega[:, None], moved, square, own).sum(axis=0)
+        error = np.zeros((self.cables.count, len(square)))
+        for part in coordinates.parts:
+            error[part.group.places] = part.omitted(square, ends[part.group.places])
         return error
+
+    def unresolved(self, amplitudes, square, ends):
+        """Estimated relative error of squared frequencies by the mesh of each cable.
+
+        Parameters
+        ----------
+        amplitudes : list of ndarray, shape (g, n, r)
+            Of all modes of the cables of each group, about their static shapes.
+        square, ends
+            As for `omitted`.
+
+        Returns
+        -------
+        ndarray, shape (c, r)
+            A share of the energy in the two highest polynomials of the elements (`PlaneModes.errors`). [-]
+        """
+        error = np.zeros((self.cables.count, len(square)))
+        for group, moving in zip(self.groups, amplitudes, strict=True):
+            error[group.places] = group.ends.highest_energy(moving, ends[group.places])
+        return error / np.where(square > 0, square, 1.0)
 
     def nodes(self, amplitudes, ends):
         """Places and displacements of the nodes of each cable, from end 1 to end 2.
@@ -300,7 +454,7 @@ class Models:
         Parameters
         ----------
         amplitudes, ends
-            As for `kinetic`.
+            As for `unresolved`.
 
         Returns
         -------
@@ -311,9 +465,9 @@ class Models:
         span = self.cables.catenary.span
         chords = (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
         found = [(chord, moved.reshape(2, 3, -1)) for chord, moved in zip(chords, ends, strict=True)]
-        for group in self.groups:
-            state, frame = group.state, group.state.span.frame
-            moved = group.ends.motion(np.stack([amplitudes[i] for i in group.places.tolist()]), ends[group.places])
+        for group, moving in zip(self.groups, amplitudes, strict=True):
+            state, frame = group.ends.state, group.ends.state.span.frame
+            moved = group.ends.motion(moving, ends[group.places])
             straight = state.mesh.node_positions[:, None] * np.array([1.0, 0.0, 0.0])
             stretch = 1 + state.span.chord_strain
             places = stretch[:, None, None] * straight + state.displacement
@@ -327,9 +481,8 @@ class Models:
 
         Parameters
         ----------
-        amplitudes : list of ndarray, shape (n, r)
-            Of all modes of each cable, about its static shapes.
-        ends : ndarray, shape (c, 6, r)
+        amplitudes, ends
+            As for `unresolved`.
 
         Returns
         -------
@@ -337,9 +490,9 @@ class Models:
             Twice the kinetic energy over w^2, for mass-normalised motions a share. [-]
         """
         found = np.zeros((len(ends), 3, ends.shape[-1]))
-        for group in self.groups:
-            span, state = group.state.span, group.state
-            moved = group.ends.motion(np.stack([amplitudes[i] for i in group.places.tolist()]), ends[group.places])
+        for group, moving in zip(self.groups, amplitudes, strict=True):
+            span, state = group.ends.state.span, group.ends.state
+            moved = group.ends.motion(moving, ends[group.places])
             mass = (span.mass * span.unstretched_length)[:, None, None]
             weight = state.mesh.node_weights[:, None]
             along = (nodal_tangent(state)[..., None] * moved).sum(axis=-2)
@@ -350,23 +503,31 @@ class Models:
         return found
 
 
-def residual_vectors(element, kept):
-    """Response of the modes from number `kept` on to the inertia of the static shapes, orthonormal, shape (n, k)."""
-    n, omega = len(element.omega), element.omega[kept:]
-    response = element.coupling[kept:] / omega[:, None] ** 2
+def residual_vectors(omega, coupling, left):
+    """Response of the modes left out to the inertia of the static shapes.
+
+    Parameters
+    ----------
+    omega : ndarray, shape (g, n)
+        Of the modes with fixed ends. [rad/s]
+    coupling : ndarray, shape (g, n, 6)
+        See `Superelement`. [sqrt(kg)]
+    left : ndarray of bool, shape (g, n)
+        Which modes are left out.
+
+    Returns
+    -------
+    ndarray, shape (g, n, k)
+        In terms of the modes, orthonormal, those with the lowest frequency first; k is 6 or n, and vectors that
+        rounding would determine are zero.
+    """
+    square = np.where(left, omega**2, 0.0)[..., None]
+    response = np.where(left[..., None], coupling / omega[..., None] ** 2, 0.0)
     vectors, size, _ = np.linalg.svd(response, full_matrices=False)
-    vectors = vectors[:, size > DEPENDENT * size.max(initial=0.0)]
-    turned = np.linalg.eigh(vectors.T @ (omega[:, None] ** 2 * vectors))[1]
-    found = np.zeros((n, vectors.shape[1]))
-    found[kept:] = vectors @ turned
-    return found
-
-
-def _added_mass(omega, moved, square, left):
-    """|m u|^2 w^2/(W^2 - w^2) of the modes left out, shape (..., n, r); large where one is below a frequency."""
-    ratio = square / omega**2
-    ratio = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)
-    return np.where(left[..., None], moved**2 * ratio, 0.0)
+    vectors = vectors * (size > DEPENDENT * size.max(axis=-1, keepdims=True, initial=0.0))[..., None, :]
+    turned = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (square * vectors))[1]
+    found = vectors @ turned
+    return np.where((found**2).sum(axis=-2, keepdims=True) > 0.5, found, 0.0)
 
 
 def fixed_meshes(cables, model):

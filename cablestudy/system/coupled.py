@@ -9,13 +9,13 @@ its body moves by B = [I, -[r x]] times the body's displacements. To the end sti
 F being the forces of the cables on them and W their weight with its arm r_G (`tangent`), and their own mass.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.system import tangent
-from cablestudy.system.linear import assemble
+from cablestudy.system.linear import ReducedSystem, assemble
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import GROUND, Equilibrium
 
@@ -39,7 +39,7 @@ class Layout:
         """Places of the free displacements among all 6 b, shape (d,)."""
         return np.flatnonzero(self.equilibrium.suspension.free)
 
-    @property
+    @cached_property
     def large(self):
         """Whether matrices are sparse."""
         return 6 * len(self.equilibrium.suspension.cable_names) * len(self.free) > LARGE
@@ -66,6 +66,11 @@ class Layout:
         whole = np.zeros((6 * len(owner), 6 * len(self.equilibrium.suspension.body_names)))
         whole[rows, columns] = blocks
         return whole[:, self.free]
+
+    @property
+    def _moved_by_cable(self):
+        """The same for each cable, shape (c, 6, d); not for sparse matrices."""
+        return self.moved.reshape(len(self.moved) // 6, 6, len(self.free))
 
     @cached_property
     def mass(self):
@@ -105,8 +110,45 @@ class Layout:
         -------
         LinearSystem
         """
-        stiffness = self.of_bodies(self.geometric_stiffness)
-        return assemble(elements, self.moved, self.of_bodies(self.mass), imposed, stiffness)
+        stiffness, mass = self._own
+        return assemble(elements, self.moved, mass, imposed, stiffness)
+
+    def reduced(self, coordinates):
+        """`ReducedSystem` with some `Coordinates` of the cables."""
+        ends = self.without_modes(*coordinates.models.ends)
+        return replace(ends, omega=coordinates.omega, coupling=self._driven(coordinates))
+
+    def without_modes(self, stiffness, inertia):
+        """`ReducedSystem` of bodies on cables without modes, from matrices of their six ends, shape (c, 6, 6)."""
+        own_stiffness, own_mass = self._own
+        stiffness, inertia = self._of_cables(stiffness) + own_stiffness, self._of_cables(inertia) + own_mass
+        return ReducedSystem(np.zeros(0), np.zeros((0, len(self.free))), inertia, stiffness)
+
+    @cached_property
+    def _own(self):
+        """Stiffness and mass matrix of the bodies without cables, for the free displacements, shape (d, d) both."""
+        return self.of_bodies(self.geometric_stiffness), self.of_bodies(self.mass)
+
+    def _of_cables(self, matrices):
+        """Sum over the cables of matrices of their six ends, for the free displacements, shape (d, d)."""
+        if not self.large:
+            return self.moved.T @ (matrices @ self._moved_by_cable).reshape(self.moved.shape)
+        from scipy.sparse import block_diag
+
+        return self.moved.T @ block_diag(matrices, format="csr") @ self.moved
+
+    def _driven(self, coordinates):
+        """Momentum of each coordinate of the cables per velocity of the free displacements, shape (N, d)."""
+        count, cable = len(coordinates.omega), coordinates.cable
+        if not self.large:
+            return (coordinates.coupling[:, None, :] @ self._moved_by_cable[cable])[:, 0]
+        from scipy.sparse import csr_array
+
+        columns = 6 * cable[:, None] + np.arange(6)
+        rows = 6 * np.arange(count + 1)
+        return (
+            csr_array((coordinates.coupling.ravel(), columns.ravel(), rows), (count, self.moved.shape[0])) @ self.moved
+        )
 
     def bodies(self, shapes):
         """The free displacements in the coordinates of the system, shape (d, r)."""
@@ -116,16 +158,19 @@ class Layout:
         """Displacements of the six ends of each cable, shape (c, 6, r), for free ones of shape (d, r)."""
         return (self.moved @ displacements).reshape(-1, 6, displacements.shape[-1])
 
+    def displaced(self, displacements):
+        """Displacements of all bodies, held ones too, shape (b, 6, r), for free ones of shape (d, r)."""
+        whole = np.zeros((6 * len(self.equilibrium.suspension.body_names), displacements.shape[-1]))
+        whole[self.free] = displacements
+        return whole.reshape(-1, 6, displacements.shape[-1])
+
     def kinetic(self, displacements):
         """Share of each body's displacements in the kinetic energy of mass-normalised motions, shape (b, 6, r). [-]
 
         x y z of the center of mass, then the rotations about the body's axes.
         """
         suspension, rotation = self.equilibrium.suspension, self.equilibrium.rotation
-        count = displacements.shape[-1]
-        whole = np.zeros((6 * len(suspension.body_names), count))
-        whole[self.free] = displacements
-        whole = whole.reshape(-1, 6, count)
+        whole = self.displaced(displacements)
         arm = cross_matrix((rotation * suspension.center[..., None, :]).sum(axis=-1))
         center = whole[:, :3] - arm @ whole[:, 3:]
         turned = np.swapaxes(rotation, -1, -2) @ whole[:, 3:]

@@ -1,30 +1,35 @@
 """Coupled modes of a suspension with their errors, their damping, and what moves in each.
 
-The errors come from two models: the meshes of all cables are refined until the frequencies of two levels agree; what
-the coordinates of the cables leave out adds a known mass (`cables.Models.omitted`).
+The errors come from one model: the energy of each mode in the highest polynomials of the elements tells what the mesh
+of each cable leaves out (`cables.Models.unresolved`), and what the coordinates of the cables leave out adds a known
+mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes
+from cablestudy.system.cables import HIGHEST_ORDER, UNDAMPED, Cables, Coordinates, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.damping import COUPLED, damping_ratios
-from cablestudy.system.linear import LinearSystem
+from cablestudy.system.linear import ReducedSystem
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 KINDS = ("in-plane", "out-of-plane", "axial")
-PER_DIGIT, MORE_ORDERS = 0.9, 1.0  # orders of a cable's mesh, as in the refinement of one cable
-STEPS = np.array([8, 12, 16, 24, 32, 40])  # sums of orders to begin with: few, so that many cables share a mesh
-STEP, GROWTH = 2, 1.3  # orders from one level to the next; growth where two levels do not agree
-ALLOWED = 0.25  # share of the accuracy that what is left out of the coordinates may take
-MARGIN = 2.0  # modes are kept up to this multiple of the highest frequency
+PER_DIGIT = 0.9  # orders of a cable's mesh for each digit of the accuracy
+STEPS = np.array([6, 8, 10, 12, 14, 16, 20, 24, 32, 40])  # sums of orders to begin with: cables then share a mesh
+STEP, DIGITS = 2, 2.0  # orders that are added where a mesh is too coarse, and digits that they gain at least
+ALLOWED = 0.5  # share of the accuracy that what is left out of the coordinates may take
+POWER = 6  # of the highest frequency over the limit of the modes kept, to which the error by those left out grows
+MARGIN, SHARPER = 1.5, 0.2  # least such limit over the highest frequency; factor of accuracy^(-1/POWER)
 NEAR = 1.5  # multiple of the highest frequency up to which the first mode of a cable may be among those asked for
-WIDER = 1.5  # growth of that multiple where it does not suffice
+WIDER = 1.5  # growth of that multiple, and of limits, where it does not suffice
+LEAST_GROWTH, MOST_GROWTH, SAFETY = 1.15, 3.0, 1.1  # of a limit in one trial; factor on what its error calls for
+DAMPED = 3.0  # least multiple of the highest frequency up to which the finer model for damping keeps modes
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
 NOISE = 1e-12  # error of a frequency by rounding
@@ -80,34 +85,49 @@ class Solution:
 
     Attributes
     ----------
-    models : Models
-    kept : list of Kept
-    limits : ndarray, shape (c,)
-        Up to which modes are kept; see `Models.keep`. [rad/s]
-    system : LinearSystem
+    layout : Layout
+    coordinates : Coordinates
+    reduced : ReducedSystem
     omega : ndarray, shape (k,)
         [rad/s]
     shapes : ndarray, shape (n, k)
-    omitted : ndarray, shape (c, k)
-        Relative error of the squared frequencies by what the coordinates leave out. [-]
+        Mass-normalised.
+    omitted, unresolved : ndarray, shape (c, k)
+        Relative error of the squared frequencies by what the coordinates of each cable leave out, and by its mesh. [-]
     """
 
-    models: Models
-    kept: list
-    limits: np.ndarray
-    system: LinearSystem
+    layout: Layout
+    coordinates: Coordinates
+    reduced: ReducedSystem
     omega: np.ndarray
     shapes: np.ndarray
     omitted: np.ndarray
 
-    def amplitudes(self, shapes):
-        """Of all modes of each cable, about its static shapes: list of ndarray, shape (n, r)."""
-        begin, found = 0, []
-        for one in self.kept:
-            n = len(one.element.omega)
-            found.append(one.shapes @ shapes[begin : begin + n])
-            begin += n
-        return found
+    @property
+    def models(self):
+        """`Models` of the cables."""
+        return self.coordinates.models
+
+    @property
+    def kept(self):
+        """Coordinates of each cable: list of Kept."""
+        return self.coordinates.kept
+
+    @cached_property
+    def system(self):
+        """The `LinearSystem`."""
+        return self.layout.system([one.element for one in self.kept])
+
+    @cached_property
+    def unresolved(self):
+        """Relative error of the squared frequencies by the mesh of each cable, shape (c, k). [-]"""
+        ends = self.layout.ends(self.layout.bodies(self.shapes))
+        return self.models.unresolved(self.coordinates.amplitudes(self.shapes), self.omega**2, ends)
+
+    @property
+    def error(self):
+        """Estimated relative error of each frequency, shape (k,). [-]"""
+        return np.maximum((np.abs(self.omitted) + self.unresolved).sum(axis=0) / 2, NOISE)
 
 
 @dataclass(frozen=True)
@@ -120,33 +140,25 @@ class CoupledModes:
         Undamped. [Hz]
     error : ndarray, shape (k,)
         Estimated relative error of each; not a number for an exact choice of elements. [-]
-    body_energy : ndarray, shape (b, 6, k)
-        Shares of the kinetic energy: x y z of the center of mass, rotation about the body's own axes. [-]
-    cable_energy : ndarray, shape (c, 3, k)
-        In the plane of the cable, out of it, along the cable. [-]
     coincident : tuple of (int, int)
         First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
         may be combined at will.
-    cables : tuple of CableRecord
     layout : Layout
     solution : Solution
-        Models and coordinates of the cables, and the system: what a state space is made of.
+        Models and coordinates of the cables, and the system.
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
-    before : Solution or None
-        Of the level before, where the models were refined.
+    finer : callable or None
+        Computes `damped`; None for an exact choice of elements, and where no cable has mass.
     """
 
     frequency: np.ndarray
     error: np.ndarray
-    body_energy: np.ndarray
-    cable_energy: np.ndarray
     coincident: tuple
-    cables: tuple
     layout: Layout
     solution: Solution
     shapes: np.ndarray
-    before: Solution | None = None
+    finer: Callable | None = None
 
     def __len__(self):
         return len(self.frequency)
@@ -159,23 +171,31 @@ class CoupledModes:
     @cached_property
     def damping_ratio(self):
         """Of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
-        return damping_ratios(self.system, self.solution.omega, self.shapes)
+        found = self.damped
+        return damping_ratios(found.system, found.solution.omega, found.shapes)
+
+    @cached_property
+    def damped(self):
+        """`CoupledModes` of a finer model with more modes of cables: what damping ratios and state spaces are made of.
+
+        Where there is none (see `finer`), these modes themselves.
+        """
+        found = self.finer and self.finer()
+        return found if found and len(found) == len(self) else self
 
     @cached_property
     def damping_error(self):
         """Estimated relative error of each damping ratio, shape (k,). [-]
 
-        The difference of two levels, the coarser one with fewer modes that damping may couple. Not a number without
-        two, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
+        The difference to a coarser model with fewer modes that damping may couple. Not a number for an exact choice of
+        elements, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
         """
         cables = self.solution.models.cables
         modal = any(one.model == "modal" and one.ratio for one in cables.damping)
-        if self.before is None or (modal and cables.heavy.any()):
+        if self.damped is self or (modal and cables.heavy.any()):
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
-        ratio, other = (
-            self.damping_ratio.copy(),
-            damping_ratios(self.before.system, self.before.omega, self.before.shapes, COUPLED // 2),
-        )
+        ratio = self.damping_ratio.copy()
+        other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)
         for first, last in self.coincident:  # their poles come in any order
             for values in (ratio, other):
                 values[first - 1 : last].sort()
@@ -190,12 +210,41 @@ class CoupledModes:
             Both of shape (nodes, 3). [m], [1/sqrt(kg)]
         """
         shape = self.shapes[:, [mode]]
-        found = self.solution.models.nodes(self.solution.amplitudes(shape), self.layout.ends(self.layout.bodies(shape)))
+        amplitudes = self.solution.coordinates.amplitudes(shape)
+        found = self.solution.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(shape)))
         return [(place, moved[..., 0]) for place, moved in found]
 
     def up_to(self, frequency):
         """The modes up to a frequency [Hz], numbers from 0."""
         return np.flatnonzero(self.frequency <= frequency)
+
+    @cached_property
+    def _energy(self):
+        """Shares of bodies and cables in the kinetic energy: `body_energy` and `cable_energy`."""
+        displaced = self.layout.bodies(self.shapes)
+        bodies, amplitudes = self.layout.kinetic(displaced), self.solution.coordinates.amplitudes(self.shapes)
+        cables = self.solution.models.kinetic(amplitudes, self.layout.ends(displaced))
+        whole = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
+        return bodies / whole, cables / whole
+
+    @property
+    def body_energy(self):
+        """Shares in the kinetic energy, shape (b, 6, k): x y z of the center of mass, rotation about own axes. [-]"""
+        return self._energy[0]
+
+    @property
+    def cable_energy(self):
+        """Shares in the kinetic energy, shape (c, 3, k): in the plane of the cable, out of it, along the cable. [-]"""
+        return self._energy[1]
+
+    @cached_property
+    def cables(self):
+        """What each cable was given: tuple of `CableRecord`."""
+        return tuple(_record(self.solution, place, name) for place, name in enumerate(self._cable_names))
+
+    @property
+    def _cable_names(self):
+        return self.layout.equilibrium.suspension.cable_names
 
     @property
     def body_share(self):
@@ -219,8 +268,22 @@ class CoupledModes:
             return _largest(body_names[largest : largest + 1], AXES, energy[largest : largest + 1], None)
         if largest == count:
             return _largest(body_names[count:], AXES, energy[count:], "points")
-        names = [record.name for record in self.cables]
-        return _largest(names, KINDS, self.cable_energy[..., mode], "cables")
+        return _largest(self._cable_names, KINDS, self.cable_energy[..., mode], "cables")
+
+
+def _record(solution, place, name):
+    """`CableRecord` of one cable."""
+    mesh, kept = solution.models.meshes[place], solution.kept[place]
+    return CableRecord(
+        name=name,
+        elements=mesh.elements if mesh else 0,
+        order=mesh.order if mesh else 0,
+        modes=kept.modes,
+        residuals=len(kept.element.omega) - kept.modes,
+        first_mode=float(solution.models.first[place]) / (2 * np.pi),
+        limit=float(solution.coordinates.limits[place]) / (2 * np.pi),
+        error=float(np.abs(solution.omitted[place]).max(initial=0.0)) / 2,
+    )
 
 
 def _largest(names, kinds, energy, all_of_them):
@@ -246,15 +309,31 @@ class Search:
         Of all cables, or of each.
     model : FixedModel, optional
         An exact choice of elements, in place of an accuracy; all their modes are kept.
+    cables : Cables, optional
+        Where they were computed with those of other cases.
+
+    Raises
+    ------
+    ConvergenceError, NoSolutionError
+        There is no equilibrium, or a cable with mass hangs folded.
     """
 
-    def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
+    def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        names = equilibrium.suspension.cable_names
-        self.layout, self.cables = Layout(equilibrium), Cables(equilibrium.catenary, damping, names)
+        self.layout, self.cables = Layout(equilibrium), cables or Cables(equilibrium.catenary, damping)
+        if not equilibrium.record.converged:
+            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
+        if self.cables.folded.any():
+            name = equilibrium.suspension.cable_names[int(np.argmax(self.cables.folded))]
+            raise NoSolutionError(f"{name} hangs folded: somewhere it has no tension, and no definite motion")
 
-    def solve(self):
+    def solve(self, models=None):
         """`CoupledModes`.
+
+        Parameters
+        ----------
+        models : Models, optional
+            On the meshes `first_meshes`, where they were computed with those of other cases.
 
         Raises
         ------
@@ -263,50 +342,62 @@ class Search:
         ConvergenceError
             The accuracy cannot be had.
         """
-        if not self.equilibrium.record.converged:
-            raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
+        cables = self.cables
         if self._model is not None:
-            limits = np.where(self.cables.heavy, np.inf, 0.0)
-            models = Models(self.cables, fixed_meshes(self.cables, self._model), fixed=True)
-            return self._finished(self._modes(models, limits), None)
-        if not self.cables.heavy.any():
-            solution = self._modes(Models(self.cables, [None] * self.cables.count), np.zeros(self.cables.count))
+            models = Models(cables, fixed_meshes(cables, self._model), fixed=True)
+            solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
+            return self._finished(solution, np.full(len(solution.omega), np.nan))
+        if not cables.heavy.any():
+            solution = self._modes(Models(cables, [None] * cables.count), np.zeros(cables.count))
             return self._finished(solution, np.full(len(solution.omega), NOISE))
-        highest = self._first_guess()
+        highest, limits = self._first_guess, None
         orders = self._orders(highest)
-        before, limits = None, None
         for _ in range(LEVELS):
-            models = Models(self.cables, self.cables.meshes(orders))
+            models = models or Models(cables, cables.meshes(orders))
             solution = self._resolved(models, highest, limits)
-            limits = WIDER * solution.limits  # damping shows what fewer coordinates leave out
-            least = self._orders(solution.omega.max(initial=0.0))
-            if (least > orders).any():  # more waves than the first guess
-                orders, before = np.maximum(orders, least), None
-                continue
-            if before is not None and len(before.omega) == len(solution.omega):
-                error = self._error(before, solution)
-                if error.max(initial=0.0) <= self.accuracy:
-                    return self._finished(solution, error, before)
-                orders = GROWTH * orders
-            before, orders = solution, orders + STEP
+            limits, highest, error = solution.coordinates.limits, solution.omega[-1], solution.error
+            if error.max() <= self.accuracy:
+                return self._finished(solution, error, partial(self._finer, orders, limits, highest, error))
+            coarse = np.maximum(solution.unresolved.max(axis=1) * cables.count / self.accuracy, 1.0)
+            more = STEP * np.ceil(np.log10(coarse) / DIGITS) * np.ceil(orders / HIGHEST_ORDER)
+            finer = np.maximum(orders + more, self._orders(highest))
+            orders, models = np.where(coarse > 1, finer, orders), None
         raise ConvergenceError(
-            f"accuracy {self.accuracy:g} of the coupled modes cannot be had: two models do not agree"
+            f"accuracy {self.accuracy:g} of the coupled modes cannot be had: finer meshes of the cables do not help"
         )
 
+    def _finer(self, orders, limits, highest, error):
+        """`CoupledModes` of a finer model with more modes of cables."""
+        models = Models(self.cables, self.cables.meshes(orders + STEP))
+        limits = np.where(limits > 0, np.maximum(WIDER * limits, DAMPED * highest), 0.0)
+        return self._finished(self._modes(models, limits), error)
+
+    @property
+    def _margin(self):
+        """Multiple of the highest frequency up to which the modes of cables are kept at first. [-]"""
+        return max(MARGIN, SHARPER * self.accuracy ** (-1 / POWER))
+
+    @property
+    def first_meshes(self):
+        """With which the search begins: list of (Mesh or None), one for each cable."""
+        cables = self.cables
+        return cables.meshes(self._orders(self._first_guess)) if cables.heavy.any() else [None] * cables.count
+
+    @cached_property
     def _first_guess(self):
         """Estimate of the highest angular frequency asked for: cables as strings, bodies on their static stiffness."""
         cables, many = self.cables, np.arange(1, self.count + 1)
         time = cables.travel_time[cables.heavy]
         time = np.sort(time)[::-1][: self.count]  # no more cables have one of the lowest modes
         strings = np.repeat(np.pi * many / time[:, None], 2)
-        bodies = self.layout.system(cables.straight).lowest(self.count)[0]
+        bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).lowest(self.count)[0]
         both = np.sort(np.concatenate([strings, bodies]))[: self.count]
         return both[-1] if len(both) else 0.0
 
     def _orders(self, highest):
         """Sum of orders along each cable from which waves up to a frequency are resolved to the accuracy."""
         waves = highest * self.cables.travel_time / np.pi
-        orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy) + MORE_ORDERS
+        orders = PER_WAVE * waves - PER_DIGIT * np.log10(self.accuracy)
         steps = STEPS[np.minimum(np.searchsorted(STEPS, orders), len(STEPS) - 1)]
         return np.where(orders <= STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
@@ -315,92 +406,98 @@ class Search:
         first = np.pi / np.maximum(self.cables.travel_time, 1e-300)
         share = self.cables.mass.sum() / (self.cables.mass.sum() + np.sum(self.equilibrium.suspension.mass))
         far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
-        return np.where(far | ~self.cables.heavy, 0.0, MARGIN * highest)
+        return np.where(far | ~self.cables.heavy, 0.0, self._margin * highest)
 
     def _resolved(self, models, highest, limits):
         """The modes with so many coordinates that what these leave out is within the accuracy."""
         limits = self._limits(highest) if limits is None else limits
-        first = np.array([element.omega.min(initial=np.inf) for element in models.elements])
         allowed = 2 * ALLOWED * self.accuracy  # of squared frequencies
         for _ in range(TRIALS):
             solution = self._modes(models, limits)
             few = len(solution.omega) < self.count
             highest = WIDER * highest if few else solution.omega[-1]
-            near = first < NEAR * highest
+            near = models.first < NEAR * highest
             omitted = np.abs(solution.omitted)
             if not few and omitted.sum(axis=0).max() <= allowed and (limits[near] >= highest).all():
                 return solution
             largest = omitted.max(axis=1, initial=0.0)
-            much = largest > allowed / (2 * max(1, np.count_nonzero(largest)))
-            limits = np.where(much, WIDER * limits, limits)
-            limits = np.where(much | near | (limits > 0), np.maximum(limits, MARGIN * highest), limits)
+            much = np.maximum(2 * largest * max(1, np.count_nonzero(largest)) / allowed, 1.0)
+            growth = np.clip(SAFETY * much ** (1 / POWER), LEAST_GROWTH, MOST_GROWTH)
+            limits = np.where(much > 1, growth * limits, limits)
+            limits = np.where((much > 1) | near | (limits > 0), np.maximum(limits, self._margin * highest), limits)
         raise ConvergenceError(
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: too many modes of cables"
         )
 
     def _modes(self, models, limits):
-        kept = models.keep(limits)
-        system = self.layout.system([one.element for one in kept])
+        coordinates = models.coordinates(limits)
+        reduced = self.layout.reduced(coordinates)
         try:
-            omega, shapes = system.lowest(self.count)
+            omega, shapes = reduced.lowest(self.count)
         except NoSolutionError:
             reason = self.equilibrium.stability.reason() or "its stiffness is next to nothing"
             raise NoSolutionError(f"no modes about this equilibrium: {reason}") from None
-        ends = self.layout.ends(self.layout.bodies(shapes))
-        return Solution(models, kept, limits, system, omega, shapes, models.omitted(kept, omega**2, ends))
+        omitted = models.omitted(coordinates, omega**2, self.layout.ends(self.layout.bodies(shapes)))
+        return Solution(self.layout, coordinates, reduced, omega, shapes, omitted)
 
-    def _error(self, before, solution):
-        """Relative error of each frequency: difference of two levels, modes left out, rounding."""
-        difference = np.abs(before.omega / solution.omega - 1)
-        return np.maximum(difference + np.abs(solution.omitted).sum(axis=0) / 2, NOISE)
-
-    def _finished(self, solution, error, before=None):
-        modes = len(solution.omega)
-        exact = error is None
-        error = np.full(modes, np.nan) if exact else error
-        coincident = tuple(runs(solution.omega, np.full(modes, NOISE) if exact else error))
-        shapes = solution.shapes.copy()
+    def _finished(self, solution, error, finer=None):
+        alike = np.where(np.isnan(error), NOISE, error)
+        coincident = tuple(runs(solution.omega, alike))
+        shapes, error = solution.shapes.copy(), error.copy()
         moving = np.arange(len(shapes)) + 1.0
         for first, last in coincident:
             some = shapes[:, first - 1 : last]
+            error[first - 1 : last] = error[first - 1 : last].max()  # their order is not certain
             # modes that coincide: separated by which coordinates move
-            mixed = some.T @ (moving[:, None] * (solution.system.mass @ some))
+            mixed = some.T @ (moving[:, None] * (solution.reduced.weighed(some)))
             shapes[:, first - 1 : last] = some @ np.linalg.eigh(mixed + mixed.T)[1]
-        displaced = self.layout.bodies(shapes)
-        bodies = self.layout.kinetic(displaced)
-        cables = solution.models.kinetic(solution.amplitudes(shapes), self.layout.ends(displaced))
-        whole = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
-        return CoupledModes(
-            frequency=solution.omega / (2 * np.pi),
-            error=error,
-            body_energy=bodies / whole,
-            cable_energy=cables / whole,
-            coincident=coincident,
-            cables=tuple(self._record(solution, place) for place in range(self.cables.count)),
-            layout=self.layout,
-            solution=solution,
-            shapes=shapes,
-            before=before,
-        )
-
-    def _record(self, solution, place):
-        mesh, kept = solution.models.meshes[place], solution.kept[place]
-        full = solution.models.elements[place].omega
-        return CableRecord(
-            name=self.equilibrium.suspension.cable_names[place],
-            elements=mesh.elements if mesh else 0,
-            order=mesh.order if mesh else 0,
-            modes=kept.modes,
-            residuals=len(kept.element.omega) - kept.modes,
-            first_mode=float(full[0]) / (2 * np.pi) if len(full) else np.inf,
-            limit=float(solution.limits[place]) / (2 * np.pi),
-            error=float(np.abs(solution.omitted[place]).max(initial=0.0)) / 2,
-        )
+        frequency = solution.omega / (2 * np.pi)
+        return CoupledModes(frequency, error, coincident, self.layout, solution, shapes, finer)
 
 
 def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None):
     """The lowest coupled modes of a suspension: see `Search`."""
     return Search(equilibrium, count, accuracy, damping, model).solve()
+
+
+def coupled_modes_of_cases(equilibria, catenary, count, accuracy, damping):
+    """The lowest coupled modes of many cases with the same cables, whose first models are computed together.
+
+    Parameters
+    ----------
+    equilibria : sequence of Equilibrium
+        n of them.
+    catenary : Catenary
+        Of shape (n c,): the cables of one case after the other.
+    count, accuracy
+        See `Search`.
+    damping : sequence of Damping
+        Of n c cables.
+
+    Returns
+    -------
+    list of (CoupledModes or Exception)
+        The NoSolutionError or ConvergenceError of a case that has none.
+    """
+    whole, found, searches = Cables(catenary, damping), [], []
+    each = len(damping) // max(1, len(equilibria))
+    meshes = [None] * len(damping)
+    for first, equilibrium in zip(range(0, len(damping), each), equilibria, strict=True):
+        try:
+            search = Search(equilibrium, count, accuracy, cables=whole.take(first, each))
+            meshes[first : first + each] = search.first_meshes
+        except (NoSolutionError, ConvergenceError) as error:
+            search = error
+        searches.append(search)
+    models = Models(whole, meshes)
+    for place, search in enumerate(searches):
+        if isinstance(search, Search):
+            try:
+                search = search.solve(models.take(search.cables, place * each))
+            except (NoSolutionError, ConvergenceError) as error:
+                search = error
+        found.append(search)
+    return found
 
 
 def runs(omega, error):

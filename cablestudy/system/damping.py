@@ -37,7 +37,7 @@ def damping_ratios(system, omega, shapes, coupled=COUPLED):
         return np.zeros(count)
     above, others = system.lowest(count + coupled)
     omega, basis = np.concatenate([omega, above[count:]]), np.concatenate([shapes, others[:, count:]], axis=1)
-    more, added = _ritz(system, basis, system.compliance(forces))
+    more, added = ritz(system, basis, system.compliance(forces))
     omega, basis = np.concatenate([omega, more]), np.concatenate([basis, added], axis=1)
     modes, damping, loss = len(omega), basis.T @ (damping @ basis), basis.T @ (loss @ basis)
     # states w q and q', of like size
@@ -51,7 +51,7 @@ def damping_ratios(system, omega, shapes, coupled=COUPLED):
     return ratio
 
 
-def _ritz(system, basis, vectors):
+def ritz(system, basis, vectors):
     """Frequencies [rad/s] and mass-normalised shapes of what vectors add to modes: Rayleigh and Ritz."""
     whole = np.sqrt((vectors * (system.stiffness.real @ vectors)).sum(axis=0))
     vectors = vectors / np.where(whole > 0, whole, 1.0)

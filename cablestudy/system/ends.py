@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.assembly import joined, sparse_product
+from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.superelement import Strain, Superelement
 
 
@@ -24,6 +25,13 @@ class Ends:
     def __init__(self, dynamics, frame, count):
         self._dynamics, self._frame, self._count = dynamics, frame, count
 
+    def take(self, rows):
+        """Those of some cables, a slice of them."""
+        some = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
+        some.__dict__["_undamped"] = tuple(part[rows] for part in self._undamped)
+        some.__dict__["_highest"] = tuple(tuple(part[rows] for part in parts) for parts in self._highest)
+        return some
+
     def model(self, damping, place=()):
         """The `Superelement` of one cable.
 
@@ -34,7 +42,8 @@ class Ends:
         place : int
             Of the cable among many.
         """
-        omega, participation, stiffness, inertia = (part[place] for part in self._undamped)
+        omega, coupling, stiffness, inertia = (part[place] for part in self._undamped)
+        participation = -(omega[:, None] ** 2) * coupling
         viscous = damping.viscous / float(self._dynamics.mass[place])
         if damping.model == "modal":
             ratio = np.full(len(omega), damping.ratio)
@@ -65,15 +74,56 @@ class Ends:
             moved[..., list(system.axes), :] += both @ local[..., None, places, :]
         return moved
 
+    def highest_energy(self, amplitudes, ends):
+        """Estimated error of twice the strain energy of motions of all cables by the mesh, shape (..., r). [J]
+
+        A share of the energy in the two highest polynomials of the elements (`plane_modes.unresolved_share`).
+
+        Parameters
+        ----------
+        amplitudes, ends
+            As for `motion`.
+        """
+        every = np.concatenate([amplitudes, self._turn @ ends], axis=-2)
+        return sum(np.maximum(*(((part @ every) ** 2).sum(axis=-2) for part in parts)) for parts in self._highest)
+
+    @cached_property
+    def _highest(self):
+        """Of each plane, `System.highest_parts` of all modes and static shapes, by which errors are estimated."""
+        dynamics, found = self._dynamics, []
+        scale = unresolved_share(self.state.mesh.order) * np.asarray(self.state.force / dynamics.length)
+        for system, places, both in self._static_shapes:
+            modal = self._modes.shapes[..., system.axes, :]
+            shapes = np.zeros((*modal.shape[:-1], modal.shape[-1] + 6))
+            shapes[..., : modal.shape[-1]] = modal
+            shapes[..., [modal.shape[-1] + place for place in places]] = both
+            found.append(tuple(np.sqrt(scale)[..., None, None] * part for part in system.highest_parts(shapes)))
+        return tuple(found)
+
+    @property
+    def state(self):
+        """`State` of the cables."""
+        return self._dynamics.state
+
     @property
     def omega(self):
         """Of the modes of all cables, shape (..., n). [rad/s]"""
         return self._undamped[0]
 
     @property
-    def participation(self):
-        """See `Superelement`, shape (..., n, 6). [N/(m sqrt(kg))]"""
+    def coupling(self):
+        """See `Superelement`, shape (..., n, 6). [sqrt(kg)]"""
         return self._undamped[1]
+
+    @property
+    def stiffness(self):
+        """See `Superelement`, shape (..., 6, 6). [N/m]"""
+        return self._undamped[2]
+
+    @property
+    def inertia(self):
+        """See `Superelement`, shape (..., 6, 6). [kg]"""
+        return self._undamped[3]
 
     @cached_property
     def moments(self):
@@ -117,19 +167,22 @@ class Ends:
 
     @cached_property
     def _undamped(self):
-        """Angular frequencies, participation, static stiffness and inertia, as in `Superelement`."""
+        """Angular frequencies, coupling, static stiffness and inertia, as in `Superelement`."""
         dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
-        second, whole = modes.participation @ frame, modes.rigid_participation @ frame
-        static, inertia = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame, np.zeros(turn.shape)
+        *lead, _, _, count = modes.shapes.shape
+        coupling, inertia = np.zeros((*lead, count, 6)), np.zeros(turn.shape)
         for system, places, both in self._static_shapes:
-            products = joined(both).swapaxes(-1, -2) @ joined(system.inertia(both))
-            inertia[..., np.array(places)[:, None], places] = products
-        inertia *= np.asarray(dynamics.mass * dynamics.length)[..., None, None]
+            weighed = joined(system.inertia(both))
+            shapes = joined(modes.shapes[..., system.axes, :])
+            coupling[..., places] = shapes.swapaxes(-1, -2) @ weighed
+            inertia[..., np.array(places)[:, None], places] = joined(both).swapaxes(-1, -2) @ weighed
+        mass = np.asarray(dynamics.mass * dynamics.length)[..., None, None]
+        static = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame
         return (
             2 * np.pi * modes.frequency,
-            np.concatenate([whole - second, second], axis=-1),
+            mass * coupling @ turn,
             np.block([[static, -static], [-static, static]]),
-            turn.swapaxes(-1, -2) @ inertia @ turn,
+            turn.swapaxes(-1, -2) @ (mass * inertia) @ turn,
         )
 
     @cached_property

@@ -105,22 +105,16 @@ class LinearSystem:
             return np.zeros(0), np.zeros((0, 0))
         if size <= DENSE_LIMIT or 2 * count > size:
             stiffness, mass = (_dense(matrix).real for matrix in (self.stiffness, self.mass))
-            try:
-                lower = np.linalg.cholesky(stiffness)
-            except np.linalg.LinAlgError:
-                raise NoSolutionError(UNSTABLE) from None
+            lower = _cholesky(stiffness)
             half = _solve_lower(lower, mass)
             _value, vectors = np.linalg.eigh(_solve_lower(lower, half.T))
             shapes = _solve_lower(lower, vectors[:, : -count - 1 : -1], transposed=True)
         else:
-            shapes = _lanczos(self.stiffness.real, self.mass, count)
+            factors = _factors(self.stiffness.real)
+            shapes = _lanczos(size, factors.solve, self.mass.__matmul__, count)
+            shapes = shapes / np.sqrt((shapes * (self.stiffness.real @ shapes)).sum(axis=0))
             mass = self.mass
-        # unit strain energy; the quotient has all digits of the high modes too
-        compliance = (shapes * (mass @ shapes)).sum(axis=0)
-        finite = compliance > MASSLESS * compliance.max(initial=0.0)
-        square, shapes = 1 / compliance[finite], shapes[:, finite]
-        order = np.argsort(square, kind="stable")
-        return np.sqrt(square[order]), shapes[:, order] * np.sqrt(square[order])
+        return _normalised(shapes, (shapes * (mass @ shapes)).sum(axis=0))
 
     def compliance(self, forces):
         """Static displacements by forces, shape (n, r) both, the winches at rest and without damping."""
@@ -210,6 +204,88 @@ class LinearSystem:
         return fixed, scaled
 
 
+def _normalised(shapes, compliance):
+    """Frequencies [rad/s], ascending, and mass-normalised shapes.
+
+    Parameters
+    ----------
+    shapes : ndarray, shape (n, k)
+        Of unit strain energy.
+    compliance : ndarray, shape (k,)
+        Their quotients x^T M x, which have all digits of the high modes too. [s^2]
+    """
+    finite = compliance > MASSLESS * compliance.max(initial=0.0)
+    square, shapes = 1 / compliance[finite], shapes[:, finite]
+    order = np.argsort(square, kind="stable")
+    return np.sqrt(square[order]), shapes[:, order] * np.sqrt(square[order])
+
+
+@dataclass(frozen=True)
+class ReducedSystem:
+    """Cables in Craig-Bampton coordinates and bodies, without damping.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (N,)
+        W: angular frequencies of the coordinates of the cables, each alone. [rad/s]
+    coupling : ndarray or sparse array, shape (N, d)
+        m: their momentum per velocity of the free displacements of the bodies.
+    inertia, stiffness : ndarray or sparse array, shape (d, d)
+        J and k: of bodies and cables, for the free displacements.
+
+    Notes
+    -----
+    M = [1, m; m^T, J] and K = [W^2, 0; 0, k]. With K = L L^T and k = l l^T, only l must be found, and
+    L^-1 M L^-T = [1/W^2, b; b^T, l^-1 J l^-T] with b = m l^-T/W.
+    """
+
+    omega: np.ndarray
+    coupling: np.ndarray
+    inertia: np.ndarray
+    stiffness: np.ndarray
+
+    def __len__(self):
+        return len(self.omega) + self.stiffness.shape[0]
+
+    def lowest(self, count):
+        """The lowest undamped modes: as `LinearSystem.lowest`."""
+        if not len(self):
+            return np.zeros(0), np.zeros((0, 0))
+        if len(self) > DENSE_LIMIT and 2 * count <= len(self):
+            return self._lowest_of_large(count)
+        omega, modal = self.omega, len(self.omega)
+        coupling, inertia, stiffness = (_dense(part) for part in (self.coupling, self.inertia, self.stiffness))
+        lower = _cholesky(stiffness)
+        matrix = np.zeros((len(self), len(self)))
+        matrix[np.arange(modal), np.arange(modal)] = 1 / omega**2
+        matrix[modal:, :modal] = _solve_lower(lower, (coupling / omega[:, None]).T)
+        matrix[:modal, modal:] = matrix[modal:, :modal].T
+        matrix[modal:, modal:] = _solve_lower(lower, _solve_lower(lower, inertia).T)
+        vectors = np.linalg.eigh(matrix)[1][:, : -count - 1 : -1]
+        bodies = _solve_lower(lower, vectors[modal:], transposed=True)
+        shapes = np.concatenate([vectors[:modal] / omega[:, None], bodies])
+        return _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=0))
+
+    def _lowest_of_large(self, count):
+        """`lowest` by Lanczos iteration: no large matrix is formed, only the stiffness of the bodies is factorised."""
+        modal, square = len(self.omega), self.omega**2
+        solve = _factors(self.stiffness).solve if self.stiffness.shape[0] else np.zeros_like
+
+        def solved(forces):
+            return np.concatenate([forces[:modal] / square, solve(forces[modal:])])
+
+        shapes = _lanczos(len(self), solved, self.weighed, count)
+        inner, bodies = shapes[:modal], shapes[modal:]
+        energy = (square[:, None] * inner**2).sum(axis=0) + (bodies * (self.stiffness @ bodies)).sum(axis=0)
+        shapes = shapes / np.sqrt(energy)
+        return _normalised(shapes, (shapes * self.weighed(shapes)).sum(axis=0))
+
+    def weighed(self, shapes):
+        """M times shapes of all coordinates, shape (N + d,) or (N + d, r)."""
+        inner, bodies = shapes[: len(self.omega)], shapes[len(self.omega) :]
+        return np.concatenate([inner + self.coupling @ bodies, self.coupling.T @ inner + self.inertia @ bodies])
+
+
 def assemble(cables, moved, bodies, imposed=None, stiffness=0.0):
     """Cables between bodies, winches and the ground as one system.
 
@@ -294,10 +370,18 @@ def _dense(matrix):
     return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
 
 
-def _solve_lower(lower, right, transposed=False):
-    from scipy.linalg import solve_triangular
+def _cholesky(stiffness):
+    try:
+        return np.linalg.cholesky(stiffness)
+    except np.linalg.LinAlgError:
+        raise NoSolutionError(UNSTABLE) from None
 
-    return solve_triangular(lower, right, lower=True, trans=int(transposed), check_finite=False)
+
+def _solve_lower(lower, right, transposed=False):
+    """lower^-1 right, or lower^-T right, for a lower triangular matrix."""
+    from scipy.linalg.lapack import dtrtrs
+
+    return dtrtrs(lower, right, lower=1, trans=int(transposed))[0] if right.size else right
 
 
 def _factors(stiffness):
@@ -315,21 +399,24 @@ def _factors(stiffness):
     return factors
 
 
-def _lanczos(stiffness, mass, count):
-    """Lowest modes of unit strain energy, by shift-invert Lanczos iteration about zero from a fixed start vector."""
-    from scipy.sparse import csc_array
+def _lanczos(size, solve, weigh, count):
+    """Lowest modes, by shift-invert Lanczos iteration about zero from a fixed start vector.
+
+    Parameters
+    ----------
+    size : int
+    solve, weigh : callable
+        K^-1 and M times a vector.
+    count : int
+    """
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
-    size, factors = stiffness.shape[0], _factors(stiffness)
-    inverse = LinearOperator((size, size), matvec=factors.solve, dtype=float)
+    inverse, mass = (LinearOperator((size, size), matvec=product, dtype=float) for product in (solve, weigh))
     begin = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
-        _square, shapes = eigsh(
-            csc_array(stiffness), count, M=csc_array(mass), sigma=0.0, OPinv=inverse, v0=begin, ncv=2 * count + 10
-        )
+        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=begin, ncv=2 * count + 10)[1]
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"modes: {error}") from None
-    return shapes / np.sqrt((shapes * (stiffness @ shapes)).sum(axis=0))
 
 
 def upper(values):

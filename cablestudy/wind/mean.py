@@ -121,8 +121,12 @@ def equilibrium_in_wind(calm, drag):
             rotation=found.rotation,
         )
         before, found = found, statics.pose(loaded)
-        moved = size(suspension.ends(found.position, found.rotation) - suspension.ends(before.position, before.rotation))
+        moved = size(
+            suspension.ends(found.position, found.rotation) - suspension.ends(before.position, before.rotation)
+        )
         failed = ~np.asarray(found.record.converged)
         if ((moved.max(axis=(-1, -2)) <= SETTLED * longest) | failed).all():
             return found
-    raise ConvergenceError("no equilibrium in the mean wind: its forces and the attitude that they lead to do not agree")
+    raise ConvergenceError(
+        "no equilibrium in the mean wind: its forces and the attitude that they lead to do not agree"
+    )

@@ -99,7 +99,7 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     return kept
 
 
-def integrate(function, edges, tolerance=1e-6):
+def integrate(function, edges, tolerance=1e-6, groups=None):
     """Integral over frequency of one or several non-negative spectra.
 
     Parameters
@@ -110,6 +110,8 @@ def integrate(function, edges, tolerance=1e-6):
         Panel boundaries, ascending. [Hz]
     tolerance : float
         Relative, for each integral.
+    groups : ndarray of int, shape (r,), optional
+        Integrals with the same number have the tolerance of the largest of them.
 
     Returns
     -------
@@ -126,13 +128,14 @@ def integrate(function, edges, tolerance=1e-6):
     evaluations = len(low) * len(NODES)
     for _ in range(MAX_GENERATIONS):
         total = value.sum(axis=1)
-        allowed = tolerance * total
+        allowed = tolerance * _largest_of(total, groups)
         missing = error.sum(axis=1) > allowed
         if not missing.any():
             break
         # a panel may have its share of the error by length, of a total that is no better known than the panels
         share = allowed[:, None] * (high - low) / (edges[-1] - edges[0])
-        least = np.maximum(noise, 1e-15 * total[:, None])  # halving a panel does not help below
+        # halving a panel does not help below
+        least = np.maximum(noise, 1e-15 * _largest_of(total, groups)[:, None])
         poor = (error > np.maximum(share, least))[missing].any(axis=0)
         if not poor.any():
             break
@@ -151,11 +154,21 @@ def integrate(function, edges, tolerance=1e-6):
     else:
         raise ConvergenceError("response spectrum: the integral does not settle")
     error = (error + noise).sum(axis=1)
-    if (error > tolerance * total).any():
-        reached = np.max(error[total > 0] / total[total > 0])
+    whole = _largest_of(total, groups)
+    if (error > tolerance * whole).any():
+        reached = np.max(error[whole > 0] / whole[whole > 0])
         raise ConvergenceError(f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} was wanted")
     boundaries = np.exp(np.concatenate([low, edges[-1:]]))
     return Integral(value=total, error=error, evaluations=evaluations, edges=boundaries, panels=value.T)
+
+
+def _largest_of(values, groups):
+    """The largest value of the group of each, shape (r,)."""
+    if groups is None:
+        return values
+    largest = np.zeros(groups.max() + 1)
+    np.maximum.at(largest, groups, values)
+    return largest[groups]
 
 
 def _panels(function, low, high):

@@ -1,5 +1,6 @@
 """Suspensions: equilibria of many cases, and of each what its cables carry and its coupled modes, when needed."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -7,21 +8,25 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, stress_of
 from cablestudy.study.results import ClosedStatics
+from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.movement import drag_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.descent import REASONS, some
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
+from cablestudy.wind.mean import equilibrium_in_wind
 
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
 HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero but for rounding
 MOST_MODES = 400  # that are searched for the K-th mode of a body
 EPSILON = 4e-16  # rounding of one number
 FIRST = 12  # modes computed at first for all up to a frequency
+TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
 MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
 
 
@@ -94,6 +99,7 @@ class Group:
 
     def __init__(self, scenes):
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
+        self._scenes, self._modes = scenes, {}
         if scenes[0].solve_for == "lengths":
             self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
@@ -101,6 +107,23 @@ class Group:
         self.cables = CableResults(scenes, self.equilibrium.catenary)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
+
+    @cached_property
+    def windy(self):
+        """`Equilibrium` of all cases in the mean wind, and `Drag`; the calm one, and None, without wind.
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        if self._scenes[0].wind is None:
+            return self.equilibrium, None
+        suspension = self.equilibrium.suspension
+        drag = drag_of(self._scenes, suspension.body_names, suspension.cable_names)
+        if not any(scene.wind.mean for scene in self._scenes):
+            return self.equilibrium, drag
+        blowing = np.array([float(scene.wind.mean) for scene in self._scenes])[:, None]
+        return equilibrium_in_wind(self.equilibrium, replace(drag, velocity=blowing * drag.velocity)), drag
 
     def failure(self, place):
         """The error of a case without a stable equilibrium, or None."""
@@ -115,14 +138,44 @@ class Group:
 
     def take(self, place):
         """The `Equilibrium` of one case."""
-        batch = self.equilibrium
-        return Equilibrium(
-            batch.suspension.take(place),
-            batch.position[place],
-            batch.rotation[place],
-            batch.catenary.take(place),
-            some(batch.record, place),
-        )
+        return _one(self.equilibrium, place)
+
+    def modes(self, place, count):
+        """The lowest `CoupledModes` of a case without failure, with those of its neighbours.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        if (place, count) not in self._modes:
+            scene, cables = self._scenes[place], len(self.cable_places)
+            many = max(1, TOGETHER // cables)
+            block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
+            alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
+            catenary = self.equilibrium.catenary.take(
+                (np.repeat(alike, cables), np.tile(np.arange(cables), len(alike)))
+            )
+            damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]
+            equilibria = [self.take(i) for i in alike]
+            found = coupled_modes_of_cases(equilibria, catenary, count, scene.model.accuracy or 1.0, damping)
+            self._modes.update(((i, count), modes) for i, modes in zip(alike, found, strict=True))
+        found = self._modes[place, count]
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+
+def _one(batch, place):
+    """One case of an `Equilibrium`."""
+    one = Equilibrium(
+        batch.suspension.take(place),
+        batch.position[place],
+        batch.rotation[place],
+        batch.catenary.take(place),
+        some(batch.record, place),
+    )
+    one.__dict__["blocks"] = batch.blocks.of(place)
+    return one
 
 
 def _formed(numbers):
@@ -169,6 +222,30 @@ class SuspensionCase:
     def equilibrium(self):
         """`Equilibrium` of this case; raises as `group`."""
         return self.group.take(self.place)
+
+    @cached_property
+    def in_wind(self):
+        """`InWind`: in the mean wind where the scene has wind.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is no stable equilibrium, or none in the mean wind.
+        """
+        found, drag = self.group.windy
+        if drag is None:
+            return InWind(self.scene, self.equilibrium, self.equilibrium, None, self.model)
+        if not found.record.converged[self.place]:
+            reason = REASONS[int(found.record.reason[self.place])]
+            raise ConvergenceError(f"no equilibrium in the mean wind: {reason}")
+        if reason := found.stability.reason(self.place):
+            raise NoSolutionError(f"in the mean wind: {reason}")
+        return InWind(self.scene, self.equilibrium, _one(found, self.place), drag.take(self.place), self.model)
+
+    @property
+    def moves(self):
+        """Whether its motion in the wind or under control was computed."""
+        return "in_wind" in self.__dict__ and self.in_wind.solved
 
     @property
     def solved(self):
@@ -277,9 +354,11 @@ class SuspensionCase:
         known = [modes for asked, modes in self._modes.items() if asked >= count]
         if known:
             return known[0]
-        damping = [cable.damping for cable in self.scene.cables.values()]
-        accuracy = self.scene.model.accuracy or 1.0
-        self._modes[count] = coupled_modes(self.equilibrium, count, accuracy, damping, self.model)
+        if self.model is None:
+            self._modes[count] = self.group.modes(self.place, count)
+        else:
+            damping = [cable.damping for cable in self.scene.cables.values()]
+            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self.model)
         return self._modes[count]
 
     def modes_up_to(self, frequency):
@@ -340,7 +419,8 @@ def cases_of(scenes):
     """
     groups = {}
     for place, scene in enumerate(scenes):
-        key = (repr(topology_of(scene)), scene.solve_for, scene.tensions and scene.tensions.method)
+        method = scene.tensions and scene.tensions.method
+        key = (repr(topology_of(scene)), scene.solve_for, method, scene.wind is None)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():

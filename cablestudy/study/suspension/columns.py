@@ -12,7 +12,14 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column
+from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks
+from cablestudy.study.suspension.wind_columns import (
+    LOOP,
+    actuator_columns,
+    place_columns,
+    tension_columns,
+    turn_columns,
+)
 from cablestudy.system.rigid import to_angles
 from cablestudy.system.suspension import AXES
 
@@ -156,6 +163,7 @@ def _over_all(name, unit, meaning, values, extreme, key=""):
 
 
 WHOLE = (
+    *LOOP,
     _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.min),
     _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.max),
     _over_all("max_utilisation", "", "largest stress over strength of any cable", lambda r: r.utilisation, np.max,
@@ -174,7 +182,25 @@ def families():
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
     stiffness = [_stiffness("BODY", axis, axis) for axis in AXES]
     whole = [column for column in WHOLE if column.needs != "run"]
-    return [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered, *whole]
+    of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered]
+    in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
+    return [*of_owners, *in_wind, *actuator_columns("ACTUATOR"), *whole]
+
+
+def wind_columns_of(scene, name):
+    """The columns of a body, BODY.MARKER, cable or actuator in the wind: list of Column, empty for other names.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    name : str
+    """
+    body, _, marker = name.partition(".")
+    if body in scene.bodies and marker in ("", *scene.bodies[body].markers):
+        return place_columns(name) + ([] if marker else turn_columns(name))
+    if name in scene.cables:
+        return tension_columns(name)
+    return actuator_columns(name, hasattr(scene.actuators[name], "torque")) if name in scene.actuators else []
 
 
 def find(name):
@@ -204,6 +230,8 @@ def find(name):
         stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
         static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
         known, numbered = [*body_columns(owner), *cable_columns(owner), *stiffness, *static], f"{owner}.frequency_K"
+        last = name.rpartition(".")[0]
+        known += [*place_columns(last), *turn_columns(last), *tension_columns(last), *actuator_columns(last)]
     for column in known:
         if owner and name in (column.name, column.header):
             return column
@@ -223,11 +251,17 @@ def why_not(scene, column):
     if not dot:
         return _why_not_of_whole(scene, column)
     columns = _columns_of_owners(scene)
+    in_wind = [other.name for other in wind_columns_of(scene, column.name.rpartition(".")[0])]
+    if column.name in in_wind:
+        key = lacks(scene, column)
+        return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
+    if owner in scene.actuators:
+        return f"{owner} has no column {quantity} ({suggestion(column.name, in_wind)})"
     if owner not in columns:
         fixed = f"{owner} is a fixed point, which has no columns"
         missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
         return fixed if owner in scene.points else missing
-    names = [other.name for other in columns[owner](owner)]
+    names = [*(other.name for other in columns[owner](owner)), *in_wind]
     numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_"))
     if column.name not in names and not numbered:
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
@@ -247,6 +281,8 @@ def _why_not_of_whole(scene, column):
     """`why_not` of a column without a name before it."""
     if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
         return "max_utilisation needs the strength of a cable, which the scene does not have"
+    if column.needs == "loop" and column.name in {other.name for other in LOOP}:
+        return "" if scene.control else f"{column.name} needs the key control, which the scene does not have"
     if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:
         return ""
     here = f"; here it is CABLE.{column.name}" if column.name in {other.name for other in OF_CABLES} else ""

@@ -6,11 +6,12 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.closed_form import status_of
-from cablestudy.study.columns import ROUNDING, not_finite
+from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite
 from cablestudy.study.row import Row
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.notes import notes_of
+from cablestudy.study.suspension.wind_columns import limits_passed
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
 AT_ONCE = 200  # cases whose equilibria are solved together: bounds the memory
@@ -32,7 +33,7 @@ def evaluate_suspensions(scenes, columns, explain=False):
         Where a column cannot be had its cell is empty, and the status says why.
     """
     columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
-    rows, needed = [], any(column.needs in ("statics", "stiffness", "modes") for column in columns)
+    rows, needed = [], any(column.needs in ("statics", "stiffness", "modes", "loop", "wind") for column in columns)
     for first in range(0, len(scenes), AT_ONCE):
         some = scenes[first : first + AT_ONCE]
         begin = time.perf_counter()
@@ -45,14 +46,15 @@ def evaluate_suspensions(scenes, columns, explain=False):
 def _row(case, columns, seconds, explain):
     """One row; `seconds` is its share of the time of what was solved with others."""
     begin, cells, errors, failures = time.perf_counter(), {column.header: None for column in columns}, {}, {}
-    columns = sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)  # most modes first
-    for column in columns:
+    for column in most_modes_first(columns):
         if column.needs == "run":
             continue
         try:
             cells[column.header], errors[column.header] = value(case, column)
         except CablestudyError as error:
             failures[column.header] = error
+    if any(column.needs == "wind" for column in columns) and not failures:
+        failures.update((name, NoSolutionError(text)) for name, text in limits_passed(case).items())
     known = [error for error in errors.values() if error is not None]
     run = {
         "dof": case.size,
@@ -65,7 +67,8 @@ def _row(case, columns, seconds, explain):
 
 
 def value(case, column):
-    """One number of a case, and its estimated relative error; None where that is not known.
+    """One number of a case, None for a limit that it does not have; and its estimated relative error, None where that
+    is not known.
 
     Raises
     ------
@@ -74,6 +77,8 @@ def value(case, column):
     """
     found = column.compute(case)
     number, error = found if isinstance(found, tuple) else (found, case.statics_error(column))
+    if number is None:  # a limit that there is not
+        return None, None if np.isnan(error) else float(error)
     number = np.asarray(number).item()
     if not np.isfinite(number):
         if column.key:

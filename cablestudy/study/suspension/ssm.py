@@ -134,7 +134,9 @@ def choose(scene, options, highest=None):
         return _fewest(case, options.error, pair, highest)
     if options.upto:
         found = case.modes_up_to(options.limit)
-        return SuspensionChoice(case, found, linear_model(case, found), found.up_to(options.limit), pair, highest)
+        return SuspensionChoice(
+            case, found, linear_model(case, found.damped), found.up_to(options.limit), pair, highest
+        )
     size = MOST_MODES if scene.model.elements is not None else options.count or DEFAULT_MODES
     found = case.modes(size)
     if options.count is not None and len(found) < options.count:
@@ -143,7 +145,7 @@ def choose(scene, options, highest=None):
         size *= 2
         found = case.modes(size)
     return SuspensionChoice(
-        case, found, linear_model(case, found), np.arange(len(found))[: options.count], pair, highest
+        case, found, linear_model(case, found.damped), np.arange(len(found))[: options.count], pair, highest
     )
 
 
@@ -155,7 +157,7 @@ def _fewest(case, error, pair, highest):
             found = case.modes(size)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{before}{failure}") from None
-        whole = linear_model(case, found)
+        whole = linear_model(case, found.damped)
         names = whole.inputs[pair[1]][0], whole.outputs[pair[0]][0]
         share, allowed = whole.inertia_share(*pair), np.arange(len(found))
         try:

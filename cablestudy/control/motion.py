@@ -1,0 +1,234 @@
+"""A suspension in some combinations of its coordinates, with actuators on its bodies: what winches and wind move.
+
+    M z'' + C z' + K z = f + B0 v + B1 v' + B2 v'' + sum a (g_v s + g_p) h(s) r z,     h = s/(s + w_h) or 1
+
+v are the lengths that winches reel in. A reaction mass adds its stroke q along an axis a to the coordinates z. The mass
+of the body includes it, so that q adds m q' a.v + m q'^2/2 to the kinetic energy, v being the velocity of its place. Of
+its weight remains the moment m g q (a x e_z). The actuator's force g_v v.a + g_p x.a acts between body and mass: on q
+alone. A wheel of inertia J turns freely about its axis, so the body has J less about it; its torque on the body is
+-g_v times the angular velocity about the axis.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.control.second_order import SecondOrderSystem
+from cablestudy.system.damping import ritz
+from cablestudy.system.rigid import cross_matrix
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A reaction mass, or a reaction wheel.
+
+    Attributes
+    ----------
+    name : str
+    wheel : bool
+    body : int
+    place : ndarray, shape (3,)
+        Of a mass, from the reference point, body axes. [m]
+    axis : ndarray, shape (3,)
+        Unit vector, body axes. [-]
+    inertia : float
+        Mass [kg], or moment of inertia about the axis [kg m^2].
+    omega, damping_ratio : float
+        Of a mass on its spring. [rad/s], [-]
+    velocity_gain, position_gain : float
+        Force per velocity [N s/m] and displacement [N/m] of the body, or torque per angular velocity [N m s/rad].
+    corner : float
+        Of the high-pass filter; 0 without one. [rad/s]
+    """
+
+    name: str
+    wheel: bool
+    body: int
+    place: np.ndarray
+    axis: np.ndarray
+    inertia: float
+    omega: float = 0.0
+    damping_ratio: float = 0.0
+    velocity_gain: float = 0.0
+    position_gain: float = 0.0
+    corner: float = 0.0
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """What an actuator does with the movement that it measures.
+
+    Attributes
+    ----------
+    measured : ndarray, shape (m,)
+        Movement of the body along or about the axis per coordinate. [m], [rad]
+    acts : ndarray, shape (m,)
+        Force on each coordinate per force or torque.
+    velocity_gain, position_gain, corner : float
+        As in `Actuator`.
+    """
+
+    measured: np.ndarray
+    acts: np.ndarray
+    velocity_gain: float
+    position_gain: float
+    corner: float
+
+    def gain(self, s):
+        """Force or torque per movement, (g_v s + g_p) h(s)."""
+        return (self.velocity_gain * s + self.position_gain) * (s / (s + self.corner) if self.corner else 1.0)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The model of the module's docstring; m coordinates, the last ones the strokes of reaction masses.
+
+    Attributes
+    ----------
+    unit : ndarray, shape (m,)
+        About the frequency of each coordinate, by which it is weighted as a state. [rad/s]
+    mass, damping, stiffness : ndarray, shape (m, m)
+    driven : tuple of 3 ndarray, shape (m, i)
+        B0, B1, B2.
+    moved, follow : tuple of 3 ndarray, shapes (o, m) and (o, i)
+        Outputs by z, z', z'' and by v, v', v''.
+    feedback : tuple of Feedback
+    shapes : ndarray, shape (n, m - strokes)
+        The coordinates in terms of those of the suspension; strokes have none.
+    """
+
+    unit: np.ndarray
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    driven: tuple
+    moved: tuple
+    follow: tuple
+    feedback: tuple
+    shapes: np.ndarray
+
+    def __len__(self):
+        return len(self.unit)
+
+    def dynamic_stiffness(self, s):
+        """D: forces per displacement of the coordinates, shape (f, m, m), winches at rest."""
+        s = np.asarray(s)[:, None, None]
+        value = s**2 * self.mass + s * self.damping + self.stiffness
+        for one in self.feedback:
+            value = value - one.gain(s) * np.outer(one.acts, one.measured)
+        return value
+
+    def pulled(self, s):
+        """Forces on the coordinates per length that winches reel in, shape (f, m, i)."""
+        s = np.asarray(s)[:, None, None]
+        zeroth, first, second = self.driven
+        return zeroth + s * first + s**2 * second
+
+    def within(self, space):
+        """The same in a space of its coordinates.
+
+        Parameters
+        ----------
+        space : ndarray, shape (m, r)
+            Independent columns.
+        """
+        mass, damping, stiffness = (space.T @ part @ space for part in (self.mass, self.damping, self.stiffness))
+        return replace(
+            self,
+            unit=np.sqrt(np.diagonal(stiffness) / np.diagonal(mass)),
+            mass=mass,
+            damping=damping,
+            stiffness=stiffness,
+            driven=tuple(space.T @ part for part in self.driven),
+            moved=tuple(part @ space for part in self.moved),
+            feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
+        )
+
+
+def basis(modes, loads):
+    """Modes of a suspension, and their complement for the static response to some loads.
+
+    Parameters
+    ----------
+    modes : CoupledModes
+    loads : ndarray, shape (n, r)
+        Forces on the coordinates of its system.
+
+    Returns
+    -------
+    omega : ndarray, shape (m,)
+        [rad/s]
+    shapes : ndarray, shape (n, m)
+        Mass-normalised: the modes, then the others by frequency.
+    """
+    solution = modes.solution
+    more, added = ritz(solution.system, modes.shapes, solution.system.compliance(loads))
+    order = np.argsort(more)
+    return np.concatenate([solution.omega, more[order]]), np.concatenate([modes.shapes, added[:, order]], axis=1)
+
+
+def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(), damping=0.0):
+    """The `Motion` of a suspension.
+
+    Parameters
+    ----------
+    layout : Layout
+    whole : SecondOrderSystem
+        See `control.suspension.second_order`.
+    omega, shapes : ndarray
+        See `basis`.
+    winches : int
+        How many of the inputs of `whole`, the first ones, are winches.
+    actuators : sequence of Actuator
+    damping : ndarray, shape (m, m)
+        Aerodynamic.
+    """
+    strokes = [one for one in actuators if not one.wheel]
+    count, size = len(omega), len(omega) + len(strokes)
+    mass, lost, stiffness = np.zeros((3, size, size))
+    kept = slice(count)
+    mass[kept, kept], stiffness[kept, kept] = np.eye(count), np.diag(omega**2)
+    lost[kept, kept] = shapes.T @ whole.damping @ shapes + damping
+    feedback, place = [], count
+    for one in actuators:
+        along, about, weight = _movements(layout, one, shapes)
+        along, about, weight = (np.append(part, np.zeros(len(strokes))) for part in (along, about, weight))
+        if one.wheel:
+            mass -= one.inertia * np.outer(about, about)
+            feedback.append(Feedback(about, -about, one.velocity_gain, 0.0, one.corner))
+            continue
+        mass[place] += one.inertia * along
+        mass[:, place] += one.inertia * along
+        mass[place, place] = one.inertia
+        stiffness[place] += one.inertia * weight
+        stiffness[:, place] += one.inertia * weight
+        stiffness[place, place] = one.inertia * one.omega**2
+        lost[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
+        feedback.append(Feedback(along, np.eye(size)[place], one.velocity_gain, one.position_gain, one.corner))
+        place += 1
+
+    def widened(part):
+        return np.concatenate([part, np.zeros((part.shape[0], len(strokes)))], axis=1)
+
+    return Motion(
+        np.concatenate([omega, [one.omega for one in strokes]]),
+        mass,
+        lost,
+        stiffness,
+        tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
+        tuple(widened(part @ shapes) for part in whole.moved),
+        tuple(part[:, :winches] for part in whole.follow),
+        tuple(feedback),
+        shapes,
+    )
+
+
+def _movements(layout, actuator, shapes):
+    """Of the body of an actuator along the axis at its place, about the axis, and g (theta x a)_z; each (m,)."""
+    equilibrium = layout.equilibrium
+    rotation = equilibrium.rotation[actuator.body]
+    moved = layout.displaced(layout.bodies(shapes))[actuator.body]
+    axis, arm = rotation @ actuator.axis, rotation @ actuator.place
+    along = axis @ (moved[:3] - cross_matrix(arm) @ moved[3:])
+    upwards = np.array([0.0, 0.0, float(equilibrium.suspension.gravity)])
+    return along, axis @ moved[3:], np.cross(axis, upwards) @ moved[3:]

@@ -1,0 +1,71 @@
+"""What control, actuators, correction and wind of a suspension refer to, and what they need of it."""
+
+from cablestudy.scene.fields import suggestion
+from cablestudy.scene.units import show
+
+
+def reference_mistakes(scene):
+    """Bodies, winches, motions and markers that do not exist or are held.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path and message.
+    """
+    found = _control_mistakes(scene) if scene.control else []
+    for name, actuator in scene.actuators.items():
+        found += _body_mistakes(scene, ("actuators", name), actuator.body)
+    if scene.correction:
+        found += _marker_mistakes(scene.bodies, scene.correction.marker)
+    wind = scene.wind
+    if wind and wind.on == "bodies" and not any(body.wind for body in scene.bodies.values()):
+        message = "bodies: no body has the key wind (area, drag_coefficient), so that there is nothing to act on"
+        found.append((("wind", "on"), message))
+    return found
+
+
+def _body_mistakes(scene, path, name):
+    """Of a table at a path that belongs to the body of this name, or where it is None to the only one."""
+    bodies = scene.bodies
+    if name is not None and name not in bodies:
+        return [((*path, "body"), f"unknown body ({suggestion(name, bodies)})")]
+    if name is None and len(bodies) != 1:
+        listed = f": {', '.join(bodies)}" if bodies else ""
+        return [(path, f"missing key: body (the suspension has {len(bodies) or 'no'} bodies{listed})")]
+    return []
+
+
+def _control_mistakes(scene):
+    control, path = scene.control, ("control",)
+    found = [] if scene.winches else [(path, "needs a winch: the cables that are reeled are listed under winches")]
+    for name in control.allocation.weights if control.allocation and scene.winches else ():
+        hint = suggestion(name, scene.winches)
+        message = f"no winch reels this cable ({hint})" if name in scene.cables else f"unknown cable ({hint})"
+        found += [] if name in scene.winches else [((*path, "allocation", "weights", name), message)]
+    wrong_body = _body_mistakes(scene, path, control.body)
+    return found + (wrong_body or _measured_mistakes(control.measured, scene.body_of(control), scene.bodies))
+
+
+def _measured_mistakes(measured, name, bodies):
+    """What is measured of a body that exists is free; `measured` is None for all that is."""
+    free = bodies[name].free
+    if not free and measured is None:
+        return [(("control",), f"{name} is held, so that there is nothing to measure")]
+    held = f"free: {', '.join(free)}" if free else "nothing of it is free"
+    return [
+        (("control", "measured", place), f"{motion} of {name} is held ({held})")
+        for place, motion in enumerate(measured or ())
+        if motion not in free
+    ]
+
+
+def _marker_mistakes(bodies, marker):
+    known = [f"{name}.{inside}" for name, body in bodies.items() for inside in body.markers]
+    if marker in known:
+        return []
+    hint = suggestion(marker, known) if known else "no body has markers"
+    return [(("correction", "marker"), f"unknown marker {show(marker)} ({hint})")]

@@ -1,0 +1,113 @@
+"""A suspension in the wind and under control: with as many modes as its numbers need."""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.control.pose_margins import largest_gain
+from cablestudy.study.suspension.movement import Movement
+from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
+
+COUNTS = (32, 50, 80, 130)  # modes of the models that are tried
+ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
+
+
+class InWind:
+    """One case.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    calm : Equilibrium
+        Without wind.
+    equilibrium : Equilibrium
+        In the mean wind.
+    drag : Drag or None
+    model : FixedModel or None
+    """
+
+    def __init__(self, scene, calm, equilibrium, drag, model):
+        self.scene, self._calm, self._equilibrium, self._drag, self._model = scene, calm, equilibrium, drag, model
+        self._accuracy = scene.model.accuracy or ACCURACY
+
+    def _movement(self, count):
+        return Movement(self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
+
+    @cached_property
+    def _found(self):
+        """Movement, response to the wind, and estimated error of the largest gain.
+
+        Raises
+        ------
+        NoSolutionError
+            What moves is unstable.
+        ConvergenceError
+        """
+        for count in COUNTS:
+            movement = self._movement(count)
+            response = Response(movement) if self._drag is not None else None
+            if response is None or len(movement.modes) < count:
+                break
+            if movement.stable and response.moving_error <= 2 * self._accuracy:
+                break
+        movement.check_stable()
+        return movement, response
+
+    @property
+    def solved(self):
+        """Whether the motion was computed."""
+        return "_found" in self.__dict__
+
+    @property
+    def movement(self):
+        """`Movement`; raises as `response`."""
+        return self._found[0]
+
+    @property
+    def response(self):
+        """`Response` to the wind.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            What moves is unstable, or the variances cannot be had.
+        """
+        return self._found[1]
+
+    @staticmethod
+    def _gain_error(movement):
+        """Relative change of the largest gain by the highest coordinates; not a number where there is no limit. [-]"""
+        loop = movement.loop
+        if loop is None or movement.largest_gain is None:
+            return np.nan
+        fewer = largest_gain(loop.within(movement.fewer), movement.largest_gain)
+        return np.nan if fewer is None else abs(fewer / movement.largest_gain - 1)
+
+    @cached_property
+    def loop_error(self):
+        """Estimated relative error of the numbers of the loop. [-]"""
+        return self._gain_error(self.movement)
+
+    def rms(self, names, variance, open_loop):
+        """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held."""
+        found, state = self.response.of(names[0]), OPEN if open_loop else CLOSED
+        rows = [found.rows[name] for name in names if name in found.rows]
+        total, value = getattr(found, variance)[state, rows].sum(), found.value[state, rows].sum()
+        return np.sqrt(total), found.error[state, rows].sum() / (2 * value) if value > 0 else 0.0
+
+    def mean_displacement(self, name):
+        """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""
+        owner, _, marker = name.partition(".")
+        if not self.scene.wind.mean:
+            return np.zeros(3)
+        body = self._calm.suspension.body_names.index(owner)
+        place = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
+        before, after = self._calm, self._equilibrium
+        turned = (after.rotation[body] - before.rotation[body]) @ place
+        moved = after.position[body] - before.position[body] + turned
+        return np.where(np.abs(moved) > ROUNDING * before.catenary.span.chord.max(), moved, 0.0)
+
+    def mean_tensions(self, name):
+        """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
+        cable = self._equilibrium.suspension.cable_names.index(name)
+        return np.linalg.norm(self._equilibrium.end_forces[cable], axis=-1)

@@ -1,0 +1,198 @@
+"""Columns of a suspension in the wind and under control: of bodies, markers, cables, actuators and the loop.
+
+`gondola.rms_x`, `gondola.focus.peak`, `n1.least_tension`, `mass_x.peak_stroke`: what it is of, a dot and a quantity.
+"""
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.columns import Column
+from cablestudy.wind.peak import peak_factor
+
+TURN = 2 * np.pi
+PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
+MM, UM = 1e3, 1e6
+STATES = {"": "", "_open_loop": ", the winches at rest"}
+ENDS = ("tension_from", "tension_to")
+
+
+# ------------------------------------------------------------------------------------ RMS of outputs, by their names
+
+
+def _rms(case, names, variance="value", state=""):
+    """Root of the sum of variances of some outputs, and its estimated relative error."""
+    return case.in_wind.rms(names, variance, open_loop=bool(state))
+
+
+def _peak(case, names, mean):
+    """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error."""
+    size, error = _rms(case, names)
+    if not size:
+        return abs(mean), error
+    rate, _ = _rms(case, names, "rate")
+    return abs(mean) + peak_factor(rate / (TURN * size), case.scene.wind.duration) * size, error
+
+
+# ------------------------------------------------------------------------------------------- of bodies and markers
+
+
+def place_columns(name):
+    """The columns of a body, at its reference point, or of a marker: list of Column."""
+    outputs = [f"{name}.{axis}" for axis in PLACES]
+
+    def rms(axes, unit, state, variance="value"):
+        return lambda case: _scaled(_rms(case, axes, variance, state), unit)
+
+    def mean(axis):
+        return lambda case: case.in_wind.mean_displacement(name)[axis] * MM
+
+    def peak(case):
+        return _scaled(_peak(case, outputs, np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())), MM)
+
+    def imaged(variance, *keys):
+        def compute(case):
+            for key in keys:
+                if getattr(case.scene, key) is None:
+                    raise NoSolutionError(f"{name}.{key} needs the key {key}, which this case does not have")
+            return _scaled(_rms(case, outputs, variance), UM)
+
+        return compute
+
+    found = [
+        Column(f"{name}.mean_{axis}", "mm", f"displacement by the mean wind along {axis}, the winches at rest", "wind",
+               mean(place), "wind")
+        for place, axis in enumerate(PLACES)
+    ]  # fmt: skip
+    for state, words in STATES.items():
+        found += [
+            Column(f"{name}.rms_{axis}{state}", "mm", f"RMS displacement along {axis}{words}", "wind",
+                   rms([output], MM, state), "wind")
+            for axis, output in zip(PLACES, outputs, strict=True)
+        ]  # fmt: skip
+        found += [
+            Column(f"{name}.rms{state}", "mm", f"RMS displacement, of the three together{words}", "wind",
+                   rms(outputs, MM, state), "wind"),
+            Column(f"{name}.rms_velocity{state}", "mm/s", f"RMS velocity, of the three together{words}", "wind",
+                   rms(outputs, MM, state, "rate"), "wind"),
+        ]  # fmt: skip
+    return [
+        *found,
+        Column(f"{name}.peak", "mm", "mean displacement and peak factor times RMS (Davenport)", "wind", peak, "wind"),
+        Column(f"{name}.exposure", "um", "RMS motion within one exposure", "wind", imaged("exposed", "exposure"),
+               "wind, exposure"),
+        Column(f"{name}.corrected", "um", "RMS motion that the correcting mirror leaves", "wind",
+               imaged("corrected", "correction"), "wind, correction"),
+        Column(f"{name}.corrected_exposure", "um", "RMS motion within one exposure behind the mirror", "wind",
+               imaged("both", "exposure", "correction"), "wind, exposure, correction"),
+    ]  # fmt: skip
+
+
+def turn_columns(name):
+    """The columns of the rotation of a body: list of Column."""
+
+    def rms(axis, state):
+        return lambda case: _scaled(_rms(case, [f"{name}.{axis}"], "value", state), 1e6)
+
+    return [
+        Column(f"{name}.rms_{axis}{state}", "urad", f"RMS rotation about {axis[1]}{words}", "wind", rms(axis, state),
+               "wind")
+        for state, words in STATES.items()
+        for axis in TURNS
+    ]  # fmt: skip
+
+
+# ----------------------------------------------------------------------------------------- of cables and actuators
+
+
+def tension_columns(name):
+    """The columns of a cable: list of Column."""
+    outputs = [f"{name}.{end}" for end in ENDS]
+
+    def rms(case):
+        return max((_rms(case, [output]) for output in outputs), key=lambda found: found[0])
+
+    def least(case):
+        means = case.in_wind.mean_tensions(name)
+        parts = [(mean, *_peak(case, [output], 0.0)) for mean, output in zip(means, outputs, strict=True)]
+        mean, drop, error = min(parts, key=lambda part: part[0] - part[1])
+        value = mean - drop
+        return value, error * drop / abs(value) if value else error
+
+    return [
+        Column(f"{name}.rms_tension", "N", "RMS tension, the larger one of both ends", "wind", rms, "wind"),
+        Column(f"{name}.least_tension", "N", "mean less peak factor times RMS, the smaller one of both ends; below "
+               "zero it goes slack", "wind", least, "wind"),
+    ]  # fmt: skip
+
+
+QUANTITIES = {
+    "stroke": ("mm", MM, "displacement of the mass to the body"),
+    "force": ("N", 1.0, "force of the actuator"),
+    "momentum": ("Nms", 1.0, "angular momentum of the wheel"),
+    "torque": ("Nm", 1.0, "torque on the wheel"),
+}
+
+
+def actuator_columns(name, wheel=None):
+    """The columns of a reaction mass or wheel; of both where `wheel` is None: list of Column."""
+    kinds = {None: tuple(QUANTITIES), True: ("momentum", "torque"), False: ("stroke", "force")}[wheel]
+
+    def rms(quantity, unit):
+        return lambda case: _scaled(_rms(case, [f"{name}.{quantity}"]), unit)
+
+    def peak(quantity, unit):
+        return lambda case: _scaled(_peak(case, [f"{name}.{quantity}"], 0.0), unit)
+
+    found = []
+    for quantity in kinds:
+        unit, scale, meaning = QUANTITIES[quantity]
+        found += [
+            Column(f"{name}.rms_{quantity}", unit, f"RMS {meaning}", "wind", rms(quantity, scale), "wind"),
+            Column(f"{name}.peak_{quantity}", unit, f"expected peak: {meaning}", "wind", peak(quantity, scale), "wind"),
+        ]
+    return found
+
+
+def limits_passed(case):
+    """What passes a limit: actuator and quantity -> text."""
+    found = {}
+    for name, table in case.scene.actuators.items():
+        for quantity in ("stroke", "force", "momentum", "torque"):
+            limit = getattr(table, quantity, None)
+            if limit is None:
+                continue
+            unit, scale, _ = QUANTITIES[quantity]
+            peak, _ = _peak(case, [f"{name}.{quantity}"], 0.0)
+            if peak > limit:
+                found[f"{name}.{quantity}"] = (
+                    f"{name}: its {quantity} reaches {scale * peak:.4g} {unit}, above its limit of {scale * limit:.4g}"
+                )
+    return found
+
+
+def _scaled(found, factor):
+    value, error = found
+    return factor * value, error
+
+
+# ------------------------------------------------------------------------------------------------------ of the loop
+
+
+def _gain_margin(wind):
+    limit, gain = wind.movement.largest_gain, wind.movement.loop.gain
+    return float(20 * np.log10(limit / gain)) if limit and gain else None
+
+
+def _of_loop(name, unit, meaning, compute):
+    return Column(name, unit, meaning, "loop", lambda case: (compute(case.in_wind), case.in_wind.loop_error), "control")
+
+
+LOOP = (
+    _of_loop("gain", "rad/s", "of the loop of all winches", lambda w: w.movement.loop.gain),
+    _of_loop("largest_gain", "rad/s", "of the winches, below which the loop is stable; empty when it always is",
+             lambda w: w.movement.largest_gain),
+    _of_loop("gain_margin", "dB", "largest stable gain over the gain, of all winches together; empty when there is no "
+             "limit", _gain_margin),
+    _of_loop("sensitivity_peak", "", "largest singular value of the sensitivity of the loop over frequency",
+             lambda w: w.movement.sensitivity_peak),
+)  # fmt: skip

@@ -1,0 +1,136 @@
+"""Tables of the command `windrms` for a suspension: motion, rotations, cables, actuators, loop and its coordinates."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.scene import missing
+from cablestudy.scene.words import first_of
+from cablestudy.study.columns import lacks
+from cablestudy.study.suspension.notes import LISTED
+from cablestudy.study.suspension.rows import value
+from cablestudy.study.suspension.wind_columns import (
+    LOOP,
+    actuator_columns,
+    limits_passed,
+    place_columns,
+    tension_columns,
+    turn_columns,
+)
+from cablestudy.study.table import Field, Table
+
+OPEN = "_open_loop"
+
+
+def wind_tables(document, case, only=None):
+    """The tables of a case in the wind.
+
+    Parameters
+    ----------
+    document : Document
+        Of its scene, for the places of mistakes.
+    case : SuspensionCase
+    only : str, optional
+        The name of one of them; the others are not made.
+
+    Returns
+    -------
+    dict
+        Name -> Table; without those that the scene has nothing for.
+
+    Raises
+    ------
+    SceneError
+        The scene has no wind, or nothing for the table that is asked for.
+    NoSolutionError, ConvergenceError
+        It has no answer.
+    """
+    scene = case.scene
+    if scene.wind is None:
+        raise missing(document, "wind", "windrms")
+    places = [name for body in scene.bodies for name in (body, *(f"{body}.{m}" for m in scene.bodies[body].markers))]
+    makers = {
+        "motion": places and (lambda: _listed(case, places, _closed(place_columns))),
+        "rotations": places and (lambda: _listed(case, list(scene.bodies), _closed(turn_columns))),
+        "open_loop": scene.control and (lambda: _listed(case, places, _open)),
+        "cables": lambda: _listed(case, list(scene.cables), tension_columns),
+        "actuators": scene.actuators and (lambda: _listed(case, list(scene.actuators), _actuator_columns(scene))),
+        "loop": scene.control and (lambda: _loop_table(case)),
+        "coordinates": scene.control and (lambda: _coordinate_table(case)),
+    }
+    if only and not makers[only]:
+        key = {"motion": "bodies", "rotations": "bodies", "actuators": "actuators"}.get(only, "control")
+        raise SceneError(f"--table {only}: the scene has no {key}")
+    return {name: make() for name, make in makers.items() if make and only in (None, name)}
+
+
+def _closed(columns_of):
+    """Those of the columns that are not without the loop."""
+    return lambda name: [column for column in columns_of(name) if OPEN not in column.name]
+
+
+def _open(name):
+    columns = place_columns(name) + ([] if "." in name else turn_columns(name))
+    return [replace(column, name=column.name.replace(OPEN, "")) for column in columns if OPEN in column.name]
+
+
+def _actuator_columns(scene):
+    return lambda name: actuator_columns(name, hasattr(scene.actuators[name], "torque"))
+
+
+def _listed(case, names, columns_of):
+    """One row for each name; without columns that the scene lacks the keys for, or that repeat others."""
+    fields, rows, errors = {}, [], []
+    for name in names:
+        cells, stated = {"name": name}, {}
+        for column in columns_of(name):
+            if lacks(case.scene, column):
+                continue
+            header = column.header[len(name) + 1 :]
+            word = column.name[len(name) + 1 :].replace("_", " ")
+            fields.setdefault(header, Field(header, word, column.unit))
+            cells[header], error = value(case, column)
+            stated[header] = error
+        rows.append(cells)
+        errors.append({header: error for header, error in stated.items() if error is not None})
+    return Table((Field("name", "name"), *fields.values()), rows, errors=lambda: iter(errors))
+
+
+def _loop_table(case):
+    cells, errors = {}, {}
+    for column in LOOP:
+        cells[column.header], error = value(case, column)
+        errors[column.header] = error
+    known = {header: error for header, error in errors.items() if error is not None}
+    return Table(tuple(column.field for column in LOOP), [cells], single=True, errors=lambda: iter([known]))
+
+
+def _coordinate_table(case):
+    """Each measured coordinate: its notch, and by how much its gain alone may grow."""
+    movement = case.in_wind.movement
+    body = movement.equilibrium.suspension.body_names[movement.body]
+    limits = movement.single_limits if movement.loop.gain else {}
+    rows = []
+    for name, notch in zip(movement.measured, movement.notches, strict=True):
+        limit = limits.get(name, np.inf)
+        rows.append({
+            "coordinate": f"{body}.{name}",
+            "notch_frequency_Hz": notch and float(notch.omega / (2 * np.pi)),
+            "gain_margin_dB": float(20 * np.log10(limit)) if 0 < limit < np.inf else None,
+        })  # fmt: skip
+    fields = (
+        Field("coordinate", "coordinate"),
+        Field("notch_frequency_Hz", "notch frequency", "Hz"),
+        Field("gain_margin_dB", "gain margin of this one alone", "dB"),
+    )
+    return Table(fields, rows)
+
+
+def remarks_of(case):
+    """Lines on what makes the numbers doubtful: limits that are passed, cables that go slack: list of str."""
+    found = [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
+    slack = [name for name in case.scene.cables if value(case, tension_columns(name)[1])[0] < 0]
+    if slack:
+        found.append(f"warning: {first_of(slack, LISTED)} would go slack: the linear numbers do not hold")
+    return found
