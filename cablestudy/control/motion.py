@@ -112,8 +112,11 @@ class Motion:
 
     def dynamic_stiffness(self, s):
         """D: forces per displacement of the coordinates, shape (f, m, m), winches at rest."""
-        s = np.asarray(s)[:, None, None]
-        value = s**2 * self.mass + s * self.damping + self.stiffness
+        powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
+        parts = np.stack([self.stiffness, self.damping, self.mass]).reshape(3, -1)
+        value = np.empty((len(powers), len(self), len(self)), dtype=complex)
+        value.real, value.imag = ((part @ parts).reshape(value.shape) for part in (powers.real, powers.imag))
+        s = powers[:, 1, None, None]
         for one in self.feedback:
             value = value - one.gain(s) * np.outer(one.acts, one.measured)
         return value
