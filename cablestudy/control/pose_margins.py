@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
 
-PER_DECADE = 40
-ASIDE = np.array([0.0, 0.3, 1.0, 3.0])  # frequencies beside a pole, in its half-widths
+PER_DECADE = 30
+ASIDE = np.array([0.0, 1.0, 3.0])  # frequencies beside a pole, in its half-widths
 RANGE = 1e-3, 30.0  # frequencies that are looked at, over the least and largest of the poles
 BESIDE = 0.03  # relative distance of the gains on either side of a candidate that eigenvalues judge
 AT_ONCE = 100  # frequencies
