@@ -20,5 +20,7 @@ def why_not(scene, column):
         return of_suspensions.why_not(scene, column)
     if "." in column.name or column.name in OF_SUSPENSIONS or of_suspensions.MODE.fullmatch(column.name):
         return f"{column.name} is a column of suspensions"
+    if column.without and of_one_cable.attribute(scene, column.without) is not None:
+        return f"{column.name} is of a cable with fixed ends: the scene must not have the key {column.without}"
     key = of_one_cable.lacks(scene, column)
     return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
