@@ -19,6 +19,9 @@ LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop 
 NARROW = 0.3  # damping ratio below which a pole is a boundary of panels
 IMPORTANT = 3e-5  # share of its mode in the variance of an output from which it is one
 BESIDE = 0.02  # relative distance of a pole from the frequency of its mode
+UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
+SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, at most
+EXCITED = 1e-12  # share of an undamped mode above which the wind excites it: what is less is rounding
 APART = 0.5  # least distance of boundaries, in half-widths
 ACCURACY = 1e-4  # where the scene has a fixed model
 PANELS = 5000  # of the integral, at most
@@ -191,13 +194,32 @@ class Response:
 
     @cached_property
     def _of_all(self):
+        self.check_damped()
         return self.resonances()
 
+    def check_damped(self):
+        """Refuse a resonance that the wind excites and nothing bounds.
+
+        Raises
+        ------
+        NoSolutionError
+        """
+        poles, unit = self.movement.open_poles, self.movement.motion.unit[: len(self._shares)]
+        poles = poles[(poles.imag > 0) & (np.abs(poles.real) < UNDAMPED * np.abs(poles))]
+        for frequency in np.abs(poles).tolist():
+            mode = int(np.argmin(np.abs(unit - frequency)))
+            if abs(unit[mode] - frequency) < SAME * frequency and self._shares[mode] > EXCITED:
+                raise NoSolutionError(
+                    f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
+                    f"RMS in the wind is not finite (cable.damping)"
+                )
+
     def _narrow(self, poles):
-        """Frequency and half-width of lightly damped poles within the range. [Hz]"""
+        """Frequency and half-width of lightly damped poles within the range, not of undamped ones. [Hz]"""
         low, high = self.range
-        poles = poles[(poles.imag > 0) & (np.abs(poles.real) < NARROW * np.abs(poles))]
-        centre, width = np.abs(poles) / TURN, np.maximum(np.abs(poles.real), 1e-9 * np.abs(poles)) / TURN
+        ratio = np.abs(poles.real) / np.abs(poles)
+        poles = poles[(poles.imag > 0) & (UNDAMPED <= ratio) & (ratio < NARROW)]
+        centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
         there = (low < centre) & (centre < high)
         return centre[there], width[there]
 
