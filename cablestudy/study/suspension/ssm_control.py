@@ -110,7 +110,7 @@ class ControlledChoice:
         )
         return [
             *notes_of(self.case),
-            f"kept: the {kept} lowest modes, and {others} shapes (residual) for the static response to winches and loads",
+            f"kept: the {kept} lowest modes, and {others} shapes (residual) for the static part of the others",
             f"about: the equilibrium {about}",
             *(_of_loop(self.movement) if self.closed else ()),
             f"not in A, B, C, D: what the velocity of {velocity} of the file)",
