@@ -47,6 +47,7 @@ trade: $(VENV)/.study
 	    $(BIN)/cablestudy trade configs/$$scene.yaml --set "$(DAMPED)" --out results \
 	        --plot docs/pictures/trade-$$scene.svg || exit 1; \
 	done
+	$(BIN)/cablestudy trade configs/suspensions/fast.yaml --out results --plot docs/pictures/trade-fast.svg
 
 kills: $(VENV)/.study
 	$(BIN)/python benchmarks/kills.py 100

@@ -9,7 +9,12 @@ from cablestudy.cli.options import save_plot, scene_command
 
 
 @scene_command
-@click.option("--columns", "names", metavar="A,B,...", help="What to compare. Default: stiffness, frequencies, wind.")
+@click.option(
+    "--columns",
+    "names",
+    metavar="A,B,...",
+    help="What to compare. Default: stiffness, frequencies; also wind of a gondola, and tension of a suspension.",
+)
 @click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Of each timing. Default: 5.")
 @click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
 def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
@@ -19,16 +24,17 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     from cablestudy.scene.scene import load_scene
     from cablestudy.study import trade as study
     from cablestudy.study.table import TableFiles
-    from cablestudy.study.trade_models import models_of
 
-    document, model = load_scene(scene, sets)
+    document, model = load_scene(scene, sets, suspensions=True)
     columns, notes = study.columns_to_compare(document, model, names)
     place = None if out is None else TableFiles(out, study.file_name(scene))
     if place:
         place.check_writable()
     echo_notes(notes, quiet)
     if sys.stderr.isatty() and not quiet:
-        with click.progressbar(length=(repeats + 1) * len(models_of(columns)), label="models", file=sys.stderr) as bar:
+        with click.progressbar(
+            length=(repeats + 1) * len(study.models_of(model, columns)), label="models", file=sys.stderr
+        ) as bar:
             found = study.compare(model, columns, repeats, progress=bar.update)
     else:
         found = study.compare(model, columns, repeats)

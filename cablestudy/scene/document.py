@@ -5,7 +5,8 @@ import sys
 from contextlib import nullcontext
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.layers import merge, prune, put, remove_alternatives, split_key
+from cablestudy.scene.fields import suggestion
+from cablestudy.scene.layers import merge, prune, put, remove_alternatives, split_key, unknown_name
 from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 
 MAX_BYTES = 10_000_000
@@ -46,19 +47,32 @@ class Document:
         SceneError
             Every key that cannot be set.
         """
-        value, overrides, mistakes = self.value, list(self._overrides), []
+        value, paths, mistakes = self.value, [], []
         for key, new, _ in items:
             value = remove_alternatives(value, key) if new is not None else value
         for key, new, where in items:
             try:
                 path = split_key(key)
                 value = put(value, path, prune(new))
-                overrides.append((path, where))
+                paths.append((path, where))
             except ValueError as error:
                 mistakes.append(mistake(_as_place(where), key, str(error)))
+        mistakes += self._unknown_names(value, paths)
         if mistakes:
             raise SceneError(*mistakes)
-        return Document(self.name, value, self._places, overrides)
+        return Document(self.name, value, self._places, [*self._overrides, *paths])
+
+    def _unknown_names(self, value, paths):
+        """Mistakes of paths, each with its place, that lead through a name of a suspension which it does not have."""
+        found = []
+        for path, where in paths if "cables" in self.value else ():
+            unknown = unknown_name(self.value, value, path)
+            if unknown:
+                kind, name, known = unknown
+                found.append(
+                    mistake(_as_place(where), ".".join(path), f"unknown {kind} {name} ({suggestion(name, known)})")
+                )
+        return found
 
     def place(self, path, of_key=False):
         """Place of the value (or of its key) at a path (a tuple), or of its nearest ancestor that has one."""

@@ -24,6 +24,16 @@ ALTERNATIVES = {
     "model": ((("accuracy",), ("elements", "order", "mass")),),
 }
 
+# Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
+NAMED = {
+    ("cables",): ("cable", ("from", "to")),
+    ("bodies",): ("body", ("at",)),
+    ("points",): ("point", ("at",)),
+    ("actuators",): ("actuator", ("axis",)),
+    ("bodies", "*", "attachments"): ("attachment", ()),
+    ("bodies", "*", "markers"): ("marker", ()),
+}
+
 
 def _replaces():
     """Dotted key -> the paths that it removes from a lower layer; `cable` stands for one of `cables` too."""
@@ -125,6 +135,31 @@ def _index(items, key, name):
     return int(key)
 
 
+def unknown_name(lower, upper, path):
+    """A name on a path that stands for nothing.
+
+    Parameters
+    ----------
+    lower, upper : dict
+        Plain values before and after a layer has set what is at the path.
+    path : tuple of str
+
+    Returns
+    -------
+    tuple of (str, str, list of str) or None
+        What the name should stand for, the name, and the names that there are. None where all names are known, or the
+        layer adds what is new.
+    """
+    for table, (kind, keys) in NAMED.items():
+        count = len(table)
+        if len(path) > count + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
+            known, new = _value_at(lower, path[:count]), _value_at(upper, path[: count + 1])
+            known = known if isinstance(known, dict) else {}
+            if path[count] not in known and isinstance(new, dict) and new.keys().isdisjoint(keys):
+                return kind, path[count], list(known)
+    return None
+
+
 def remove_alternatives(value, key):
     """Copy of a plain mapping without the keys that a dotted key replaces; the mapping itself where there is none."""
     for path in replaced_by(key):
@@ -156,6 +191,11 @@ def _merged(lower, upper):
 
 def _is_set(value, path):
     """Whether there is a value, other than null, at a path."""
+    return _value_at(value, path) is not None
+
+
+def _value_at(value, path):
+    """The value at a path of mappings; None when nothing is there."""
     for key in path:
         value = value.get(key) if isinstance(value, dict) else None
-    return value is not None
+    return value

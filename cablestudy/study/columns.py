@@ -243,6 +243,11 @@ def find(name):
     raise ValueError(f"unknown column {name!r} ({hint})")
 
 
+def most_modes_first(columns):
+    """The same columns, those of modes of high number first: their models have the modes of the others."""
+    return sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)
+
+
 def attribute(scene, path):
     """Attribute of a scene at a path with dots; None where a part of it is missing."""
     for name in path.split("."):

@@ -1,7 +1,8 @@
-"""Command `trade`: error against time, for every model that a user can choose.
+"""Command `trade`: error against time, for every model that a user can choose, of one cable or of a suspension.
 
 The error is relative to the continuous cable (`reference_of`). The time is what one more case of a sweep costs:
 processor time from the scene to the numbers, statics included, on one thread, after all imports and cached constants.
+What is particular to one cable is in `trade_models`, what to suspensions in `suspension.trade`: the same functions.
 """
 
 import os
@@ -15,25 +16,33 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.study import windrms
-from cablestudy.study.case import Case
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study import trade_models as of_one_cable
+from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import ROUNDING, STATUS, broken, find, lacks, relative, value
+from cablestudy.study.columns import ROUNDING, STATUS, lacks, relative
 from cablestudy.study.row import MODAL
+from cablestudy.study.suspension import trade as of_suspensions
 from cablestudy.study.table import Field, Table, short
-from cablestudy.study.trade_models import integrate_by, models_of, one_line, with_accuracy
+from cablestudy.study.trade_models import AGREED, one_line
 
-DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
 BUDGET = 1.5  # a model whose timings add up to this is not repeated [s]
 BRIEF = 0.1  # a shorter run is repeated and the second timed: other models have displaced the processor's caches [s]
 EQUAL = 1.15  # times whose ratio is below are not told apart
-LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
-AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
 ROUNDED = 1e-8  # a difference that grows again from below this is rounding
 NO_REFERENCE = 1e-3  # smallest relative difference of two levels above which there is no reference
-INTEGRATION_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # of the RMS integrals: the first that converges is taken
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # errors below which the fastest model is named
 CONTINUOUS = "continuous cable"
+
+
+def models_of(scene, columns):
+    """List of every `Model` of a scene on which the value of some column depends."""
+    return _particular(scene).models_of(scene, columns)
+
+
+def _particular(scene):
+    """The module of what is particular to such a scene."""
+    return of_suspensions if isinstance(scene, SuspensionScene) else of_one_cable
 
 
 # ------------------------------------------------------------------------------------------------------------ columns
@@ -46,9 +55,9 @@ def columns_to_compare(document, scene, names=None):
     ----------
     document : Document
         Of the scene, for the places of mistakes.
-    scene : Scene
+    scene : Scene or SuspensionScene
     names : str, optional
-        Columns, separated by commas; default: those of DEFAULT that the scene has keys for.
+        Columns, separated by commas; default: those of `default_columns` that the scene has keys for.
 
     Raises
     ------
@@ -56,7 +65,7 @@ def columns_to_compare(document, scene, names=None):
         Unknown or repeated columns, or one that needs a key which the scene lacks.
     """
     if names is None:
-        reasons = {column: _why_not(scene, column) for column in map(find, DEFAULT)}
+        reasons = {column: _why_left_out(scene, column) for column in _particular(scene).default_columns(scene)}
         notes = [f"left out: {column.name}: {reason}" for column, reason in reasons.items() if reason]
         return [column for column, reason in reasons.items() if not reason], notes
     columns = []
@@ -64,15 +73,23 @@ def columns_to_compare(document, scene, names=None):
         column = _named(name.strip())
         if column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
-        if lacks(scene, column):
-            raise missing(document, lacks(scene, column), "trade")
+        reason = why_not(scene, column)
+        if reason and _missing_key(scene, column):
+            raise missing(document, _missing_key(scene, column), "trade")
+        if reason:
+            raise SceneError(f"--columns: {reason}")
         columns.append(column)
     return columns, []
 
 
-def _why_not(scene, column):
+def _missing_key(scene, column):
+    """The key of a scene of one cable that a column needs and the scene lacks, or an empty text."""
+    return "" if isinstance(scene, SuspensionScene) else lacks(scene, column)
+
+
+def _why_left_out(scene, column):
     """Why a default column is left out, or an empty text."""
-    key = lacks(scene, column)
+    key = _missing_key(scene, column)
     return f"needs the key {key}" if key else _why_no_reference(scene, column)
 
 
@@ -105,11 +122,17 @@ class Reference:
 def reference_of(scene, columns):
     """`Reference` of some columns of a scene.
 
-    Statics and end stiffness have a closed form. For everything that moves, elements of high order about that closed
-    form are refined until the values of two successive levels agree.
+    Statics and stiffness have a closed form. For everything that moves, elements of high order are refined until the
+    values of two successive levels agree.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no equilibrium, or the cable breaks.
     """
-    case = Case(with_accuracy(scene, AGREED))
-    levels = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+    particular = _particular(scene)
+    case = particular.reference_case(scene)
+    levels = particular.reference_levels(case)
     reference = Reference()
     for column in columns:
         name = column.name
@@ -118,9 +141,10 @@ def reference_of(scene, columns):
             if reason:
                 raise NoSolutionError(reason)
             if column.needs in DISCRETE:
-                error, number, note = _converged(levels, column)
+                error, number, note = _converged(levels, column, particular.exact_value)
             else:
-                error, number, note = ROUNDING, value(column, case), "closed form"
+                number, error = particular.exact_value(column, case)
+                error, note = max(error, ROUNDING), "closed form"
         except CablestudyError as failure:
             reference.failures[name] = one_line(failure)
         else:
@@ -130,43 +154,32 @@ def reference_of(scene, columns):
 
 def _why_no_reference(scene, column):
     """Why a column has no value for the continuous cable, or an empty text."""
-    modal = column.needs in ("loop", "wind") and scene.cable.damping.model == "modal"
+    cables = scene.cables.values() if isinstance(scene, SuspensionScene) else [scene.cable]
+    modal = column.needs in ("loop", "wind") and any(cable.damping.model == "modal" for cable in cables)
     return MODAL.partition(", or fixed")[0] if modal else ""
 
 
-def _converged(levels, column):
+def _converged(levels, column, exact_value):
     """Estimated error of a value that moves, the value, and its model: where two successive levels differ least."""
-    steps, before, failure = [], (), "none"
+    steps, before, failure = [], None, "no two models have a value"
     for note, case in levels:
         try:
-            integration = _integrate(case, column) if column.needs == "wind" else 0.0
-            now = (value(column, case),)
+            now, own = exact_value(column, case)
         except CablestudyError as error:
-            before, failure = (), one_line(error)
+            before, failure = None, one_line(error)
             continue
         if before:
-            difference = max(relative(now[0], before[0]), ROUNDING)
-            steps.append((difference, max(difference, integration), now[0], note))
+            difference = max(relative(now, before[0]), ROUNDING)
+            steps.append((difference, max(difference, own), now, note))
             if difference <= AGREED or min(steps)[0] < min(difference, ROUNDED):
                 break
-        before, failure = now, "none"
+        before = (now,)
     if not steps:
         raise ConvergenceError(f"no reference: {failure}")
     difference, *best = min(steps)
     if difference > NO_REFERENCE:
         raise ConvergenceError(f"no reference: the finest models differ by {difference:.1e}")
     return best
-
-
-def _integrate(case, column):
-    """Integrate the response to the wind as accurately as converges; relative error of the RMS. [-]"""
-    for tolerance in INTEGRATION_TOLERANCES:
-        try:
-            integrate_by(case, [column], lambda c, loop, t=tolerance: windrms.response_of(c, loop, t))
-        except ConvergenceError:
-            continue
-        return tolerance / 2  # an RMS is the square root of an integral
-    return windrms.TOLERANCE / 2
 
 
 # -------------------------------------------------------------------------------------------------------- measurement
@@ -182,6 +195,8 @@ class Measurement:
         Number of free displacements, None where the model cannot be made.
     errors : dict
         Column name -> relative error, of the columns that have a value; at least the reference's own. [-]
+    stated : dict
+        Column name -> relative error that the model states of itself, of the columns of which it states one. [-]
     status : str
         `ok`, or which columns have no value and why.
     """
@@ -201,6 +216,8 @@ class Measurement:
             name: max(relative(number, reference.values[name]), reference.errors[name])
             for name, number in values.items()
         }
+        stated = {column.name: model.stated_error(column, case) for column in columns if column.name in values}
+        self.stated = {name: error for name, error in stated.items() if error is not None}
         reasons = {}
         for name, reason in failures.items():
             reasons.setdefault(reason, []).append(name)
@@ -238,6 +255,11 @@ class Measurement:
     def largest(self):
         """Largest error when every column has a value, else None. [-]"""
         return max(self.errors.values()) if self.status == "ok" else None
+
+    @property
+    def largest_stated(self):
+        """Largest stated error when one is stated of every column, else None. [-]"""
+        return max(self.stated.values()) if self.status == "ok" and self.stated.keys() == self.errors.keys() else None
 
 
 @dataclass(frozen=True)
@@ -286,29 +308,26 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or SuspensionScene
     columns : sequence of Column
     repeats : int
         Timings of each model, after one run to warm up; fewer of slow models. [-]
     models : list of Model, optional
-        Default: `models_of(columns)`.
+        Default: `models_of(scene, columns)`.
     progress : callable, optional
         Called with 1 after each of `repeats + 1` runs of each model.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        The cable breaks, or no column has a reference.
+        There is no equilibrium, the cable breaks, or no column has a reference.
     """
-    reason = broken(Case(with_accuracy(scene, AGREED)))
-    if reason:
-        raise ConvergenceError(reason)
     reference = reference_of(scene, columns)
     known = [column for column in columns if column.name in reference.values]
     if not known:
         raise ConvergenceError("; ".join(f"{name}: {why}" for name, why in reference.failures.items()))
     entries = []
-    for model in models_of(known) if models is None else models:
+    for model in models_of(scene, known) if models is None else models:
         entries.append(Measurement(model, scene, known, reference))
         progress(1)
     for _ in range(repeats):  # in rounds, so that a disturbance does not fall on one model alone
@@ -329,8 +348,10 @@ def table_of(trade, shown=False):
     fields = [Field("family", "family"), Field("model", "model"), Field("dof", "dof"), Field("time_ms", "time", "ms")]
     for column in trade.columns:
         fields.append(Field(f"{column.name}_error", f"{column.name.replace('_', ' ')} error"))
+        fields.append(Field(f"{column.name}_stated_error", f"{column.name} stated error", hidden=True))
         fields.append(Field(f"{column.name}_time_ms", f"{column.name} time", "ms", hidden=True))
-    fields += [Field("largest_error", "largest error"), Field("pareto", "pareto"), STATUS]
+    fields += [Field("largest_error", "largest error"), Field("largest_stated_error", "stated error")]
+    fields += [Field("pareto", "pareto"), STATUS]
     limits = {f"{column.name}_error": trade.reference.errors[column.name] for column in trade.columns}
     limits["largest_error"] = max(limits.values())
     rows = [{"family": "reference", "model": CONTINUOUS, **limits, "status": "ok"}]
@@ -346,8 +367,10 @@ def _row(entry, front):
         "dof": entry.dof,
         "time_ms": None if entry.time is None else 1e3 * entry.time,
         **{f"{name}_error": error for name, error in entry.errors.items()},
+        **{f"{name}_stated_error": error for name, error in entry.stated.items()},
         **{f"{name}_time_ms": 1e3 * seconds for name, seconds in entry.times.items()},
         "largest_error": entry.largest,
+        "largest_stated_error": entry.largest_stated,
         "pareto": "yes" if entry.name in front else "no",
         "status": entry.status,
     }
@@ -360,6 +383,8 @@ def _rounded(row, limits):
         error = row.get(name)
         if error is not None:
             texts[name] = f"< {limit:.0e}" if error <= limit else f"{error:.1e}"
+    if row.get("largest_stated_error") is not None:
+        texts["largest_stated_error"] = f"{row['largest_stated_error']:.1e}"
     if row.get("time_ms") is not None:
         texts["time_ms"] = short(float(f"{row['time_ms']:.2g}"))
     texts["pareto"] = "yes" if row.get("pareto") == "yes" else None

@@ -1,4 +1,4 @@
-"""The models that `trade` compares: closed forms, bars, high orders, error control, reduced modes, frequency grids."""
+"""What `trade` compares of one cable: closed forms, bars, high orders, accuracies, reduced modes, frequency grids."""
 
 import re
 from collections.abc import Callable
@@ -10,15 +10,19 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.control import reduction
 from cablestudy.control.plant import Plant
-from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import find, value
+from cablestudy.study.columns import ROUNDING, broken, find, value
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.system.ends import Ends
 
+DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
+LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
+AGREED = 1e-12  # relative difference of two levels at which a value is not refined further
+INTEGRATION_TOLERANCES = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # of the RMS integrals: the first that converges is taken
 PAPER = 40  # bars
 BARS = (5, 10, 20, 40, 80, 160, 320, 640)
 MASSES = ("lumped", "consistent", "blended")
@@ -48,6 +52,8 @@ class Model:
     needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
     compute: Callable = value  # column, Case -> float
     count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
+    stated_error: Callable = lambda *_: None  # column, Case -> relative error that the model states of a value, or None
+    arrange: Callable = list  # columns -> in which order they are computed
 
     def solve(self, scene, columns):
         """Case, None where it cannot be built; column name -> value; and name -> reason of a column without one."""
@@ -56,15 +62,59 @@ class Model:
             case = self.build(scene, columns)
         except CablestudyError as failure:
             return None, values, {column.name: one_line(failure) for column in columns}
-        for column in columns:
+        for column in self.arrange(columns):
             try:
                 values[column.name] = self.compute(column, case)
             except CablestudyError as failure:
                 failures[column.name] = one_line(failure)
-        return case, values, failures
+        return case, values, {column.name: failures[column.name] for column in columns if column.name in failures}
 
 
-def models_of(columns):
+def default_columns(_):
+    """The columns that are compared where none are named, some of which need keys: list of Column."""
+    return list(map(find, DEFAULT))
+
+
+def reference_case(scene):
+    """The case on which the reference rests: its statics are closed forms.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no equilibrium, or the cable breaks.
+    """
+    case = Case(with_accuracy(scene, AGREED))
+    reason = broken(case)
+    if reason:
+        raise ConvergenceError(reason)
+    return case
+
+
+def reference_levels(case):
+    """Ever finer models of what moves: list of (name, Case)."""
+    return [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+
+
+def exact_value(column, case):
+    """A number of a case of the reference, and its relative error by anything but its elements."""
+    if column.needs not in DISCRETE:
+        return value(column, case), ROUNDING
+    integration = _integrate_closely(case, column) if column.needs == "wind" else 0.0
+    return value(column, case), integration
+
+
+def _integrate_closely(case, column):
+    """Integrate the response to the wind as accurately as converges; relative error of the RMS. [-]"""
+    for tolerance in INTEGRATION_TOLERANCES:
+        try:
+            integrate_by(case, [column], partial(windrms.response_of, tolerance=tolerance))
+        except ConvergenceError:
+            continue
+        return tolerance / 2  # an RMS is the square root of an integral
+    return windrms.TOLERANCE / 2
+
+
+def models_of(_, columns):
     """List of every `Model` on which the value of some column depends."""
     found = [
         Model("closed form", "catenary", _accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
@@ -74,9 +124,13 @@ def models_of(columns):
     def add(family, name, build, **options):
         found.append(Model(family, name, build, **options))
 
-    row = {"compute": lambda column, row: row.cells[column.header], "count_dof": lambda row: row.cells["dof"]}
+    row = {
+        "compute": lambda column, row: row.cells[column.header],
+        "count_dof": lambda row: row.cells["dof"],
+        "stated_error": lambda column, row: row.errors.get(column.header),
+    }
     for accuracy in ACCURACIES:
-        add("error control", f"accuracy {_power(accuracy)}", partial(_controlled, accuracy), **row)
+        add("error control", f"accuracy {power(accuracy)}", partial(_controlled, accuracy), **row)
     for mass in MASSES:
         for n in BARS:
             add(f"{mass} bars", f"{n} {mass} bars", partial(fixed, n, 1, mass))
@@ -87,7 +141,7 @@ def models_of(columns):
             add(family, f"{n} {family}", partial(build, n), needs=DISCRETE[1:])
     for tolerance in TOLERANCES:
         rule = partial(windrms.response_of, tolerance=tolerance)
-        add("adaptive", f"adaptive {_power(tolerance)}", partial(_integrated, rule), needs=("wind",))
+        add("adaptive", f"adaptive {power(tolerance)}", partial(_integrated, rule), needs=("wind",))
     for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
         for n in POINTS:
             rule = partial(_on_grid, space, n)
@@ -95,7 +149,8 @@ def models_of(columns):
     return [model for model in found if any(column.needs in model.needs for column in columns)]
 
 
-def _power(number):
+def power(number):
+    """A power of ten as in `1e-4`."""
     return f"{number:.0e}".replace("e-0", "e-")
 
 
@@ -104,7 +159,12 @@ def _power(number):
 
 def fixed(elements, order, mass, scene, _=()):
     """The case of a scene with `model: {elements: ..., order: ..., mass: ...}`."""
-    return Case(_modelled(scene, accuracy=None, elements=elements, order=order, mass=mass))
+    return Case(with_elements(scene, elements, order, mass))
+
+
+def with_elements(scene, elements, order, mass):
+    """The same scene with exactly these elements."""
+    return _modelled(scene, accuracy=None, elements=elements, order=order, mass=mass)
 
 
 def with_accuracy(scene, accuracy):

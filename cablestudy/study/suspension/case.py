@@ -243,6 +243,11 @@ class SuspensionCase:
         return InWind(self.scene, self.equilibrium, _one(found, self.place), drag.take(self.place), self.model)
 
     @property
+    def moves(self):
+        """Whether its motion in the wind or under control was computed."""
+        return "in_wind" in self.__dict__ and self.in_wind.solved
+
+    @property
     def solved(self):
         """Whether its equilibrium was computed, and is one."""
         return "group" in self.__dict__

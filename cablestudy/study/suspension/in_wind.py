@@ -9,6 +9,7 @@ from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, FEWER, OPEN, Response
 
 COUNTS = (48, 80, 130)  # modes of the models that are tried
+ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
 class InWind:
@@ -60,6 +61,11 @@ class InWind:
         return movement, response
 
     @property
+    def solved(self):
+        """Whether the motion was computed."""
+        return "_found" in self.__dict__
+
+    @property
     def movement(self):
         """`Movement`; raises as `response`."""
         return self._found[0]
@@ -105,7 +111,8 @@ class InWind:
         place = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
         before, after = self._calm, self._equilibrium
         turned = (after.rotation[body] - before.rotation[body]) @ place
-        return after.position[body] - before.position[body] + turned
+        moved = after.position[body] - before.position[body] + turned
+        return np.where(np.abs(moved) > ROUNDING * before.catenary.span.chord.max(), moved, 0.0)
 
     def mean_tensions(self, name):
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""

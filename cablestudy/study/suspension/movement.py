@@ -166,6 +166,12 @@ class Movement:
         name = self.scene.control.body
         return list(self.scene.bodies).index(name) if name else 0
 
+    @property
+    def free(self):
+        """Names of what of the controlled body is free: list of str."""
+        held = self.equilibrium.suspension.free[self.body]
+        return [name for name, free in zip(MOTIONS, held, strict=True) if free]
+
     @cached_property
     def _measurable(self):
         """Names of the measured coordinates, their rows, and lengths that make rotations comparable.
@@ -176,8 +182,7 @@ class Movement:
             A coordinate is measured that no winch moves.
         """
         control, suspension = self.scene.control, self.equilibrium.suspension
-        free = [name for name, free in zip(MOTIONS, suspension.free[self.body], strict=True) if free]
-        names = list(control.measured or free)
+        names = list(control.measured or self.free)
         moved = self.layout.displaced(self.layout.bodies(self.motion.shapes))[self.body]
         rows = np.zeros((6, len(self.motion)))
         rows[:, : moved.shape[1]] = moved

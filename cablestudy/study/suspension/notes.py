@@ -32,6 +32,7 @@ def notes_of(case):
         f"{counted(free, 'free displacement')}; {counted(int(record.steps), 'Newton step')}, "
         f"net force {shown} of the forces",
         *_of_slack(found),
+        *_of_wind(case),
         *(line for modes in case.largest_modes for line in _of_modes(modes)),
     )
 
@@ -44,6 +45,30 @@ def _of_slack(found):
         yield f"slack: {first_of([found.suspension.cable_names[place] for place in slack], LISTED)}"
 
 
+def _of_wind(case):
+    """How the motion in the wind and under control was computed, where it was."""
+    if not case.moves:
+        return
+    movement, wind = case.in_wind.movement, case.scene.wind
+    modes, strokes = len(movement.modes), sum(not one.wheel for one in movement.actuators)
+    shapes = counted(len(movement.motion) - modes - strokes, "static shape")
+    some = f"{modes} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
+    yield f"motion: {some}, {shapes} for those above, {counted(strokes, 'stroke')}"
+    if wind is not None:
+        about = "about the equilibrium in the mean wind" if wind.mean else "about the equilibrium without wind"
+        damped = "with" if wind.aerodynamic_damping else "without"
+        yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {about}, {damped} aerodynamic damping"
+    if movement.loop is not None:
+        yield f"loop of {counted(len(movement.winches), 'cable')} for {', '.join(movement.measured)}"
+        if wind is not None and wind.mean:
+            yield "displacements by the mean wind are those with the winches at rest; the loop takes them back in time"
+        if case.scene.control.measured is None and len(movement.measured) < len(movement.free):
+            left = [name for name in movement.free if name not in movement.measured]
+            yield f"not measured, as no winch moves it to speak of: {', '.join(left)}"
+    if any(cable.damping.model == "modal" and cable.damping.ratio for cable in case.scene.cables.values()):
+        yield "modal damping grows with the number of modes of a cable; hysteretic, kelvin_voigt and viscous do not"
+
+
 def _of_modes(modes):
     """What each cable was given for the coupled modes, and which modes coincide."""
     error = modes.error.max(initial=0.0)
@@ -54,6 +79,7 @@ def _of_modes(modes):
         reasons.setdefault(cable.reason, []).append(cable.name)
     for reason, names in list(reasons.items())[:LISTED]:
         yield f"{first_of(names, LISTED)}: {reason}"
+    yield from _of_modal_damping(modes.solution.models)
     for first, last in modes.coincident[:LISTED]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > LISTED:
@@ -71,3 +97,15 @@ def damping_notes(scene):
         yield f"damping: none is given for {named}; {assumed}"
     for law in dict.fromkeys(cable.damping.model for cable in cables.values()):
         yield from DAMPING_NOTES[law]
+
+
+def _of_modal_damping(models):
+    """Why damping ratios depend on the models of cables with modal damping."""
+    damped = {place for place, one in enumerate(models.cables.damping) if one.model == "modal" and one.ratio}
+    counts = [group.ends.omega.shape[-1] for group in models.groups if not damped.isdisjoint(group.places.tolist())]
+    if counts:
+        number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
+        yield (
+            f"damping ratios: modal damping grows with the number of modes, {number} of each cable here: take "
+            "hysteretic, kelvin_voigt or viscous"
+        )

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.closed_form import status_of
-from cablestudy.study.columns import ROUNDING, not_finite
+from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite
 from cablestudy.study.row import Row
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import WHOLE
@@ -46,8 +46,7 @@ def evaluate_suspensions(scenes, columns, explain=False):
 def _row(case, columns, seconds, explain):
     """One row; `seconds` is its share of the time of what was solved with others."""
     begin, cells, errors, failures = time.perf_counter(), {column.header: None for column in columns}, {}, {}
-    columns = sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)  # most modes first
-    for column in columns:
+    for column in most_modes_first(columns):
         if column.needs == "run":
             continue
         try:

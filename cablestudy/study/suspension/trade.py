@@ -1,0 +1,154 @@
+"""What `trade` compares of a suspension: closed forms, bars, high orders and error control, the same for each cable."""
+
+from functools import partial
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.closed_form import DISCRETE
+from cablestudy.study.columns import most_modes_first
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.columns import MODE, find
+from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
+from cablestudy.study.trade_models import (
+    ACCURACIES,
+    BARS,
+    LEVELS,
+    MASSES,
+    ORDERS,
+    SEVERAL,
+    Model,
+    power,
+    with_accuracy,
+    with_elements,
+)
+from cablestudy.system.cables import UNDAMPED, Cables
+from cablestudy.system.coupled import Layout
+
+FREQUENCIES = (1, 2, 8)  # numbers of the modes that are compared by default
+LARGEST = {False: 3_000, True: 150_000}  # displacements of the largest model, dense and sparse: a few seconds, 2 GB
+
+
+def default_columns(scene):
+    """The columns that are compared where none are named: list of Column."""
+    stiffness = [f"{name}.stiffness_zz" for name in list(scene.bodies)[:1]]
+    return list(map(find, ["max_tension", *stiffness, *(f"frequency_{number}" for number in FREQUENCIES)]))
+
+
+def reference_case(scene):
+    """The case on which the reference rests: its statics are closed forms.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        It has no stable equilibrium.
+    """
+    case = SuspensionCase(scene)
+    return SuspensionCase(scene, case.group)
+
+
+def reference_levels(case):
+    """Ever finer models of the coupled modes: list of (name, SuspensionCase)."""
+    fits = _size_limit(case)
+    return [
+        (
+            f"{n} x order {order} of each cable",
+            SuspensionCase(with_elements(case.scene, n, order, "lumped"), case.group),
+        )
+        for n, order in LEVELS
+        if fits(n * order)
+    ]
+
+
+def exact_value(column, case):
+    """A number of a case of the reference, and its relative error by anything but its elements."""
+    number, error = _value(column, case)
+    return number, error or 0.0
+
+
+def models_of(scene, columns):
+    """List of every `Model` on which the value of some column depends, without those that are too large.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no stable equilibrium.
+    """
+    found = [
+        Model("closed form", "catenary", _case, ("statics", "stiffness"), _static_value, lambda _: 0, _stated_error),
+        Model("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
+    ]
+
+    def add(family, name, change):
+        build = partial(_case, change=change)
+        own = DISCRETE, _number, lambda case: case.size, _stated_error, most_modes_first
+        found.append(Model(family, name, build, *own))
+
+    for accuracy in ACCURACIES:
+        add("error control", f"accuracy {power(accuracy)}", partial(with_accuracy, accuracy=accuracy))
+    choices = [(f"{mass} bars", f"{n} {mass} bars", n, 1, mass) for mass in MASSES for n in BARS]
+    for n, order in [(1, order) for order in ORDERS] + list(SEVERAL):
+        family = "high order" if n == 1 else "several of high order"
+        choices.append((family, f"{n} x order {order}", n, order, "lumped"))
+    fits = _size_limit(SuspensionCase(scene))
+    for family, name, n, order, mass in choices:
+        if fits(n * order):
+            add(family, name, partial(with_elements, elements=n, order=order, mass=mass))
+    return [model for model in found if any(column.needs in model.needs for column in columns)]
+
+
+def _case(scene, _=(), change=lambda scene: scene):
+    """The case of a changed scene, with nothing cached."""
+    return SuspensionCase(change(scene))
+
+
+def _size_limit(case):
+    """Whether a model with a number of segments along each cable is small enough to be compared: a function."""
+    layout, cables = Layout(case.equilibrium), len(case.scene.cables)
+    return lambda segments: 3 * (segments - 1) * cables <= LARGEST[layout.large]
+
+
+def _value(column, case):
+    """A number, and the relative error that its model states of it, or None."""
+    return value(case, OF_THE_WHOLE.get(column.name, column))
+
+
+def _number(column, case):
+    return _value(column, case)[0]
+
+
+def _stated_error(column, case):
+    return _value(column, case)[1]
+
+
+def _static_value(column, case):
+    if column.needs in DISCRETE:
+        raise NoSolutionError("statics alone")
+    return _number(column, case)
+
+
+def _free_displacements(case):
+    """Of bodies and junctions. [-]"""
+    return int(case.equilibrium.suspension.free.sum())
+
+
+def _static_frequency(column, case):
+    """Frequency of bodies and junctions on the static stiffness of the cables, whose mass moves with their ends. [Hz]
+
+    The mass of each cable is that of a straight one whose ends move (a third at an end that moves alone): a common
+    shortcut, which knows no mode of a cable.
+    """
+    match = MODE.fullmatch(column.name)
+    if not match:
+        raise NoSolutionError("frequencies alone")
+    body, number = match[1][:-1], int(match[2])
+    if body:
+        frequencies = case.static_frequencies(body)
+    else:
+        found = case.equilibrium
+        cables = Cables(found.catenary, UNDAMPED)
+        straight = Layout(found).without_modes(cables.end_stiffness, cables.straight)
+        frequencies = straight.lowest(number)[0] / (2 * np.pi)
+    if number > len(frequencies):
+        raise NoSolutionError(f"{len(frequencies)} free displacements have no mode {number}")
+    return float(frequencies[number - 1])

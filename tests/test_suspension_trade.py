@@ -1,0 +1,203 @@
+"""`trade` of suspensions: its reference and its errors against truth that it did not make, and what it prints."""
+
+import re
+
+import numpy as np
+import pytest
+from command import CONFIGS, rows_of, run
+from references import bar_suspension, continuous_suspension
+
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import plots, trade
+from cablestudy.study.all_columns import find
+from cablestudy.study.suspension import trade as suspension_trade
+from cablestudy.study.suspension.case import SuspensionCase
+
+SUSPENSIONS = CONFIGS / "suspensions"
+ASIDE = "bodies.cabin.at=[54.72 m, 0, 149.65 m]"  # no two modes coincide
+PENDULUM = """\
+cable: {elastic_modulus: 1 GPa, area: 100 mm^2, density: 1 kg/m^3, unstretched_length: 4 m}
+bodies: {bob: {at: [0, 0, 1], mass: 30 kg, free: [x, y, z], attachments: {eye: [0, 0, 0]}}}
+cables: {rod: {from: [0, 0, 5], to: bob.eye}}
+"""
+
+
+@pytest.fixture
+def pendulum(tmp_path, monkeypatch):
+    """A scene of few models: its path."""
+    monkeypatch.setitem(suspension_trade.LARGEST, False, 150)
+    path = tmp_path / "pendulum.yaml"
+    path.write_text(PENDULUM, encoding="utf-8")
+    return path
+
+
+def columns(*names):
+    return [find(name) for name in names]
+
+
+def scene(name, *sets):
+    return load_scene(SUSPENSIONS / f"{name}.yaml", sets, suspensions=True)[1]
+
+
+def compared(scene, names, *patterns, repeats=0):
+    """Name -> Measurement, of the models whose names match."""
+    wanted = columns(*names)
+    models = [model for model in trade.models_of(scene, wanted) if any(re.fullmatch(p, model.name) for p in patterns)]
+    return {entry.name: entry for entry in trade.compare(scene, wanted, repeats, models).entries}
+
+
+@pytest.mark.parametrize(("name", "sets"), [("fast", [ASIDE]), ("carlina-balloon", []), ("mast-guys", [])])
+def test_the_reference_is_the_suspension_of_continuous_cables(name, sets):
+    """Modes below a frequency are counted without elements."""
+    model, numbers = scene(name, *sets), (1, 2, 8)
+    reference = trade.reference_of(model, columns(*(f"frequency_{k}" for k in numbers)))
+    assert reference.failures == {}
+    counted = continuous_suspension.Suspension(SuspensionCase(model).equilibrium)
+    for k in numbers:
+        found, error = reference.values[f"frequency_{k}"], reference.errors[f"frequency_{k}"]
+        assert error < 1e-10
+        assert counted.below(found * (1 - 1e-9)) < k <= counted.below(found * (1 + 1e-9))
+
+
+def test_errors_of_bars_are_those_of_dense_bars():
+    model, names = scene("fast", ASIDE), ("frequency_1", "frequency_2", "frequency_8")
+    state = SuspensionCase(model).equilibrium
+    exact = trade.reference_of(model, columns(*names)).values
+    found = compared(model, names, "(5|10) lumped bars")
+    for count in (5, 10):
+        bars = bar_suspension.dense(state, count).modes()[0]
+        for name in names:
+            expected = abs(bars[int(name.split("_")[1]) - 1] / exact[name] - 1)
+            assert found[f"{count} lumped bars"].errors[name] == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["fast", "carlina-net", "mast-guys"])
+def test_accuracies_hold_and_so_do_the_errors_they_state(name):
+    found = compared(scene(name), ("max_tension", "frequency_1", "frequency_8"), "accuracy .*")
+    assert len(found) == 5
+    for model, entry in found.items():
+        asked = float(model.split()[1])
+        assert entry.status == "ok"
+        assert max(entry.errors.values()) <= asked
+        assert entry.largest_stated <= asked
+        assert all(error <= 10 * entry.stated[column] for column, error in entry.errors.items())
+
+
+def test_an_exact_choice_states_the_error_of_its_statics_alone():
+    found = compared(scene("mast-guys"), ("max_tension", "frequency_1"), "10 blended bars", "1 x order 12")
+    for entry in found.values():
+        assert entry.stated.keys() == {"max_tension"}
+        assert entry.largest_stated is None
+        assert entry.errors["max_tension"] <= 1e-10
+    assert found["10 blended bars"].errors["frequency_1"] > 1e3 * found["1 x order 12"].errors["frequency_1"]
+
+
+def test_closed_forms_give_statics_or_frequencies_on_the_static_stiffness():
+    names = ("max_tension", "cabin.stiffness_zz", "cabin.frequency_static_1", "frequency_1", "frequency_8")
+    found = compared(scene("fast"), names, "catenary", "static stiffness")
+    catenary, static = found.values()
+    assert catenary.errors.keys() == set(names[:3])
+    assert max(catenary.errors.values()) <= 1e-10
+    assert catenary.status == "frequency_1, frequency_8: statics alone"
+    # cables as heavy as half the cabin, and as slow: wrong by two thirds (SuspensionCase.static_frequencies: 0.31 Hz)
+    assert static.errors.keys() == {"frequency_1"}
+    assert static.errors["frequency_1"] == pytest.approx(0.3116 / 0.1861 - 1, abs=0.01)
+    assert "6 free displacements have no mode 8" in static.status
+
+
+def test_the_static_stiffness_of_a_pendulum_is_that_of_textbooks(pendulum):
+    model = load_scene(pendulum, suspensions=True)[1]
+    (found,) = (one for one in trade.models_of(model, columns("frequency_1")) if one.name == "static stiffness")
+    _, values, failures = found.solve(model, columns("frequency_1", "frequency_3", "bob.frequency_3"))
+    assert failures == {}
+    rod, length = 1e-4 * 4.0, 4.0 * (1 + 30 * 9.81 / 1e5)
+    sway = np.sqrt((30 + rod / 2) * 9.81 / length / (30 + rod / 3)) / (2 * np.pi)
+    heave = np.sqrt(1e5 / 4.0 / (30 + rod / 3)) / (2 * np.pi)
+    assert values["frequency_1"] == pytest.approx(sway, rel=1e-5)
+    assert values["frequency_3"] == pytest.approx(heave, rel=1e-9)
+    assert values["bob.frequency_3"] == pytest.approx(heave, rel=1e-9)
+
+
+def test_models_too_large_to_compare_are_left_out():
+    """Of 6 cables with 160 bars 2,862 displacements, with 320 more than 3,000; of a sparse net many more."""
+    wanted = columns("frequency_1")
+    names = {model.name for model in trade.models_of(scene("fast"), wanted)}
+    assert "160 lumped bars" in names
+    assert not {"320 lumped bars", "640 lumped bars"} & names
+    assert "20 lumped bars" in {model.name for model in trade.models_of(scene("net-30x30"), wanted)}
+    assert [model.name for model in trade.models_of(scene("fast"), columns("max_tension"))] == ["catenary"]
+
+
+def test_the_columns_by_default():
+    document, model = load_scene(SUSPENSIONS / "fast.yaml", suspensions=True)
+    found, notes = trade.columns_to_compare(document, model)
+    expected = ["max_tension", "cabin.stiffness_zz", "frequency_1", "frequency_2", "frequency_8"]
+    assert ([column.name for column in found], notes) == (expected, [])
+    found, _ = trade.columns_to_compare(*load_scene(SUSPENSIONS / "mast-guys.yaml", suspensions=True))
+    assert [column.name for column in found] == ["max_tension", *expected[2:]]
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("cabin.stifness_zz", "unknown column of a suspension 'cabin.stifness_zz' (did you mean cabin.stiffness_zz?)"),
+        ("cabn.z", "no body, free point or cable cabn (did you mean cabin?)"),
+        ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
+        ("end_stiffness", "end_stiffness is a column of a single cable"),
+        ("c1.utilisation", "c1.utilisation needs the key cables.c1.strength, which the scene does not have"),
+        ("cabin.mass", "cabin.mass does not depend on the model"),
+        ("cabin.z,cabin.z_m", "cabin.z is listed twice"),
+    ],
+)
+def test_mistakes_in_columns(name, message):
+    sets = ("--set", "cable.strength=null")
+    assert run("trade", SUSPENSIONS / "fast.yaml", *sets, "--columns", name, code=2).lines == [f"--columns: {message}"]
+
+
+def test_a_column_of_suspensions_is_none_of_one_cable():
+    outcome = run("trade", CONFIGS / "carlina.yaml", "--columns", "gondola.x", code=2)
+    assert outcome.lines == ["--columns: gondola.x is a column of suspensions"]
+
+
+def test_table_files_and_picture(pendulum, tmp_path):
+    folder, picture = tmp_path / "tables", tmp_path / "trade.svg"
+    outcome = run("trade", pendulum, "--columns", "max_tension,frequency_1", "--repeats", 1, "--format", "csv",
+                  "--out", folder, "--plot", picture, "--explain")  # fmt: skip
+    rows = {row["model"]: row for row in rows_of(outcome.out, "csv")}
+    assert (folder / "trade-pendulum.csv").read_text(encoding="utf-8") == outcome.out
+    assert "## The fastest model below an error" in (folder / "trade-pendulum.md").read_text(encoding="utf-8")
+    assert picture.read_bytes().startswith(b"<?xml")
+    assert "fastest below 1e-02: frequency_1: " in outcome.err
+    controlled, bars = rows["accuracy 1e-4"], rows["10 lumped bars"]
+    assert controlled["frequency_1_error"] <= 10 * controlled["frequency_1_stated_error"] <= 1e-4
+    assert controlled["largest_stated_error"] >= controlled["frequency_1_stated_error"]
+    assert (bars["frequency_1_stated_error"], bars["largest_stated_error"]) == (None, None)
+    assert all(row["time_ms"] > 0 for row in rows.values() if row["family"] != "reference")
+    assert all(row["frequency_1_time_ms"] > 0 for row in (controlled, bars))
+    assert {row["dof"] for row in (rows["catenary"], rows["static stiffness"])} == {0, 3}
+
+
+def test_a_suspension_without_equilibrium_has_nothing_to_compare(pendulum):
+    """Its center of mass is above the eye about which it may roll."""
+    body = "free: [roll], inertia: [1, 1, 1], center_of_mass: [0, 0, 9]"
+    pendulum.write_text(PENDULUM.replace("free: [x, y, z]", body), encoding="utf-8")
+    outcome = run("trade", pendulum, code=3)
+    assert (outcome.lines, outcome.out) == ([f"{pendulum}: unstable: bob roll"], "")
+
+
+def test_a_column_without_value_leaves_the_others():
+    outcome = run("trade", SUSPENSIONS / "fast.yaml", "--columns", "cabin.z,cabin.frequency_7", "--repeats", 1,
+                  "--format", "csv", code=3)  # fmt: skip
+    (line,) = outcome.lines
+    assert "cabin.frequency_7: no reference: " in line
+    assert "have more than half of their kinetic energy in cabin, not 7" in line
+    assert "cabin.z_error" in outcome.out
+
+
+def test_the_picture_has_a_panel_for_each_column(pendulum):
+    wanted = columns("max_tension", "frequency_1")
+    model = load_scene(pendulum, suspensions=True)[1]
+    models = [one for one in trade.models_of(model, wanted) if re.fullmatch("catenary|1 x.*|5 .*|static.*", one.name)]
+    figure = plots.trade_plot(trade.compare(model, wanted, 1, models), "title")
+    titles = [axes.get_title(loc="left").partition(":")[0] for axes in figure.axes]
+    assert titles == ["max tension", "frequency 1"]
