@@ -87,7 +87,7 @@ def read(path):
         found |= {
             name: [str(row[0][0]) for row in value] for name, value in found.items() if name.endswith(("Name", "Unit"))
         }
-        found |= {name: found[name].toarray() for name in ("Mass", "Damping", "Stiffness")}
+        found |= {name: found[name].toarray() for name in ("Mass", "Damping", "Stiffness") if name in found}
     return {name: list(map(str, v)) if name.endswith(("Name", "Unit")) else np.array(v) for name, v in found.items()}
 
 

@@ -52,7 +52,7 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
     if span:
         _show_response(tables.curves(choice), span, style, plot)
     elif plot:
-        save_plot(plot, lambda plots: plots.suspension_loop(choice.movement))
+        save_plot(plot, lambda plots: plots.suspension_loop(choice.whole))
     if not span and not out:
         show(tables.mode_table(choice), style)
 

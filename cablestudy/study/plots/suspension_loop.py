@@ -7,7 +7,8 @@ from cablestudy.control.pose_margins import grid
 from cablestudy.study.plots.style import BLUE, GREY, LIGHT, RED, SERIES, WIDTH, plain, styled
 
 TURN = 2 * np.pi
-POINTS = 4000  # of a Nyquist curve
+POINTS = 1200  # of a curve, without those near poles
+AT_ONCE = 200  # frequencies
 SHOWN = 1e-4, 30.0  # largest singular value of the loop gain: least that is drawn; at the lowest frequency
 NEAR = 2.5  # half width of the Nyquist pictures [-]
 
@@ -27,8 +28,7 @@ def suspension_loop(movement):
         There is no such loop.
     """
     loop = movement.loop
-    omega = _frequencies(loop)
-    gain = loop.gain * loop.unit_gain(1j * omega)
+    omega, gain = _gains(loop)
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid_ = figure.add_gridspec(3, 2, height_ratios=(2, 1.7, 3.2))
     upper = figure.add_subplot(grid_[0, :])
@@ -44,14 +44,19 @@ def suspension_loop(movement):
     return figure
 
 
-def _frequencies(loop):
-    """From where the loop gain is SHOWN[1] to where it falls below SHOWN[0], closer near the poles. [rad/s]"""
+def _gains(loop):
+    """Frequencies, closer near the poles, shape (f,) [rad/s], and the loop gain there, shape (f, k, k).
+
+    From where its integrators alone make it SHOWN[1] to where it falls below SHOWN[0].
+    """
     known = grid(loop)
-    largest = loop.gain * np.linalg.norm(loop.unit_gain(1j * known), ord=2, axis=(-2, -1))
     low = loop.gain / SHOWN[1]
-    high = known[np.flatnonzero(largest > SHOWN[0])[-1]]
-    known = known[(known > low) & (known < high)]
-    return np.unique(np.concatenate([np.geomspace(low, high, POINTS), known]))
+    decades = np.geomspace(low, max(known[-1], 10 * low), POINTS)
+    omega = np.unique(np.concatenate([decades, known[known > low]]))
+    parts = np.array_split(omega, 1 + len(omega) // AT_ONCE)
+    gain = loop.gain * np.concatenate([loop.unit_gain(1j * part) for part in parts])
+    large = np.flatnonzero(np.linalg.norm(gain, ord=2, axis=(-2, -1)) > SHOWN[0])
+    return omega[: large[-1] + 1], gain[: large[-1] + 1]
 
 
 def _singular_values(axes, frequency, gain, slope):

@@ -1,6 +1,6 @@
 """A suspension with its actuators, and with the loop of its winches, as a state space: how many modes are kept."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.movement import FEWEST
+from cablestudy.study.suspension.in_wind import COUNTS
 from cablestudy.study.suspension.notes import damping_notes, notes_of
 
 MOST = 160  # modes beyond which a response does not ask for more by itself
@@ -30,9 +30,12 @@ class ControlledChoice:
     Attributes
     ----------
     case : SuspensionCase
+    whole : Movement
+        From which the loop follows.
     movement : Movement
-    closed : bool
-        Whether its loop is closed; otherwise the winches are inputs.
+        With the modes that are kept; the same, or one with fewer modes.
+    loop : PoseLoop or None
+        That of `whole` on what is kept; None where it is open, and the winches are inputs.
     pair : tuple of int
         Numbers of the output and of the input that a response refers to.
     highest : float or None
@@ -40,8 +43,9 @@ class ControlledChoice:
     """
 
     case: SuspensionCase
+    whole: object
     movement: object
-    closed: bool
+    loop: object
     pair: tuple
     highest: float | None = None
 
@@ -63,20 +67,19 @@ class ControlledChoice:
     @property
     def inputs(self):
         """Name and unit of each input."""
-        return _names(self.movement, self.closed)[0]
+        return _names(self.movement, bool(self.loop))[0]
 
     @property
     def outputs(self):
         """Name and unit of each output."""
-        return _names(self.movement, self.closed)[1]
+        return _names(self.movement, bool(self.loop))[1]
 
     @cached_property
     def _system(self):
         movement, motion = self.movement, self.movement.motion
         forces = np.zeros((len(motion), len(movement.layout.free)))
         forces[: motion.shapes.shape[1]] = movement.layout.bodies(motion.shapes).T
-        loop = movement.loop if self.closed else None
-        return state_space(motion, forces, _labels(movement, self.closed), loop, movement.actuators)
+        return state_space(motion, forces, _labels(movement, bool(self.loop)), self.loop, movement.actuators)
 
     def system(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
@@ -105,14 +108,14 @@ class ControlledChoice:
         about = "without wind" if scene.wind is None else "in the mean wind"
         velocity = (
             "a reference adds to tensions at once (D1"
-            if self.closed
+            if self.loop
             else ("winches adds to tensions and actuators at once, and their acceleration (D1 and D2")
         )
         return [
             *notes_of(self.case),
             f"kept: the {kept} lowest modes, and {others} shapes (residual) for the static part of the others",
             f"about: the equilibrium {about}",
-            *(_of_loop(self.movement) if self.closed else ()),
+            *(_of_loop(self.whole) if self.loop else ()),
             f"not in A, B, C, D: what the velocity of {velocity} of the file)",
             *damping_notes(scene),
         ]
@@ -126,11 +129,15 @@ class ControlledChoice:
                 f"warning: the highest mode kept is at {highest:.4g} Hz: of those above only the static part is in the"
                 " response; see --modes and --upto"
             )
-        if self.closed or growing(self.movement.open_poles) is not None:
+        whole, stable = self.whole, True
+        if self.loop or growing(whole.open_poles) is not None:
             try:
-                self.movement.check_stable()
+                whole.check_stable()
             except NoSolutionError as error:
+                stable = False
                 found.append(f"warning: {error}")
+        if stable and growing(np.linalg.eigvals(self._system.a)) is not None:
+            found.append("warning: with the modes kept a motion grows, with more of them none does; see --modes")
         return found
 
 
@@ -176,34 +183,40 @@ def choose_controlled(document, scene, options, highest=None):
     key = NEEDS[options.attached]
     if not getattr(scene, key):
         raise missing(document, key, f"ssm --with {options.attached}")
-    case, closed = SuspensionCase(scene), options.attached == "loop"
-    movement = case.in_wind.movement_of(options.count or FEWEST)
-    if options.upto:
-        movement = _up_to(case.in_wind, movement, options.limit)
-    elif options.count is not None and len(movement.modes) < options.count:
-        raise SceneError(f"--modes {options.count}: the model has {len(movement.modes)} modes")
-    elif options.count is None and highest:
-        movement = _reaching(case.in_wind, movement, highest, MOST)
-    pair = pair_of(options, *_names(movement, closed))
-    return ControlledChoice(case, movement, closed, pair, highest)
+    case = SuspensionCase(scene)
+    whole = movement = case.in_wind.movement_of(max(options.count or 0, COUNTS[0]))
+    if options.count:
+        if len(whole.modes) < options.count:
+            raise SceneError(f"--modes {options.count}: the model has {len(whole.modes)} modes")
+        movement = _with(case.in_wind, whole, options.count)
+    elif options.upto:
+        whole = _reaching(case.in_wind, whole, options.limit, np.inf)
+        frequency = whole.modes.frequency
+        if frequency[0] > options.limit:
+            raise NoSolutionError(f"no mode is below {options.limit:.4g} Hz; the lowest is at {frequency[0]:.4g} Hz")
+        movement = _with(case.in_wind, whole, int((frequency <= options.limit).sum()))
+    elif highest:
+        whole = movement = _reaching(case.in_wind, whole, highest, MOST)
+    loop = None
+    if options.attached == "loop":
+        allocation = replace(whole.allocation, measured=movement.allocation.measured)
+        loop = replace(whole.loop, motion=movement.motion, allocation=allocation)
+    pair = pair_of(options, *_names(movement, bool(loop)))
+    return ControlledChoice(case, whole, movement, loop, pair, highest)
+
+
+def _with(in_wind, whole, count):
+    """The movement with so many of the modes of another one."""
+    return whole if count == len(whole.modes) else in_wind.movement_of(count)
 
 
 def _reaching(in_wind, movement, frequency, most):
     """A movement with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
-    size = FEWEST
+    size = COUNTS[0]
     while len(movement.modes) == size < most and movement.modes.frequency[-1] < frequency:
         size *= 2
         movement = in_wind.movement_of(size)
     return movement
-
-
-def _up_to(in_wind, movement, limit):
-    """The movement with all modes up to a frequency [Hz]; NoSolutionError where there is none."""
-    movement = _reaching(in_wind, movement, limit, np.inf)
-    count = int((movement.modes.frequency <= limit).sum())
-    if not count:
-        raise NoSolutionError(f"no mode is below {limit:.4g} Hz; the lowest is at {movement.modes.frequency[0]:.4g} Hz")
-    return movement if count == len(movement.modes) else in_wind.movement_of(count)
 
 
 def _names(movement, closed):
