@@ -9,7 +9,7 @@ alone. A wheel of inertia J turns freely about its axis, so the body has J less 
 -g_v times the angular velocity about the axis.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,7 +93,7 @@ class Motion:
     moved, follow : tuple of 3 ndarray, shapes (o, m) and (o, i)
         Outputs by z, z', z'' and by v, v', v''.
     feedback : tuple of Feedback
-    shapes : ndarray, shape (n, m)
+    shapes : ndarray, shape (n, m - strokes)
         The coordinates in terms of those of the suspension; strokes have none.
     """
 
@@ -112,8 +112,11 @@ class Motion:
 
     def dynamic_stiffness(self, s):
         """D: forces per displacement of the coordinates, shape (f, m, m), winches at rest."""
-        s = np.asarray(s)[:, None, None]
-        value = s**2 * self.mass + s * self.damping + self.stiffness
+        powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
+        parts = np.stack([self.stiffness, self.damping, self.mass]).reshape(3, -1)
+        value = np.empty((len(powers), len(self), len(self)), dtype=complex)
+        value.real, value.imag = ((part @ parts).reshape(value.shape) for part in (powers.real, powers.imag))
+        s = powers[:, 1, None, None]
         for one in self.feedback:
             value = value - one.gain(s) * np.outer(one.acts, one.measured)
         return value
@@ -124,24 +127,24 @@ class Motion:
         zeroth, first, second = self.driven
         return zeroth + s * first + s**2 * second
 
-    def some(self, count):
-        """The same with the first `count` coordinates that are not strokes, and all strokes."""
-        strokes = len(self) - self.shapes.shape[1]
-        kept = np.concatenate([np.arange(count), len(self) - strokes + np.arange(strokes)])
-        square = np.ix_(kept, kept)
-        return Motion(
-            self.unit[kept],
-            self.mass[square],
-            self.damping[square],
-            self.stiffness[square],
-            tuple(part[kept] for part in self.driven),
-            tuple(part[:, kept] for part in self.moved),
-            self.follow,
-            tuple(
-                Feedback(one.measured[kept], one.acts[kept], one.velocity_gain, one.position_gain, one.corner)
-                for one in self.feedback
-            ),
-            self.shapes[:, :count],
+    def within(self, space):
+        """The same in a space of its coordinates.
+
+        Parameters
+        ----------
+        space : ndarray, shape (m, r)
+            Independent columns.
+        """
+        mass, damping, stiffness = (space.T @ part @ space for part in (self.mass, self.damping, self.stiffness))
+        return replace(
+            self,
+            unit=np.sqrt(np.diagonal(stiffness) / np.diagonal(mass)),
+            mass=mass,
+            damping=damping,
+            stiffness=stiffness,
+            driven=tuple(space.T @ part for part in self.driven),
+            moved=tuple(part @ space for part in self.moved),
+            feedback=tuple(replace(one, measured=one.measured @ space, acts=one.acts @ space) for one in self.feedback),
         )
 
 

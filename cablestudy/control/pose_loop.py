@@ -103,13 +103,10 @@ class PoseLoop:
         """The same loop with another gain. [rad/s]"""
         return replace(self, gain=gain)
 
-    def some(self, count):
-        """The same with fewer coordinates, see `Motion.some`."""
-        motion = self.motion.some(count)
-        strokes = len(motion) - count
-        measured = self.allocation.measured
-        measured = np.concatenate([measured[:, :count], measured[:, measured.shape[1] - strokes :]], axis=1)
-        return replace(self, motion=motion, allocation=replace(self.allocation, measured=measured))
+    def within(self, space):
+        """The same in a space of its coordinates, see `Motion.within`."""
+        allocation = replace(self.allocation, measured=self.allocation.measured @ space)
+        return replace(self, motion=self.motion.within(space), allocation=allocation)
 
     def filters(self, s):
         """N_j(s), shape (f, k)."""

@@ -53,53 +53,48 @@ class Gusts:
         frequency : ndarray, shape (f,)
             [Hz]
         response : ndarray, complex, shape (f, m, o)
-            Of each output to a force on each of the first m coordinates.
+            Of each output to a force on each coordinate.
 
         Returns
         -------
         ndarray, shape (f, o)
         """
-        wind, count = self.wind, response.shape[1]
+        wind = self.wind
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
-        pushed = (self.directions @ self.forces).reshape(3 * len(self.areas), -1)[:, :count]
+        pushed = (self.directions @ self.forces).reshape(3 * len(self.areas), response.shape[1])
         shares = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
         shares = np.repeat(np.reshape(shares, (len(self.areas), len(frequency))), 3, axis=0).T
         response = np.concatenate([response, shares[..., None] * (pushed @ response)], axis=1)
-        every = self.forces.shape[-1]
-        kept = np.concatenate([np.arange(count), np.arange(every, every + len(pushed))])
-        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed, kept)
+        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed)
         parts = response.real, response.imag
         return speed[:, None] * sum(((covariance @ part) * part).sum(axis=1) for part in parts)
 
     def own(self, frequency):
         """Spectrum of the force on each coordinate at a frequency of its own [Hz], shape (m,), without admittance."""
         wind, count, bodies = self.wind, self.forces.shape[-1], 3 * len(self.areas)
-        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed, np.arange(count + bodies))
+        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed)
         onto = np.concatenate([np.eye(count), (self.directions @ self.forces).reshape(bodies, count)])
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
         return speed * ((covariance @ onto.T[:, :, None])[..., 0] * onto.T).sum(axis=1)
 
-    def _covariance(self, kappa, kept):
+    def _covariance(self, kappa):
         """Covariance of the forces of the cables on the coordinates and of the components of speed at the bodies.
 
         Parameters
         ----------
         kappa : ndarray, shape (f,)
             [1/m]
-        kept : ndarray of int, shape (s,)
-            Of which of these.
 
         Returns
         -------
-        ndarray, shape (f, s, s)
+        ndarray, shape (f, m + 3 b, m + 3 b)
         """
         known, spline = self._computed
         if spline is None:
-            return np.broadcast_to(known[np.ix_(kept, kept)], (len(kappa), len(kept), len(kept)))
+            return np.broadcast_to(known, (len(kappa), *known.shape))
         low, high = spline.x[[0, -1]]
         place = np.log(np.maximum(kappa, 1e-300))
         found = spline(np.clip(place, low, high))
-        found = found if len(kept) == found.shape[-1] else found[:, kept[:, None], kept]
         # beyond, what is incoherent falls with 1/kappa
         return found * np.where(place > high, np.exp(high - place), 1.0)[:, None, None] if len(self.strips) else found
 

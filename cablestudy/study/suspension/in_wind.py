@@ -6,9 +6,9 @@ import numpy as np
 
 from cablestudy.control.pose_margins import largest_gain
 from cablestudy.study.suspension.movement import Movement
-from cablestudy.study.suspension.response import ACCURACY, CLOSED, FEWER, OPEN, Response
+from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 
-COUNTS = (48, 80, 130)  # modes of the models that are tried
+COUNTS = (64, 100, 160)  # modes of the models that are tried
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
@@ -87,7 +87,7 @@ class InWind:
         loop = movement.loop
         if loop is None or movement.largest_gain is None:
             return np.nan
-        fewer = largest_gain(loop.some(int(FEWER * movement.motion.shapes.shape[1])), movement.largest_gain)
+        fewer = largest_gain(loop.within(movement.fewer), movement.largest_gain)
         return np.nan if fewer is None else abs(fewer / movement.largest_gain - 1)
 
     @cached_property
@@ -97,7 +97,7 @@ class InWind:
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held."""
-        found, state = self.response.of(names[0]), OPEN if open_loop else CLOSED
+        found, state = self.response.variances, OPEN if open_loop else CLOSED
         rows = [found.rows[name] for name in names if name in found.rows]
         total, value = getattr(found, variance)[state, rows].sum(), found.value[state, rows].sum()
         return np.sqrt(total), found.error[state, rows].sum() / (2 * value) if value > 0 else 0.0

@@ -20,6 +20,8 @@ from cablestudy.wind.strips import strips
 
 TURN = 2 * np.pi
 FEWEST = 40  # modes of the linear model at first
+FEWER = 0.7  # of the modes, with which the error by those left out is estimated
+DEPENDENT = 1e-10  # size of a static response over the largest, below which it is rounding
 
 
 def drag_of(scenes, body_names, cable_names):
@@ -121,13 +123,30 @@ class Movement:
         return second_order(self.layout, self.modes.solution.kept, self.winches, self.markers)
 
     @cached_property
-    def _basis(self):
-        """Frequencies and shapes of the coordinates: modes, and static responses to bodies' loads, winches, wind."""
-        whole, winches = self._whole, len(self.winches)
-        bodies = 6 * self.equilibrium.suspension.bodies
+    def _loads(self):
+        """Forces on the coordinates of the suspension by winches and by loads on bodies."""
+        winches, bodies = len(self.winches), 6 * self.equilibrium.suspension.bodies
         of_bodies = winches + np.flatnonzero(self.layout.free < bodies)
-        loads = whole.driven[0][:, [*range(winches), *of_bodies.tolist()]]
-        return basis(self.modes, loads)
+        return self._whole.driven[0][:, [*range(winches), *of_bodies.tolist()]]
+
+    @cached_property
+    def _basis(self):
+        """Frequencies and shapes of the coordinates: modes, and the static responses to the loads."""
+        return basis(self.modes, self._loads)
+
+    @cached_property
+    def fewer(self):
+        """A space of the coordinates with fewer modes, all static responses and all strokes, shape (m, r)."""
+        omega, shapes = self._basis
+        modes, strokes = int(FEWER * len(self.modes)), len(self.motion) - len(omega)
+        static = (shapes.T @ self._loads / omega[:, None] ** 2)[modes:]
+        left, size, _ = np.linalg.svd(static, full_matrices=False)
+        left = left[:, size > DEPENDENT * size.max(initial=0.0)]
+        space = np.zeros((len(self.motion), modes + left.shape[1] + strokes))
+        space[:modes, :modes] = np.eye(modes)
+        space[modes : len(omega), modes : modes + left.shape[1]] = left
+        space[len(omega) :, modes + left.shape[1] :] = np.eye(strokes)
+        return space
 
     @cached_property
     def _blown(self):

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind import rms
 from cablestudy.wind.imaging import correction_weight, exposure_weight
@@ -16,11 +17,12 @@ from cablestudy.wind.imaging import correction_weight, exposure_weight
 TURN = 2 * np.pi
 LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
 NARROW = 0.3  # damping ratio below which a pole is a boundary of panels
-IMPORTANT = 1e-6  # share of its mode in the variance of an output from which it is one
+IMPORTANT = 3e-5  # share of its mode in the variance of an output from which it is one
+BESIDE = 0.02  # relative distance of a pole from the frequency of its mode
 APART = 0.5  # least distance of boundaries, in half-widths
 ACCURACY = 1e-4  # where the scene has a fixed model
-FEWER = 0.7  # of the coordinates, with which the error by those left out is estimated
-SAMPLES = 12  # a decade, and beside each boundary, where that error is estimated
+SAMPLES = 8  # frequencies a decade at which that error is estimated,
+OFFSETS = np.array([-9.0, -3.0, -1.0, 0.0, 1.0, 3.0, 9.0])  # and beside resonances
 ROUNDING = 1e-20  # of a variance over the largest of its group: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the matrices that are solved at once
 CLOSED, OPEN = 0, 1
@@ -74,20 +76,6 @@ class Response:
             names += [f"{one.name}.{what}" for what in (("momentum", "torque") if one.wheel else ("stroke", "force"))]
         return names
 
-    @cached_property
-    def displacements(self):
-        """`Variances` of bodies, markers and actuators."""
-        return self._variances([name for name in self.names if ".tension_" not in name])
-
-    @cached_property
-    def tensions(self):
-        """`Variances` of the tensions of cables."""
-        return self._variances([name for name in self.names if ".tension_" in name])
-
-    def of(self, name):
-        """The `Variances` that an output is in."""
-        return self.tensions if ".tension_" in name else self.displacements
-
     @property
     def loop(self):
         """The `PoseLoop` where it does something, else None."""
@@ -96,8 +84,9 @@ class Response:
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
-    def shown(self, s, motion):
+    def shown(self, s):
         """All outputs by the coordinates with the winches at rest, shape (f, o, m)."""
+        motion = self.movement.motion
         powers = s[:, None, None]
         zeroth, first, second = motion.moved
         shown = zeroth + powers * first + powers**2 * second
@@ -111,17 +100,15 @@ class Response:
                 stroke += 1
         return np.concatenate([shown, np.stack(more, axis=1)], axis=1) if more else shown
 
-    def responses(self, frequency, rows, count=None):
-        """Some outputs per force on each coordinate, shape (2, f, m, o): with the loop, and with the winches at rest.
+    def responses(self, frequency, space=None):
+        """All outputs per force on each coordinate, shape (2, f, m, o): with the loop, and with the winches at rest.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
-        rows : list of int
-            Of the outputs.
-        count : int, optional
-            How many of the coordinates that are not strokes are considered, the first ones.
+        space : ndarray, shape (m, r), optional
+            That the coordinates move in.
 
         Notes
         -----
@@ -130,22 +117,23 @@ class Response:
         D^-1 b)^-1 a D^-1.
         """
         motion, loop = self.movement.motion, self.loop
-        if count is not None:
-            motion, loop = motion.some(count), loop and loop.some(count)
+        if space is not None:
+            motion, loop = motion.within(space), loop and loop.within(space)
         s = 2j * np.pi * frequency
-        shown = self.shown(s, motion)[:, rows]
+        shown = self.shown(s)
+        shown = shown if space is None else shown @ space
         dynamic = np.swapaxes(motion.dynamic_stiffness(s), -1, -2)
         if loop is None:
             found = np.linalg.solve(dynamic, np.swapaxes(shown, -1, -2))
             return found[None]
         measured = np.broadcast_to(loop.allocation.measured, (len(s), *loop.allocation.measured.shape))
         solved = np.linalg.solve(dynamic, np.swapaxes(np.concatenate([shown, measured], axis=1), -1, -2))
-        at_rest, seen = solved[..., : len(rows)], solved[..., len(rows) :]
+        at_rest, seen = solved[..., : len(self.names)], solved[..., len(self.names) :]
         winches = loop.winch_gain(s)  # winches by what is measured
         pulled = motion.pulled(s)
         # what is measured, and what is shown, by a movement of the winches; then by what is measured
         loop_gain = np.swapaxes(seen, -1, -2) @ pulled @ winches
-        zeroth, first, second = (part[[row for row in rows if row < len(part)]] for part in motion.follow)
+        zeroth, first, second = motion.follow
         follow = zeroth + s[:, None, None] * first + s[:, None, None] ** 2 * second
         driven = np.swapaxes(at_rest, -1, -2) @ pulled
         driven[:, : follow.shape[1]] += follow
@@ -153,17 +141,18 @@ class Response:
         closed = at_rest + seen @ np.swapaxes(driven @ winches @ inverse, -1, -2)
         return np.stack([closed, at_rest])
 
-    def spectra(self, frequency, rows, count=None):
-        """One-sided spectra of some outputs, shape (2, o, f), or (1, o, f) without a loop; arguments as `responses`."""
-        forced = self.movement.motion.shapes.shape[1] if count is None else count
+    def spectra(self, frequency, space=None):
+        """One-sided spectra of all outputs, shape (2, o, f), or (1, o, f) without a loop; arguments as `responses`."""
+        forced = self.movement.motion.shapes.shape[1]  # strokes are not blown
         at_once, found = max(1, AT_ONCE // len(self.movement.motion) ** 2), []
         for begin in range(0, len(frequency), at_once):
             part = frequency[begin : begin + at_once]
-            response = self.responses(part, rows, count)[:, :, :forced]
+            response = self.responses(part, space)
+            response = (response if space is None else space @ response)[:, :, :forced]
             states = response.shape[0]
             together = np.concatenate(list(response), axis=-1)
             spectra = self.movement.gusts.variance_spectra(part, together)
-            found.append(spectra.T.reshape(states, len(rows), len(part)))
+            found.append(spectra.T.reshape(states, len(self.names), len(part)))
         return np.concatenate(found, axis=-1)
 
     # -------------------------------------------------------------------------------------------------- integrals
@@ -177,28 +166,49 @@ class Response:
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
         return LOWEST * min(slow), HIGHEST * max(corner, lowest)
 
-    def boundaries(self, rows):
-        """Boundaries of panels: two a decade, and at each narrow resonance that the outputs feel, ascending. [Hz]"""
+    def resonances(self, space=None):
+        """Frequency and half-width of the narrow resonances that the outputs feel. [Hz]
+
+        Of the poles with the winches at rest those near the frequency of a mode that has a share in the variance of an
+        output; with the loop also those that it moves.
+        """
+        loop, poles = self.loop, self.movement.open_poles
+        if space is not None:
+            motion = self.movement.motion.within(space)
+            loop, poles = loop and loop.within(space), PoseLoop(motion, None, 0.0, ()).poles
+        centre, width = self._narrow(poles)
+        unit = self.movement.motion.unit[: self.movement.motion.shapes.shape[1]]
+        important = unit[self._shares > IMPORTANT] / TURN
+        if len(important):
+            near = np.abs(centre[:, None] - important).min(axis=1) < np.maximum(width, BESIDE * centre)
+            centre, width = centre[near], width[near]
+        if loop is not None:
+            moved, narrow = self._narrow(loop.poles)
+            far = np.abs(moved[:, None] - centre).min(axis=1, initial=np.inf) > APART * narrow
+            centre, width = np.append(centre, moved[far]), np.append(width, narrow[far])
+        return centre, width
+
+    @cached_property
+    def _of_all(self):
+        return self.resonances()
+
+    def _narrow(self, poles):
+        """Frequency and half-width of lightly damped poles within the range. [Hz]"""
         low, high = self.range
-        movement, motion = self.movement, self.movement.motion
-        poles = movement.open_poles
         poles = poles[(poles.imag > 0) & (np.abs(poles.real) < NARROW * np.abs(poles))]
         centre, width = np.abs(poles) / TURN, np.maximum(np.abs(poles.real), 1e-9 * np.abs(poles)) / TURN
         there = (low < centre) & (centre < high)
-        centre, width = centre[there], width[there]
+        return centre[there], width[there]
+
+    @cached_property
+    def _shares(self):
+        """About the largest share of each coordinate, as if it were alone, in the variance of any output, shape (m,)."""
+        motion = self.movement.motion
         count = motion.shapes.shape[1]
-        unit = motion.unit[:count]
-        # about the variance of each output by each mode, as if it were alone
-        force = movement.gusts.own(unit / TURN)
-        damping = np.maximum(np.diagonal(motion.damping)[:count], 1e-9 * unit)
-        rows = [row for row in rows if row < len(motion.moved[0])]
-        share = motion.moved[0][rows][:, :count] ** 2 * force / (4 * damping * unit**2)
-        share = (share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
-        important = unit[share > IMPORTANT] / TURN
-        if len(important):
-            near = np.abs(centre[:, None] - important).min(axis=1) < np.maximum(width, 0.02 * centre)
-            centre, width = centre[near], width[near]
-        return _apart(low, high, centre, width)
+        unit, damping = motion.unit[:count], np.diagonal(motion.damping)[:count]
+        force = self.movement.gusts.own(unit / TURN)
+        size = motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, 1e-9 * unit) * unit**2)
+        return (size / np.maximum(size.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
 
     @cached_property
     def weights(self):
@@ -217,25 +227,27 @@ class Response:
     @cached_property
     def moving_error(self):
         """Largest relative error of the variance of the displacement of a body or marker by the modes left out. [-]"""
-        names = [name for name in self.names if name.endswith((".x", ".y", ".z"))]
-        added, variances = self.model_error([self.names.index(name) for name in names])
-        groups = np.array(_groups(names))
+        places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
+        added, variances = (part[:, places] for part in self.model_error)
+        groups = np.array(_groups(self.names))[places]
         parts = [(added[:, groups == one].max(), variances[:, groups == one].max(axis=1).min()) for one in set(groups)]
         return max((part / whole for part, whole in parts if whole > 0), default=0.0)
 
-    def _variances(self, names):
-        rows = [self.names.index(name) for name in names]
+    @cached_property
+    def variances(self):
+        """`Variances` of all outputs."""
+        names = self.names
         states, weights = 1 if self.loop is None else 2, list(self.weights.values())
         groups = np.array(_groups(names))
         kinds = states * len(weights)
 
         def weighted(frequency):
-            spectra = self.spectra(frequency, rows)
+            spectra = self.spectra(frequency)
             return np.concatenate([(weight(frequency) * spectra).reshape(-1, len(frequency)) for weight in weights])
 
         accuracy = self.movement.scene.model.accuracy or ACCURACY
         every = (np.arange(kinds)[:, None] * (groups.max(initial=0) + 1) + groups).ravel()
-        found = rms.integrate(weighted, self.boundaries(rows), accuracy, every)
+        found = rms.integrate(weighted, _apart(*self.range, *self._of_all), accuracy, every)
         # below the range the spectra are flat, or fall to zero
         first, second = found.edges[:2]
         value = found.value + found.panels[0] * (first / (second - first))
@@ -251,31 +263,29 @@ class Response:
         parts = dict(zip(self.weights, value, strict=True))
         none = np.zeros(shape[1:])
         parts = {name: parts.get(name, none) for name in ("value", "rate", "exposed", "corrected", "both")}
-        parts |= {"largest": largest, "error": error + self.model_error(rows)[0]}
+        parts |= {"largest": largest, "error": error + self.model_error[0]}
         parts = {name: part if states == 2 else np.concatenate([part, part]) for name, part in parts.items()}
         return Variances(dict(zip(names, range(len(names)), strict=True)), **parts)
 
-    def model_error(self, rows):
-        """What the highest coordinates add to the variances, and these, from a few frequencies.
-
-        Parameters
-        ----------
-        rows : list of int
-            Of the outputs.
+    @cached_property
+    def model_error(self):
+        """What the highest modes add to the variances of all outputs, and these, from a few frequencies.
 
         Returns
         -------
         added, variances : ndarray, shape (2, o), or (1, o) without a loop
         """
-        boundaries = self.boundaries(rows)
+        whole = self._sampled()
+        return np.abs(whole - self._sampled(self.movement.fewer)), whole
+
+    def _sampled(self, space=None):
+        """Variances from a few frequencies, more beside each resonance, by the trapezoid rule."""
         low, high = self.range
         frequency = np.geomspace(low, high, int(SAMPLES * np.log10(high / low)))
-        beside = np.array([0.99, 1.01])
-        frequency = np.unique(np.concatenate([frequency, boundaries, (boundaries[1:-1, None] * beside).ravel()]))
-        count = int(FEWER * self.movement.motion.shapes.shape[1])
-        whole = self.spectra(frequency, rows)
-        difference = whole - self.spectra(frequency, rows, count)
-        return np.abs(np.trapezoid(difference, frequency)), np.trapezoid(whole, frequency)
+        centre, width = self._of_all if space is None else self.resonances(space)
+        frequency = np.unique(np.append(frequency, centre[:, None] + width[:, None] * OFFSETS))
+        frequency = frequency[(frequency >= low) & (frequency <= high)]
+        return np.trapezoid(self.spectra(frequency, space), frequency)
 
 
 def _groups(names):
