@@ -164,7 +164,7 @@ def _of(response, names, place, frequency):
     at_once, found = max(1, AT_ONCE // len(response.movement.motion) ** 2), []
     for begin in range(0, len(frequency), at_once):
         part = frequency[begin : begin + at_once]
-        moved = response.responses(part, rows)[:, :, :forced]
+        moved = response.responses(part)[:, :, :forced, rows]
         moved = np.concatenate([moved, moved @ sums], axis=-1)
         found.append([response.movement.gusts.variance_spectra(part, one).T for one in moved])
     drawn = []
@@ -173,7 +173,7 @@ def _of(response, names, place, frequency):
         covariance = np.diag(variance[:3])
         for (one, other), total in zip(PAIRS, variance[3:], strict=True):
             covariance[one, other] = covariance[other, one] = (total - variance[one] - variance[other]) / 2
-        every = response.displacements
+        every = response.variances
         rms = {name: np.sqrt(every.value[state, every.rows[name]]) for name in known}
         # what is not in the range of the picture counts too
         exact = np.array([rms.get(name, 0.0) for name in places])
