@@ -8,6 +8,7 @@ from cablestudy.study.plots.style import BLUE, GREY, LIGHT, RED, SERIES, WIDTH, 
 
 TURN = 2 * np.pi
 POINTS = 1200  # of a curve, without those near poles
+CIRCLE = np.linspace(-1.5, 1.5, 31)  # half of the angles of the points near a pole [rad]
 AT_ONCE = 200  # frequencies
 SHOWN = 1e-4, 30.0  # largest singular value of the loop gain: least that is drawn; at the lowest frequency
 NEAR = 2.5  # half width of the Nyquist pictures [-]
@@ -52,7 +53,11 @@ def _gains(loop):
     known = grid(loop)
     low = loop.gain / SHOWN[1]
     decades = np.geomspace(low, max(known[-1], 10 * low), POINTS)
-    omega = np.unique(np.concatenate([decades, known[known > low]]))
+    poles = loop.open_poles[loop.open_poles.imag > 0]
+    # about equal steps along the circle that the gain describes near a pole
+    round_ = (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(CIRCLE)).ravel()
+    omega = np.unique(np.concatenate([decades, known, round_]))
+    omega = omega[(omega >= low) & (omega <= decades[-1])]
     parts = np.array_split(omega, 1 + len(omega) // AT_ONCE)
     gain = loop.gain * np.concatenate([loop.unit_gain(1j * part) for part in parts])
     large = np.flatnonzero(np.linalg.norm(gain, ord=2, axis=(-2, -1)) > SHOWN[0])

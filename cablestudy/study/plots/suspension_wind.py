@@ -80,13 +80,13 @@ def suspension_wind(case):
     ]
     figure = Figure(figsize=(WIDTH, 8.8), layout="constrained")
     grid = figure.add_gridspec(3, 2, height_ratios=(2.4, 1.6, 2.8))
-    shared = None
+    shared, high = None, _highest(frequency, states, kinds)
     for column, (found, scale, what, unit) in enumerate(kinds):
         columns = column if len(kinds) > 1 else slice(None)
         upper = figure.add_subplot(grid[0, columns], sharex=shared)
         shared = upper
         lower = figure.add_subplot(grid[1, columns], sharex=shared)
-        _spectra(upper, frequency, states, found, scale)
+        _spectra(upper, frequency, states, found, scale, high)
         upper.set_ylabel(f"{what} [{unit}²/Hz]")
         _variance(lower, frequency, states, found, f"{{:.3g}} {unit} RMS", scale)
         figure.align_ylabels([upper, lower])
@@ -183,7 +183,16 @@ def _of(response, names, place, frequency):
     return drawn
 
 
-def _spectra(axes, frequency, states, names, scale):
+def _highest(frequency, states, kinds):
+    """Power of ten that is above all frequencies at which a spectrum is DECADES below the largest of its kind. [Hz]"""
+    last = frequency[1]
+    for names, *_ in kinds:
+        spectra = np.array([state.spectra[name] for state in states for name in names])
+        last = max(last, frequency[(spectra > 10.0**-DECADES * spectra.max()).any(axis=0)].max())
+    return min(10.0 ** np.ceil(np.log10(last)), frequency[-1])
+
+
+def _spectra(axes, frequency, states, names, scale, high):
     for state in states:
         for name in names:
             axis = name.rpartition(".")[2]
@@ -191,7 +200,7 @@ def _spectra(axes, frequency, states, names, scale):
                         ls=state.dashes, label=axis if state is states[-1] else None)  # fmt: skip
     largest = max(scale**2 * state.spectra[name].max() for state in states for name in names)
     axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - DECADES), 10 * largest)
-    axes.set_xlim(*RANGE)
+    axes.set_xlim(frequency[0], high)
     axes.tick_params(labelbottom=False)
     axes.legend(loc="lower left")
 
