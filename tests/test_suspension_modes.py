@@ -2,20 +2,21 @@
 
 import math
 
+import counted_modes
 import numpy as np
 import pytest
 import scipy.linalg
-from counted_modes import wrong_modes
 from references import bar_suspension, continuous_suspension
 from scenes import INCLINED, PAPER, Twin, cells
 from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
 from suspensions import sagging
 
+from cablestudy.cable.dynamics import Dynamics
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import coupled, linear, statics
-from cablestudy.system.cables import FixedModel
+from cablestudy.system import cables, coupled, linear, statics
+from cablestudy.system.cables import FixedModel, Models
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.coupled_modes import Search, coupled_modes
 from cablestudy.system.superelement import Damping
 
 
@@ -117,6 +118,21 @@ def test_dense_bars_of_the_whole_suspension(strain):
     energy = np.concatenate([50.0 * center**2, turned * (state.suspension.inertia[0] @ turned)])
     assert found.body_energy[0] == pytest.approx(energy[:, :40], abs=1e-7)
     assert found.body_energy.sum(axis=(0, 1)) + found.cable_energy.sum(axis=(0, 1)) == pytest.approx(np.ones(40))
+
+
+@pytest.mark.parametrize("strain", [3e-3, -3e-3])
+@pytest.mark.parametrize("damping", [Damping(), Damping("hysteretic", loss_factor=0.02)])
+def test_six_vectors_stand_for_the_modes_of_cables_that_are_not_computed(monkeypatch, strain, damping):
+    """Dense bars, with the modes of many elements left out."""
+    state = platform(strain=strain)
+    every = coupled_modes(state, 12, damping=damping, model=FixedModel(24))
+    monkeypatch.setattr(cables, "ALL_AT_ONCE", 20)
+    found = coupled_modes(state, 12, damping=damping, model=FixedModel(24))
+    assert {record.modes for record in every.cables} == {69}
+    assert max(record.modes for record in found.cables) < 55
+    assert all("vectors" in record.reason for record in found.cables)
+    assert found.frequency == pytest.approx(bar_suspension.dense(state, 24).modes()[0][:12], rel=1e-9)
+    assert found.damping_ratio == pytest.approx(every.damping_ratio, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -378,4 +394,45 @@ def test_the_nodes_of_a_mode_meet_the_body():
 
 @pytest.mark.parametrize("seed", [0, 3, 10, 20, 24, 34])
 def test_stated_errors_hold_on_random_suspensions(seed):
-    assert wrong_modes(seed) == []
+    assert counted_modes.wrong_modes(seed) == []
+
+
+def test_the_coordinates_without_damping_are_those_of_the_whole_system():
+    """Both ways to the same matrices: one factorises the stiffness of the bodies alone."""
+    found = coupled_modes(platform(strain=-3e-3), 12)
+    omega, shapes = found.solution.reduced.lowest(12)
+    expected, others = found.system.lowest(12)
+    assert omega == pytest.approx(expected, rel=1e-12)
+    assert shapes.T @ (found.system.mass @ shapes) == pytest.approx(np.eye(12), abs=1e-11)
+    assert found.solution.reduced.weighed(others) == pytest.approx(found.system.mass @ others, abs=1e-12)
+    assert found.solution.reduced.frequencies(12) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("order", [4, 6, 8])
+def test_the_error_by_the_mesh_is_estimated_from_one_model(order):
+    """All modes of coarse meshes against the converged ones: the estimate is above the error, and not far."""
+    state = platform(strain=-3e-3)
+    search = Search(state, 12)
+    models = Models(search.cables, search.cables.meshes(np.full(8, float(order))))
+    coarse = search._modes(models, np.full(8, np.inf))
+    exact = coupled_modes(state, 12, 1e-9)
+    error = np.abs(coarse.omega / (2 * np.pi) / exact.frequency - 1)
+    estimate = coarse.unresolved.sum(axis=0) / 2
+    assert (error <= estimate).all()
+    assert estimate.max() <= 500 * error.max()
+
+
+def test_modes_whose_order_is_not_certain_have_the_larger_error():
+    """Modes 6 and 7 of this suspension change places at a coarse accuracy."""
+    state = statics.pose(counted_modes.scene(93))
+    found, exact = coupled_modes(state, 12, 1e-2), coupled_modes(state, 12, 1e-8)
+    assert (np.abs(found.frequency / exact.frequency - 1) <= 2 * found.error).all()
+
+
+def test_one_model_serves_a_case(monkeypatch):
+    """No mesh is computed twice, and a state space is made only where it is needed."""
+    made, lowest = [], Dynamics.lowest
+    monkeypatch.setattr(Dynamics, "lowest", lambda self, count: made.append(self) or lowest(self, count))
+    found = coupled_modes(platform(), 12, 1e-6)
+    assert len(made) == 1
+    assert "system" not in vars(found.solution)

@@ -218,6 +218,12 @@ class System:
         along = np.arange(len(self.axes)) == 0
         return _weighed(along * stiff, squares), _weighed(~along * stiff, squares)
 
+    def principal(self, shapes):
+        """Orthogonal combinations of displacement shapes, shape (r, r), whose energies do not couple, lowest first."""
+        strained = joined(self.frame @ self._gradient(shapes))
+        stiff = joined((self.weights[:, None] ** 2 / self.weighted_flexibility)[..., None])
+        return np.linalg.eigh(strained.swapaxes(-1, -2) @ (stiff * strained))[1]
+
     def highest_energy(self, shapes):
         """Energy of the two highest polynomials of each element in displacement shapes, for error estimates.
 

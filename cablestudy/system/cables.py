@@ -18,10 +18,10 @@ import numpy as np
 
 from cablestudy.cable import equilibrium
 from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
-from cablestudy.cable.dynamics import Dynamics
+from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
-from cablestudy.system.ends import Ends
+from cablestudy.system.ends import Ends, EndsOfLarge
 from cablestudy.system.superelement import Damping, Strain, Superelement
 
 MAX_MODES = 600  # of one cable
@@ -84,8 +84,8 @@ class Group:
         rows = slice(begin, end)
         return Group(self.places[rows] - first, self.ends.take(rows)) if end > begin else None
 
-    def reduced(self, limits):
-        """The coordinates of these cables, `Reduced`, for limits of all cables (see `Models.coordinates`)."""
+    def coordinates(self, limits):
+        """The coordinates of these cables, `GroupCoordinates`, for limits of all cables (see `Models.coordinates`)."""
         limit = limits[self.places, None]
         omega, coupling = self.ends.omega, self.ends.coupling
         left = omega >= limit
@@ -93,7 +93,7 @@ class Group:
         square, backward = omega[..., None] ** 2, shapes.swapaxes(-1, -2)
         there = (shapes != 0).any(axis=-2)
         own = np.sqrt((square * shapes**2).sum(axis=-2))
-        return Reduced(
+        return GroupCoordinates(
             group=self,
             vectors=shapes,
             omega=np.concatenate([omega, np.where(there, own, 1.0)], axis=-1),
@@ -103,7 +103,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class GroupCoordinates:
     """Coordinates of the cables of a group: of its n modes with fixed ends the lowest, and residual vectors.
 
     Attributes
@@ -158,7 +158,7 @@ class Coordinates:
 
     def __init__(self, models, limits):
         self.models, self.limits = models, limits
-        self.parts = [group.reduced(limits) for group in models.groups]
+        self.parts = [group.coordinates(limits) for group in models.groups]
 
     @cached_property
     def _numbered(self):
@@ -210,7 +210,7 @@ class Coordinates:
             n, unit = part.modes, np.eye(part.modes)
             for place, cable in enumerate(part.group.places.tolist()):
                 used, element = part.used[place], elements[cable]
-                kept = np.count_nonzero(used[:n])
+                kept = int(np.count_nonzero(used[:n]))
                 shapes = np.concatenate([unit[:, :kept], part.vectors[place][:, used[n:]]], axis=1)
                 found[cable] = Kept(element if kept == n else element.combine(shapes), kept, shapes)
         return found
@@ -225,16 +225,18 @@ class Cables:
         Of shape (c,).
     damping : Damping or sequence of Damping
         Of all cables, or of each: model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
+    static : ndarray, shape (c, 3, 3), optional
+        Their `Catenary.global_end_stiffness`, where it is known. [N/m]
     """
 
-    def __init__(self, catenary, damping):
-        self.catenary, self.count = catenary, len(catenary.span.chord)
+    def __init__(self, catenary, damping, static=None):
+        self.catenary, self.count, self._static = catenary, len(catenary.span.chord), static
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
-    def take(self, first, count):
-        """The `count` cables from number `first` on; what several solutions need is computed for all at once."""
-        rows = slice(first, first + count)
-        some = Cables(self.catenary.take(rows), self.damping[rows])
+    def take(self, first, catenary):
+        """Those from number `first` on, which have this `Catenary`; what all need is computed for all at once."""
+        rows = slice(first, first + len(catenary.span.chord))
+        some = Cables(catenary, self.damping[rows])
         for name in ("heavy", "folded", "travel_time", "edges", "end_stiffness"):
             some.__dict__[name] = getattr(self, name)[rows]
         return some
@@ -272,7 +274,7 @@ class Cables:
     @cached_property
     def end_stiffness(self):
         """Static, of the six ends, from the closed form, global axes, shape (c, 6, 6). [N/m]"""
-        static = self.catenary.global_end_stiffness
+        static = self.catenary.global_end_stiffness if self._static is None else self._static
         return np.block([[static, -static], [-static, static]])
 
     @property
@@ -331,14 +333,16 @@ class Models:
     meshes : list of (Mesh or None)
     fixed : bool
         Whether the elements are in their own equilibrium, not on the closed form.
+    most : int
+        Modes of each cable that are computed at most; six vectors stand for the others.
     """
 
-    def __init__(self, cables, meshes, fixed=False):
-        self.cables, self.meshes, self._fixed = cables, meshes, fixed
+    def __init__(self, cables, meshes, fixed=False, most=MAX_MODES):
+        self.cables, self.meshes, self._fixed, self._most = cables, meshes, fixed, min(most, MAX_MODES)
 
     def take(self, cables, first):
         """Those of `cables`, which are those from number `first` on."""
-        some = Models(cables, self.meshes[first : first + cables.count], self._fixed)
+        some = Models(cables, self.meshes[first : first + cables.count], self._fixed, self._most)
         some.__dict__["groups"] = [one for group in self.groups if (one := group.take(first, cables.count))]
         return some
 
@@ -349,8 +353,9 @@ class Models:
         symmetric = np.asarray(cables.catenary.span.mirror_symmetric)
         for place, mesh in enumerate(self.meshes):
             if mesh is not None:
-                members.setdefault((mesh, bool(symmetric[place])), []).append(place)
-        for (mesh, _), places in members.items():
+                alone = place if self._large(mesh) else None
+                members.setdefault((mesh, bool(symmetric[place]), alone), []).append(place)
+        for (mesh, *_), places in members.items():
             catenary = cables.catenary.take(np.array(places))
             if self._fixed:
                 state, record = equilibrium.solve_many(catenary, mesh)
@@ -360,9 +365,21 @@ class Models:
             else:
                 state = equilibrium.from_catenary(catenary, mesh)
             dynamics = Dynamics(state)
-            count = min(dynamics.dof, MAX_MODES)
-            found.append(Group(np.array(places), Ends(dynamics, catenary.span.frame, count)))
+            if self._large(mesh):
+                ends = EndsOfLarge(dynamics, catenary.span.frame, self._most)
+            else:
+                ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
+            found.append(Group(np.array(places), ends))
         return found
+
+    @property
+    def complete(self):
+        """Whether all modes of all cables are computed."""
+        return not any(mesh is not None and self._large(mesh) for mesh in self.meshes)
+
+    def _large(self, mesh):
+        """Whether a cable has more modes than are computed, and more than cost little."""
+        return 3 * (mesh.nodes - 2) > max(self._most, ALL_AT_ONCE)
 
     @cached_property
     def elements(self):

@@ -8,12 +8,13 @@ mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from math import ceil
 
 import numpy as np
 
 from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.system.cables import HIGHEST_ORDER, UNDAMPED, Cables, Coordinates, Models, fixed_meshes
+from cablestudy.system.cables import HIGHEST_ORDER, MAX_MODES, UNDAMPED, Cables, Coordinates, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.damping import COUPLED, damping_ratios
 from cablestudy.system.linear import ReducedSystem
@@ -32,6 +33,7 @@ LEAST_GROWTH, MOST_GROWTH, SAFETY = 1.15, 3.0, 1.1  # of a limit in one trial; f
 DAMPED = 3.0  # least multiple of the highest frequency up to which the finer model for damping keeps modes
 FAR = 0.5  # estimated error by cables without modes over the error allowed, up to which they are tried
 LEVELS, TRIALS = 8, 12
+EXACT = 1e-10  # error of a frequency that modes of cables may leave where the choice of elements is exact
 NOISE = 1e-12  # error of a frequency by rounding
 
 
@@ -71,10 +73,13 @@ class CableRecord:
         if not self.modes + self.residuals:
             first = f"its first one, at {self.first_mode:.4g} Hz,"
             return f"no modes: {first} changes no frequency by more than {self.error:.1e}"
+        count = "1 mode" if self.modes == 1 else f"{self.modes} modes"
         if not np.isfinite(self.limit):
-            return f"all {self.modes} modes of {self.elements} elements of order {self.order}"
+            whole = self.modes == 3 * (self.elements * self.order - 1)
+            which = f"all {count}" if whole else f"{count} and vectors for those above"
+            return f"{which} of {self.elements} elements of order {self.order}"
         return (
-            f"{self.modes} modes below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
+            f"{count} below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
             f"what is left out changes no frequency by more than {self.error:.1e}"
         )
 
@@ -149,7 +154,7 @@ class CoupledModes:
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
     finer : callable or None
-        Computes `damped`; None for an exact choice of elements, and where no cable has mass.
+        Computes `damped`; None where these modes serve.
     """
 
     frequency: np.ndarray
@@ -192,7 +197,7 @@ class CoupledModes:
         """
         cables = self.solution.models.cables
         modal = any(one.model == "modal" and one.ratio for one in cables.damping)
-        if self.damped is self or (modal and cables.heavy.any()):
+        if (modal and cables.heavy.any()) or self.damped is self:
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
         ratio = self.damping_ratio.copy()
         other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)
@@ -320,7 +325,10 @@ class Search:
 
     def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
         self.equilibrium, self.count, self.accuracy, self._model = equilibrium, count, accuracy, model
-        self.layout, self.cables = Layout(equilibrium), cables or Cables(equilibrium.catenary, damping)
+        self.layout, self.cables = (
+            Layout(equilibrium),
+            cables or Cables(equilibrium.catenary, damping, equilibrium.end_stiffness),
+        )
         if not equilibrium.record.converged:
             raise ConvergenceError("modes need an equilibrium, and the search for the pose found none")
         if self.cables.folded.any():
@@ -344,9 +352,7 @@ class Search:
         """
         cables = self.cables
         if self._model is not None:
-            models = Models(cables, fixed_meshes(cables, self._model), fixed=True)
-            solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
-            return self._finished(solution, np.full(len(solution.omega), np.nan))
+            return self._of_elements(self._most)
         if not cables.heavy.any():
             solution = self._modes(Models(cables, [None] * cables.count), np.zeros(cables.count))
             return self._finished(solution, np.full(len(solution.omega), NOISE))
@@ -366,6 +372,18 @@ class Search:
             f"accuracy {self.accuracy:g} of the coupled modes cannot be had: finer meshes of the cables do not help"
         )
 
+    def _of_elements(self, most):
+        """`CoupledModes` of an exact choice of elements, with some modes of each cable.
+
+        Modal damping is that of all modes, which are computed where damping is asked for.
+        """
+        cables = self.cables
+        models = Models(cables, fixed_meshes(cables, self._model), fixed=True, most=most)
+        solution = self._modes(models, np.where(cables.heavy, np.inf, 0.0))
+        modal = any(one.model == "modal" and one.ratio for one in cables.damping)
+        finer = partial(self._of_elements, MAX_MODES) if modal and most < MAX_MODES and not models.complete else None
+        return self._finished(solution, np.full(len(solution.omega), np.nan), finer)
+
     def _finer(self, orders, limits, highest, error):
         """`CoupledModes` of a finer model with more modes of cables."""
         models = Models(self.cables, self.cables.meshes(orders + STEP))
@@ -376,6 +394,12 @@ class Search:
     def _margin(self):
         """Multiple of the highest frequency up to which the modes of cables are kept at first. [-]"""
         return max(MARGIN, SHARPER * self.accuracy ** (-1 / POWER))
+
+    @property
+    def _most(self):
+        """How many modes of each cable an exact choice of elements needs: the others change no digit."""
+        highest = SHARPER * EXACT ** (-1 / POWER) * self._first_guess
+        return 8 + ceil(2 * highest * self.cables.travel_time.max(initial=0.0) / np.pi)
 
     @property
     def first_meshes(self):
@@ -390,7 +414,7 @@ class Search:
         time = cables.travel_time[cables.heavy]
         time = np.sort(time)[::-1][: self.count]  # no more cables have one of the lowest modes
         strings = np.repeat(np.pi * many / time[:, None], 2)
-        bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).lowest(self.count)[0]
+        bodies = self.layout.without_modes(cables.end_stiffness, cables.straight).frequencies(self.count)
         both = np.sort(np.concatenate([strings, bodies]))[: self.count]
         return both[-1] if len(both) else 0.0
 
@@ -444,12 +468,12 @@ class Search:
         alike = np.where(np.isnan(error), NOISE, error)
         coincident = tuple(runs(solution.omega, alike))
         shapes, error = solution.shapes.copy(), error.copy()
-        moving = np.arange(len(shapes)) + 1.0
+        weighed = (np.arange(len(shapes)) + 1.0)[:, None] * solution.reduced.weighed(shapes)
         for first, last in coincident:
             some = shapes[:, first - 1 : last]
             error[first - 1 : last] = error[first - 1 : last].max()  # their order is not certain
             # modes that coincide: separated by which coordinates move
-            mixed = some.T @ (moving[:, None] * (solution.reduced.weighed(some)))
+            mixed = some.T @ weighed[:, first - 1 : last]
             shapes[:, first - 1 : last] = some @ np.linalg.eigh(mixed + mixed.T)[1]
         frequency = solution.omega / (2 * np.pi)
         return CoupledModes(frequency, error, coincident, self.layout, solution, shapes, finer)
@@ -479,12 +503,13 @@ def coupled_modes_of_cases(equilibria, catenary, count, accuracy, damping):
     list of (CoupledModes or Exception)
         The NoSolutionError or ConvergenceError of a case that has none.
     """
-    whole, found, searches = Cables(catenary, damping), [], []
+    static = np.concatenate([equilibrium.end_stiffness for equilibrium in equilibria])
+    whole, found, searches = Cables(catenary, damping, static), [], []
     each = len(damping) // max(1, len(equilibria))
     meshes = [None] * len(damping)
     for first, equilibrium in zip(range(0, len(damping), each), equilibria, strict=True):
         try:
-            search = Search(equilibrium, count, accuracy, cables=whole.take(first, each))
+            search = Search(equilibrium, count, accuracy, cables=whole.take(first, equilibrium.catenary))
             meshes[first : first + each] = search.first_meshes
         except (NoSolutionError, ConvergenceError) as error:
             search = error

@@ -8,6 +8,9 @@ from cablestudy.cable.assembly import joined, sparse_product
 from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.system.superelement import Strain, Superelement
 
+ROUNDING = 1e-11  # size of what the modes leave of a vector, over its own, below which it is rounding
+DEPENDENT = 1e-8  # mass of a combination of unit vectors, below which rounding determines it
+
 
 class Ends:
     """The superelements of a cable, or of many on one mesh, with any damping.
@@ -69,7 +72,7 @@ class Ends:
             Chord frame. [m]
         """
         local = self._turn @ ends
-        moved = self._modes.shapes @ amplitudes[..., None, :, :]
+        moved = self._basis[1] @ amplitudes[..., None, :, :]
         for system, places, both in self._static_shapes:
             moved[..., list(system.axes), :] += both @ local[..., None, places, :]
         return moved
@@ -90,10 +93,10 @@ class Ends:
     @cached_property
     def _highest(self):
         """Of each plane, `System.highest_parts` of all modes and static shapes, by which errors are estimated."""
-        dynamics, found = self._dynamics, []
+        dynamics, shapes_inside, found = self._dynamics, self._basis[1], []
         scale = unresolved_share(self.state.mesh.order) * np.asarray(self.state.force / dynamics.length)
         for system, places, both in self._static_shapes:
-            modal = self._modes.shapes[..., system.axes, :]
+            modal = shapes_inside[..., system.axes, :]
             shapes = np.zeros((*modal.shape[:-1], modal.shape[-1] + 6))
             shapes[..., : modal.shape[-1]] = modal
             shapes[..., [modal.shape[-1] + place for place in places]] = both
@@ -148,6 +151,11 @@ class Ends:
     def _modes(self):
         return self._dynamics.modes(self._count).first(self._count)
 
+    @property
+    def _basis(self):
+        """Angular frequencies [rad/s] and shapes (`Modes.shapes`) of the coordinates inside."""
+        return 2 * np.pi * self._modes.frequency, self._modes.shapes
+
     @cached_property
     def _static_shapes(self):
         """Of each system the places of its axes among the six, and its static shapes for movements of either end."""
@@ -168,18 +176,18 @@ class Ends:
     @cached_property
     def _undamped(self):
         """Angular frequencies, coupling, static stiffness and inertia, as in `Superelement`."""
-        dynamics, modes, frame, turn = self._dynamics, self._modes, self._frame, self._turn
-        *lead, _, _, count = modes.shapes.shape
+        dynamics, (omega, inside), frame, turn = self._dynamics, self._basis, self._frame, self._turn
+        *lead, _, _, count = inside.shape
         coupling, inertia = np.zeros((*lead, count, 6)), np.zeros(turn.shape)
         for system, places, both in self._static_shapes:
             weighed = joined(system.inertia(both))
-            shapes = joined(modes.shapes[..., system.axes, :])
+            shapes = joined(inside[..., system.axes, :])
             coupling[..., places] = shapes.swapaxes(-1, -2) @ weighed
             inertia[..., np.array(places)[:, None], places] = joined(both).swapaxes(-1, -2) @ weighed
         mass = np.asarray(dynamics.mass * dynamics.length)[..., None, None]
         static = frame.swapaxes(-1, -2) @ dynamics.end_stiffness @ frame
         return (
-            2 * np.pi * modes.frequency,
+            omega,
             mass * coupling @ turn,
             np.block([[static, -static], [-static, static]]),
             turn.swapaxes(-1, -2) @ (mass * inertia) @ turn,
@@ -188,7 +196,7 @@ class Ends:
     @cached_property
     def _elastic(self):
         """E, R and S of `Strain`."""
-        dynamics, shapes, turn = self._dynamics, self._modes.shapes, self._turn
+        dynamics, shapes, turn = self._dynamics, self._basis[1], self._turn
         n = shapes.shape[-1]
         elastic = np.zeros((*shapes.shape[:-3], n + 6, n + 6))
         for system, places, both in self._static_shapes:
@@ -201,3 +209,43 @@ class Ends:
             elastic[..., :n, n:] @ turn,
             turn.swapaxes(-1, -2) @ elastic[..., n:, n:] @ turn,
         )
+
+
+class EndsOfLarge(Ends):
+    """Those of one cable whose modes are not all computed: six vectors, or fewer, stand for the others.
+
+    As in `cables`, they are the response of the other modes to the inertia of the static shapes; here by solving with
+    the inertia and taking off the part of the modes.
+    """
+
+    @cached_property
+    def _basis(self):
+        omega, shapes = super()._basis
+        found = [self._response(*parts, shapes[0]) for parts in self._static_shapes]
+        more = np.concatenate([vectors for _, vectors in found], axis=-1)
+        return (
+            np.concatenate([omega[0], *(own for own, _ in found)])[None],
+            np.concatenate([shapes[0], more], axis=-1)[None],
+        )
+
+    def _response(self, system, _places, both, shapes):
+        """Angular frequencies and shapes, mass-normalised, of the vectors of one plane."""
+        dynamics, axes = self._dynamics, system.axes
+        mass = (dynamics.mass * dynamics.length).item()
+        one = system.take(0)
+        weighed = one.inertia(both[0])[1:-1].reshape(one.dof, -1)
+        modes = np.sqrt(mass) * shapes[1:-1, list(axes)].reshape(one.dof, -1)
+        vectors = response = one.solve(weighed)
+        for _ in range(2):  # the second time for what rounding left
+            vectors = vectors - modes @ (modes.T @ (one.mass @ vectors))
+        size, whole = (np.sqrt((part * (one.mass @ part)).sum(axis=0)) for part in (vectors, response))
+        vectors = vectors[:, size > ROUNDING * whole] / size[size > ROUNDING * whole]
+        size, turned = np.linalg.eigh(vectors.T @ (one.mass @ vectors))
+        definite = size > DEPENDENT
+        vectors = vectors @ (turned[:, definite] / np.sqrt(size[definite]))
+        nodal = np.zeros((*shapes.shape[:2], vectors.shape[1]))
+        nodal[1:-1, list(axes)] = vectors.reshape(len(nodal) - 2, len(axes), -1)
+        nodal = nodal @ one.principal(nodal[:, list(axes)])
+        square = sum(one.modal_energies(nodal[:, list(axes)]))
+        unit = 2 * np.pi * dynamics.unit_frequency.item()
+        return unit * np.sqrt(square), nodal / np.sqrt(mass)

@@ -253,6 +253,21 @@ class ReducedSystem:
             return np.zeros(0), np.zeros((0, 0))
         if len(self) > DENSE_LIMIT and 2 * count <= len(self):
             return self._lowest_of_large(count)
+        modal, (lower, matrix) = len(self.omega), self._compliance()
+        vectors = np.linalg.eigh(matrix)[1][:, : -count - 1 : -1]
+        bodies = _solve_lower(lower, vectors[modal:], transposed=True)
+        shapes = np.concatenate([vectors[:modal] / self.omega[:, None], bodies])
+        return _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=0))
+
+    def frequencies(self, count):
+        """Of the lowest modes, ascending; those of a system without shapes to be known. [rad/s]"""
+        if not len(self) or len(self) > DENSE_LIMIT:
+            return self.lowest(count)[0]
+        compliance = np.linalg.eigvalsh(self._compliance()[1])[: -count - 1 : -1]
+        return 1 / np.sqrt(compliance[compliance > MASSLESS * compliance.max()])
+
+    def _compliance(self):
+        """l and L^-1 M L^-T of the notes, dense."""
         omega, modal = self.omega, len(self.omega)
         coupling, inertia, stiffness = (_dense(part) for part in (self.coupling, self.inertia, self.stiffness))
         lower = _cholesky(stiffness)
@@ -261,10 +276,7 @@ class ReducedSystem:
         matrix[modal:, :modal] = _solve_lower(lower, (coupling / omega[:, None]).T)
         matrix[:modal, modal:] = matrix[modal:, :modal].T
         matrix[modal:, modal:] = _solve_lower(lower, _solve_lower(lower, inertia).T)
-        vectors = np.linalg.eigh(matrix)[1][:, : -count - 1 : -1]
-        bodies = _solve_lower(lower, vectors[modal:], transposed=True)
-        shapes = np.concatenate([vectors[:modal] / omega[:, None], bodies])
-        return _normalised(shapes, (vectors * (matrix @ vectors)).sum(axis=0))
+        return lower, matrix
 
     def _lowest_of_large(self, count):
         """`lowest` by Lanczos iteration: no large matrix is formed, only the stiffness of the bodies is factorised."""

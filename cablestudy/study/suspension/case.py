@@ -174,7 +174,7 @@ def _one(batch, place):
         batch.catenary.take(place),
         some(batch.record, place),
     )
-    one.__dict__["blocks"] = batch.blocks.of(place)
+    one.__dict__.update(blocks=batch.blocks.of(place), end_stiffness=batch.end_stiffness[place])
     return one
 
 

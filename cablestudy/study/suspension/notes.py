@@ -79,7 +79,7 @@ def _of_modes(modes):
         reasons.setdefault(cable.reason, []).append(cable.name)
     for reason, names in list(reasons.items())[:LISTED]:
         yield f"{first_of(names, LISTED)}: {reason}"
-    yield from _of_modal_damping(modes.solution.models)
+    yield from _of_modal_damping(modes.damped.solution.models)
     for first, last in modes.coincident[:LISTED]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > LISTED:

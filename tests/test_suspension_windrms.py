@@ -1,0 +1,151 @@
+"""The command `windrms` on suspensions: tables, messages and columns in sweeps; its physics is in test_suspension_wind."""
+
+import csv
+import json
+import math
+
+import pytest
+from command import refused_in_one_line, run, study_file, table_of
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+# A body of 50 kg on six light, stiff wires along x, y and z: each axis is an oscillator of its own.
+MASS, STIFFNESS, AREA, DRAG, SPEED, RHO = 50.0, 2e5, 0.5, 1.2, 8.0, 1.2
+SCENE = f"""\
+gravity: 0
+cable: {{elastic_modulus: 1 GPa, area: 10 mm^2, density: 1e-6, preload: 1 kN,
+        damping: {{model: kelvin_voigt, time: 2 ms}}}}
+bodies:
+  box:
+    at: [0, 0, 0]
+    mass: {MASS}
+    inertia: [4, 4, 4]
+    attachments: {{px: [1, 0, 0], nx: [-1, 0, 0], py: [0, 1, 0], ny: [0, -1, 0], pz: [0, 0, 1], nz: [0, 0, -1]}}
+    markers: {{eye: [0, 0, 0.5]}}
+    wind: {{area: {AREA}, drag_coefficient: {DRAG}}}
+cables:
+  px: {{from: [101, 0, 0], to: box.px}}
+  nx: {{from: [-101, 0, 0], to: box.nx}}
+  py: {{from: [0, 101, 0], to: box.py}}
+  ny: {{from: [0, -101, 0], to: box.ny}}
+  pz: {{from: [0, 0, 101], to: box.pz}}
+  nz: {{from: [0, 0, -101], to: box.nz}}
+wind: {{speed: {SPEED}, turbulence_intensity: 0.2, length_scale: 50, on: bodies}}
+"""
+WINCHES = "winches: {px: {}, nx: {}, py: {}, ny: {}, pz: {}, nz: {}}\ncontrol: {gain: 0.5, measured: [x, y, z]}\n"
+MASS_X = "mass_x: {axis: [1, 0, 0], mass: 1, frequency: 1 Hz, velocity_gain: 50, stroke: 1 um, force: 100}"
+
+
+@pytest.fixture
+def scene(folder):
+    """The scene with winches and a loop."""
+    path = folder / "box.yaml"
+    path.write_text(SCENE + WINCHES)
+    return path
+
+
+def test_mean_displacement_by_drag_over_stiffness(scene):
+    """The wires along x stretch by EA/L each; those across it stiffen by T/L."""
+    found = json.loads(run("windrms", scene, "--table", "motion", "--format", "json").output)[0]
+    wire = 1e9 * 10e-6
+    unstretched = 100 / (1 + 1000 / wire)
+    stiffness = 2 * wire / unstretched + 4 * 1000 / 100
+    assert found["mean_x_mm"] == pytest.approx(1e3 * RHO / 2 * DRAG * AREA * SPEED**2 / stiffness, rel=2e-4)
+    assert found["mean_y_mm"] == 0
+    # turbulence along the mean wind only
+    assert found["rms_y_mm"] == pytest.approx(0, abs=1e-9 * found["rms_x_mm"])
+    assert found["rms_mm"] == pytest.approx(found["rms_x_mm"])
+
+
+def test_peak_from_rms_and_velocity(scene):
+    found = json.loads(run("windrms", scene, "--table", "motion", "--format", "json").output)[0]
+    crossings = 600 * found["rms_velocity_mm_per_s"] / (2 * math.pi * found["rms_mm"])
+    factor = math.sqrt(2 * math.log(crossings))
+    factor += 0.5772156649 / factor
+    assert found["peak_mm"] == pytest.approx(found["mean_x_mm"] + factor * found["rms_mm"], rel=1e-6)
+
+
+def test_tables_of_a_scene_with_loop(scene):
+    tables = json.loads(run("windrms", scene, "--format", "json").output)
+    assert list(tables) == ["motion", "rotations", "open_loop", "cables", "loop", "coordinates"]
+    assert [row["name"] for row in tables["motion"]["rows"]] == ["box", "box.eye"]
+    assert [row["coordinate"] for row in tables["coordinates"]["rows"]] == ["box.x", "box.y", "box.z"]
+    assert tables["loop"]["rows"][0]["gain_rad_per_s"] == 0.5
+    text = run("windrms", scene).output
+    assert all(f"## {name}\n" in text for name in tables)
+
+
+def test_automatic_gain_leaves_its_margin(scene):
+    row = table_of("windrms", scene, "--table", "loop", "--set", "control.gain={auto: 8 dB}", "--format", "csv")[0]
+    assert row["gain_margin_dB"] == pytest.approx(8, abs=1e-6)
+    assert row["largest_gain_rad_per_s"] == pytest.approx(row["gain_rad_per_s"] * 10 ** (8 / 20))
+
+
+def test_gain_beyond_the_largest_is_refused_with_the_motion_that_grows(scene):
+    row = table_of("windrms", scene, "--table", "loop", "--format", "csv")[0]
+    above, below = (f"control.gain={factor * row['largest_gain_rad_per_s']!r}" for factor in (1.01, 0.99))
+    result = run("windrms", scene, "--set", above, code=1)
+    assert "the loop is unstable" in result.stderr and "box" in result.stderr and "stable below" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    run("windrms", scene, "--set", below, "--table", "loop")
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "options"),
+    [
+        (SCENE.replace("wind: {speed", "winds: {speed"), "winds", ()),
+        (SCENE.split("wind: {speed")[0], "wind: missing key: 'cablestudy windrms' needs it", ()),
+        (SCENE, "--table actuators: the scene has no actuators", ("--table", "actuators")),
+        (SCENE, "--table loop: the scene has no control", ("--table", "loop")),
+        (SCENE + WINCHES, "--format csv: one table at a time", ("--format", "csv")),
+        (SCENE + WINCHES, "--on", ("--on", "both")),
+        (SCENE + WINCHES.replace("[x, y, z]", "[x, z, yaw]"), "no winch moves yaw of box", ()),
+    ],
+)  # fmt: skip
+def test_what_is_refused(folder, text, words, options):
+    (folder / "wrong.yaml").write_text(text)
+    result = run("windrms", folder / "wrong.yaml", *options, code=None)
+    assert result.exit_code in (1, 2)
+    assert words in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_limit_that_is_passed_is_told_and_is_the_status_of_a_row(folder, scene):
+    scene.write_text(SCENE + WINCHES + f"actuators: {{{MASS_X}}}\n")
+    result = run("windrms", scene, "--table", "actuators")
+    assert "warning: mass_x: its stroke reaches" in result.stderr and "above its limit of 0.001" in result.stderr
+    study = study_file(folder, "columns: [mass_x.peak_stroke, box.rms]\nvary: [{wind.speed: [8 m/s]}]\n", scene)
+    row = next(csv.DictReader(run("sweep", study, "--format", "csv", "--quiet").output.splitlines()))
+    assert float(row["mass_x.peak_stroke_mm"]) > 0.001
+    assert row["status"].startswith("mass_x: its stroke reaches")
+
+
+def test_cable_that_would_go_slack_is_told(folder):
+    path = folder / "slack.yaml"
+    path.write_text(SCENE.replace("preload: 1 kN", "preload: 20 N"))
+    result = run("windrms", path, "--table", "cables")
+    assert "would go slack" in result.stderr
+
+
+def test_columns_that_a_scene_cannot_have(folder):
+    for column, words in (
+        ("box.exposure", "needs the key exposure"),
+        ("gain_margin", "needs the key control"),
+        ("box.rms_speed", "did you mean"),
+        ("box.ear.rms", "no column"),
+    ):
+        study = study_file(folder, f"columns: [{column}]\nvary: [{{wind.speed: [8 m/s]}}]\n", _plain(folder))
+        refused_in_one_line(folder, words, "sweep", study)
+
+
+def _plain(folder):
+    path = folder / "plain.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+def test_explain_says_what_was_modelled(scene):
+    notes = run("windrms", scene, "--explain").stderr
+    assert "coupled modes up to" in notes
+    assert "wind on bodies: about the equilibrium in the mean wind, with aerodynamic damping" in notes
+    assert "loop of 6 cables for x, y, z" in notes
