@@ -188,7 +188,7 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
     passing = np.concatenate([line.get_xydata() for line in eigenvalues.lines if len(line.get_xydata()) > 1000])
     assert np.hypot(*(passing - [place, 0]).T).min() < 0.02 * abs(place)
     assert f"gain margin {20 * np.log10(-1 / place):.3g} dB" in legend(eigenvalues)[1]
-    assert figure.get_suptitle() == "Loop of 6 winches that hold gondola (x, y, z)"
+    assert figure.get_suptitle() == "Loop that holds gondola (x, y, z) by 6 winches"
 
 
 def test_the_loop_of_an_unstable_gain_is_drawn_too(tmp_path):

@@ -72,7 +72,34 @@ def equations(motion, allocation=None, notches=(), forces=None):
     fixed, scaled = np.zeros((size, size + 3 * inputs)), np.zeros((len(notches), size, size + 3 * inputs))
     fixed[:m, m : 2 * m] = np.diag(unit)
     force = -motion.stiffness @ places - motion.damping @ speeds
-    begin, feedback = 2 * m, []
+    feedback = _feedback(motion, places, speeds, fixed)
+    for one, (moved, moving) in zip(motion.feedback, feedback, strict=True):
+        force += np.outer(one.acts, one.velocity_gain * moving + one.position_gain * moved)
+    if forces is not None:
+        force[:, size + driving : size + inputs] += forces
+    if allocation:
+        moved, moving = allocation.measured @ places, allocation.measured @ speeds
+        if inputs:
+            moved[:, size : size + driving] -= np.eye(driving)
+            moving[:, size + inputs : size + inputs + driving] -= np.eye(driving)
+        begin = size - left.shape[1]
+        _notched(notches, moved, moving, fixed, 2 * m + filters)
+        zeroth, first, second = (part @ left for part in motion.driven)
+        force[:, begin:size] += zeroth
+        for one, column, error, rate in zip(scaled, rates.T, moved, moving, strict=True):
+            one[begin:] = -np.outer(column, error)
+            one[m : 2 * m] = -np.outer(first @ column, error) - np.outer(second @ column, rate)
+    elif inputs:
+        for order, part in enumerate(motion.driven):
+            force[:, size + order * inputs :][:, :driving] += part
+    fixed[m : 2 * m] = np.linalg.solve(motion.mass, force)
+    scaled[:, m : 2 * m] = np.linalg.solve(motion.mass, scaled[:, m : 2 * m])
+    return Equations(fixed, scaled, places, speeds, feedback, left)
+
+
+def _feedback(motion, places, speeds, fixed):
+    """What each actuator measures behind its filter, and its derivative; fills the rows of `fixed` of the filters."""
+    found, begin = [], 2 * len(motion)
     for one in motion.feedback:
         moved, moving = one.measured @ places, one.measured @ speeds
         if one.corner:  # h(s) x = x - l, l' = w_h (x - l)
@@ -80,38 +107,32 @@ def equations(motion, allocation=None, notches=(), forces=None):
             fixed[begin] = one.corner * moved
             moving -= fixed[begin]
             begin += 1
-        force += np.outer(one.acts, one.velocity_gain * moving + one.position_gain * moved)
-        feedback.append((moved, moving))
-    if forces is not None:
-        force[:, size + driving : size + inputs] += forces
-    if allocation:
-        passed, passing = [], []
-        for place, (row, notch) in enumerate(zip(allocation.measured, notches, strict=True)):
-            moved, moving = row @ places, row @ speeds
-            if inputs:
-                moved[size + place] -= 1.0
-                moving[size + inputs + place] -= 1.0
-            if notch is not None:
-                a, b, c, d = notch.state_space
-                states = slice(begin, begin + 2)
-                fixed[states, states] = a
-                fixed[states] += np.outer(b, moved)
-                moved, moving = d * moved, d * moving + c @ fixed[states]
-                moved[states] += c
-                begin += 2
-            passed.append(moved)
-            passing.append(moving)
-        zeroth, first, second = (part @ left for part in motion.driven)
-        force[:, begin:size] += zeroth
-        for one, column, moved, moving in zip(scaled, rates.T, passed, passing, strict=True):
-            one[begin:] = -np.outer(column, moved)
-            one[m : 2 * m] = -np.outer(first @ column, moved) - np.outer(second @ column, moving)
-    elif inputs:
-        for order, part in enumerate(motion.driven):
-            force[:, size + order * inputs : size + order * inputs + driving] += part
-    fixed[m : 2 * m] = np.linalg.solve(motion.mass, force)
-    scaled[:, m : 2 * m] = np.linalg.solve(motion.mass, scaled[:, m : 2 * m])
-    return Equations(fixed, scaled, places, speeds, feedback, left)
+        found.append((moved, moving))
+    return found
+
+
+def _notched(notches, moved, moving, fixed, begin):
+    """Replaces what is measured, and its derivative, by what is behind the notches; fills the rows of `fixed` of these.
+
+    Parameters
+    ----------
+    notches : tuple of (Notch or None)
+    moved, moving : ndarray, shape (k, w)
+    fixed : ndarray, shape (N, w)
+    begin : int
+        Where the states of the notches begin.
+    """
+    for place, notch in enumerate(notches):
+        if notch is None:
+            continue
+        a, b, c, d = notch.state_space
+        states = slice(begin, begin + 2)
+        fixed[states, states] = a
+        fixed[states] += np.outer(b, moved[place])
+        moving[place] = d * moving[place] + c @ fixed[states]
+        moved[place] *= d
+        moved[place, states] += c
+        begin += 2
 
 
 def _independent(shares):

@@ -40,8 +40,9 @@ def suspension_loop(movement):
     _characteristic(figure.add_subplot(grid_[2, 1]), gain, movement)
     figure.align_ylabels([upper, middle])
     body = movement.equilibrium.suspension.body_names[movement.body]
-    figure.suptitle(f"Loop of {len(movement.winches)} winches that hold {body} ({', '.join(movement.measured)})",
-                    x=0.01, ha="left", fontsize=10)  # fmt: skip
+    count, held = len(movement.winches), ", ".join(movement.measured)
+    winches = f"{count} winch{'es' * (count != 1)}"
+    figure.suptitle(f"Loop that holds {body} ({held}) by {winches}", x=0.01, ha="left", fontsize=10)
     return figure
 
 
@@ -66,7 +67,7 @@ def _gains(loop):
 
 def _singular_values(axes, frequency, gain, slope):
     values = np.linalg.svd(gain, compute_uv=False)
-    for place, row in enumerate(values.T):
+    for place, row in enumerate(values.T[values.max(axis=0) > SHOWN[0]]):
         axes.loglog(frequency, row, color=BLUE, lw=1.5 if place == 0 else 0.8, alpha=1 if place == 0 else 0.6,
                     label=("largest", "others")[place] if place < 2 else None)  # fmt: skip
     axes.loglog(frequency, slope / TURN / frequency, color=GREY, lw=0.9, ls=":", label="without dynamics")
@@ -92,7 +93,7 @@ def _sensitivity(axes, frequency, gain, peak):
     axes.plot(
         frequency[place], peak, "o", color=RED, ms=5, zorder=5, label=f"peak {peak:.3g} at {frequency[place]:.3g} Hz"
     )
-    axes.set_ylim(top=2 * peak)
+    axes.set_ylim(min(0.1, sensitivity.min() / 1.5), 2 * peak)
     axes.set_ylabel("sensitivity [-]")
     axes.set_xlabel("frequency [Hz]")
     axes.legend(loc="lower right")
