@@ -30,7 +30,14 @@ class InWind:
         self.scene, self._calm, self._equilibrium, self._drag, self._model = scene, calm, equilibrium, drag, model
         self._accuracy = scene.model.accuracy or ACCURACY
 
-    def _movement(self, count):
+    def movement_of(self, count):
+        """`Movement` with so many modes, which may be unstable.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There are no modes to the accuracy.
+        """
         return Movement(self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
 
     @cached_property
@@ -44,7 +51,7 @@ class InWind:
         ConvergenceError
         """
         for count in COUNTS:
-            movement = self._movement(count)
+            movement = self.movement_of(count)
             response = Response(movement) if self._drag is not None else None
             if response is None or len(movement.modes) < count:
                 break
