@@ -206,7 +206,7 @@ class Response:
         """
         poles, unit = self.movement.open_poles, self.movement.motion.unit[: len(self._shares)]
         poles = poles[(poles.imag > 0) & (np.abs(poles.real) < UNDAMPED * np.abs(poles))]
-        for frequency in np.abs(poles).tolist():
+        for frequency in np.abs(poles[np.abs(poles) < TURN * self.range[1]]).tolist():
             mode = int(np.argmin(np.abs(unit - frequency)))
             if abs(unit[mode] - frequency) < SAME * frequency and self._shares[mode] > EXCITED:
                 raise NoSolutionError(
@@ -218,7 +218,7 @@ class Response:
         """Frequency and half-width of lightly damped poles within the range, not of undamped ones. [Hz]"""
         low, high = self.range
         ratio = np.abs(poles.real) / np.abs(poles)
-        poles = poles[(poles.imag > 0) & (UNDAMPED <= ratio) & (ratio < NARROW)]
+        poles = poles[(poles.imag > 0) & (ratio >= UNDAMPED) & (ratio < NARROW)]
         centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
         there = (low < centre) & (centre < high)
         return centre[there], width[there]
@@ -231,7 +231,10 @@ class Response:
         unit, damping = motion.unit[:count], np.diagonal(motion.damping)[:count]
         force = self.movement.gusts.own(unit / TURN)
         size = motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, 1e-9 * unit) * unit**2)
-        return (size / np.maximum(size.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
+        whole = size.sum(axis=1)
+        energy = whole * self.stiffness[: len(whole)]
+        moved = energy > ROUNDING * energy.max(initial=0.0)  # the others the wind does not move
+        return (size[moved] / whole[moved, None]).max(axis=0, initial=0.0)
 
     @cached_property
     def weights(self):
