@@ -5,11 +5,12 @@ from cablestudy.study import columns as of_one_cable
 from cablestudy.study.suspension import columns as of_suspensions
 
 OF_SUSPENSIONS = {c.name for c in of_suspensions.WHOLE} - {c.name for c in of_one_cable.COLUMNS}
+HEADERS = {c.header for c in of_suspensions.WHOLE if c.name in OF_SUSPENSIONS}
 
 
 def find(name):
     """The column of a name, with or without its unit; ValueError with a suggestion where there is none."""
-    if "." in name or name.startswith("frequency_") or any(name.startswith(known) for known in OF_SUSPENSIONS):
+    if "." in name or name.startswith("frequency_") or name in OF_SUSPENSIONS | HEADERS:
         return of_suspensions.find(name)
     return of_one_cable.find(name)
 
