@@ -32,7 +32,7 @@ def case_of(text):
 
 def movement_of(text):
     """`Movement` of a case, unstable or not, with at most 40 modes."""
-    return case_of(text).in_wind._movement(40)
+    return case_of(text).in_wind.movement_of(40)
 
 
 def cable(time=0.0, stiffness=1e5):

@@ -94,7 +94,7 @@ def test_closed_loop_poles_on_heavy_cables_are_those_of_dense_bars():
         model={"elements": 4, "order": 1, "mass": "lumped"},
     )  # fmt: skip
     text["cables"]["c4"]["unstretched_length"] *= 1.004  # one that sags
-    movement = case_of(text).in_wind._movement(200)
+    movement = case_of(text).in_wind.movement_of(200)
     state = movement.equilibrium
     bars = bar_suspension.dense(state, 4)
     n, rate = len(bars.K), viscous / mass

@@ -26,7 +26,7 @@ from straight_scenes import (
     with_changes,
 )
 
-from cablestudy.control.pose_loop import first_order
+from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension import response
 from cablestudy.study.suspension.columns import find
@@ -97,8 +97,8 @@ def test_the_mean_wind_can_be_left_out():
     assert [value(case, f"gondola.mean_{axis}") for axis in "xyz"] == [0, 0, 0]
     assert case.in_wind._equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
     # the gusts keep the mean speed: the same damping as Straight, whose equilibrium is the calm one
-    own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind._movement(40).motion
-    found = np.linalg.eigvals(first_order(motion)[0])
+    own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind.movement_of(40).motion
+    found = PoseLoop(motion, None, 0.0, ()).poles
     expected = np.linalg.eigvals(own.closed())
     assert np.sort(found.real[np.abs(found) < 1e4]).sum() == pytest.approx(expected.real.sum(), rel=1e-6)
 
@@ -195,7 +195,7 @@ def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
 def damped(text):
     """2 zeta w of each mode by its pole, in order of frequency, and the modes."""
     movement = movement_of(text)
-    poles = np.linalg.eigvals(first_order(movement.motion)[0])
+    poles = PoseLoop(movement.motion, None, 0.0, ()).poles
     poles = poles[poles.imag > 0]
     return -2 * poles.real[np.argsort(np.abs(poles))], movement
 
@@ -231,7 +231,7 @@ def test_a_taut_cable_is_damped_by_its_drag(direction, shares):
 
 
 def gusts_of(text, count=12):
-    return case_of(text).in_wind._movement(count)
+    return case_of(text).in_wind.movement_of(count)
 
 
 def exponential(kappa, shape, other, ends, others, points=400):

@@ -24,11 +24,11 @@ SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, 
 EXCITED = 1e-6  # share with that damping ratio from which it is refused: what is less is rounding, or not seen
 APART = 0.5  # least distance of boundaries, in half-widths
 ACCURACY = 1e-4  # where the scene has a fixed model
+PANELS = 5000  # of the integral, at most
 SAMPLES = 8  # frequencies a decade at which that error is estimated,
 OFFSETS = np.array([-9.0, -3.0, -1.0, 0.0, 1.0, 3.0, 9.0])  # and beside resonances
-ROUNDING = 1e-20  # of a variance over the largest of its group: what is less is shown as zero
+ROUNDING = 1e-20  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the matrices that are solved at once
-TINY = 1e-300
 CLOSED, OPEN = 0, 1
 
 
@@ -46,8 +46,8 @@ class Variances:
         Within one exposure, what the correcting mirror leaves, and both; zero where the scene has none.
     largest : ndarray, shape (2, o)
         The largest variance in the group of each, whose tolerance they share.
-    error : ndarray, shape (2, o)
-        Estimated error of each value, by integration and by the model.
+    error : dict
+        "value", "rate" and so on -> estimated error of each, by integration and by the model, shape (2, o).
     """
 
     rows: dict
@@ -57,7 +57,7 @@ class Variances:
     corrected: np.ndarray
     both: np.ndarray
     largest: np.ndarray
-    error: np.ndarray
+    error: dict
 
 
 class Response:
@@ -204,15 +204,11 @@ class Response:
         ------
         NoSolutionError
         """
-        poles, unit = self.movement.open_poles, self.movement.motion.unit[: self._sizes.shape[1]]
+        poles, unit = self.movement.open_poles, self.movement.motion.unit[: len(self._shares)]
         poles = poles[(poles.imag > 0) & (np.abs(poles.real) < UNDAMPED * np.abs(poles))]
-        groups = np.array(_groups(self.names))[: len(self._sizes)]
-        largest = np.zeros(groups.max(initial=0) + 1)
-        np.maximum.at(largest, groups, self._sizes.sum(axis=1))
-        share = (self._sizes / np.maximum(largest[groups], TINY)[:, None]).max(axis=0, initial=0.0)
-        for frequency in np.abs(poles).tolist():
+        for frequency in np.abs(poles[np.abs(poles) < TURN * self.range[1]]).tolist():
             mode = int(np.argmin(np.abs(unit - frequency)))
-            if abs(unit[mode] - frequency) < SAME * frequency and share[mode] > EXCITED:
+            if abs(unit[mode] - frequency) < SAME * frequency and self._shares[mode] > EXCITED:
                 raise NoSolutionError(
                     f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
                     f"RMS in the wind is not finite (cable.damping)"
@@ -228,19 +224,17 @@ class Response:
         return centre[there], width[there]
 
     @cached_property
-    def _sizes(self):
-        """About the variance of each output by each coordinate, as if it were alone, shape (o, m)."""
+    def _shares(self):
+        """Largest share of each coordinate, as if it were alone, in the variance of any output, about; shape (m,)."""
         motion = self.movement.motion
         count = motion.shapes.shape[1]
         unit, damping = motion.unit[:count], np.diagonal(motion.damping)[:count]
         force = self.movement.gusts.own(unit / TURN)
-        return motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, UNDAMPED * unit) * unit**2)
-
-    @property
-    def _shares(self):
-        """About the largest share of each coordinate in the variance of any output, shape (m,)."""
-        whole = np.maximum(self._sizes.sum(axis=1, keepdims=True), TINY)
-        return (self._sizes / whole).max(axis=0, initial=0.0)
+        size = motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, 1e-9 * unit) * unit**2)
+        whole = size.sum(axis=1)
+        energy = whole * self.stiffness[: len(whole)]
+        moved = energy > ROUNDING * energy.max(initial=0.0)  # the others the wind does not move
+        return (size[moved] / whole[moved, None]).max(axis=0, initial=0.0)
 
     @cached_property
     def weights(self):
@@ -279,25 +273,42 @@ class Response:
 
         accuracy = self.movement.scene.model.accuracy or ACCURACY
         every = (np.arange(kinds)[:, None] * (groups.max(initial=0) + 1) + groups).ravel()
-        found = rms.integrate(weighted, _apart(*self.range, *self._of_all), accuracy, every)
+        edges = _apart(*self.range, *self._of_all)
+        scale = np.tile(self.stiffness, kinds)
+        found = rms.integrate(weighted, edges, accuracy, every, scale, PANELS)
         # below the range the spectra are flat, or fall to zero
         first, second = found.edges[:2]
         value = found.value + found.panels[0] * (first / (second - first))
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         shape = len(weights), states, len(names)
-        value, error = np.maximum(value, 0.0).reshape(shape), found.error.reshape(shape)[0]
-        largest = np.zeros((states, groups.max(initial=0) + 1))
-        for state in range(states):
-            np.maximum.at(largest[state], groups, value[0, state])
-        largest = largest[:, groups]
-        value[0] = np.where(value[0] > ROUNDING * largest, value[0], 0.0)
-        parts = dict(zip(self.weights, value, strict=True))
-        none = np.zeros(shape[1:])
-        parts = {name: parts.get(name, none) for name in ("value", "rate", "exposed", "corrected", "both")}
-        parts |= {"largest": largest, "error": error + self.model_error[0]}
-        parts = {name: part if states == 2 else np.concatenate([part, part]) for name, part in parts.items()}
-        return Variances(dict(zip(names, range(len(names)), strict=True)), **parts)
+        value, error = np.maximum(value, 0.0).reshape(shape), found.error.reshape(shape)
+        largest = np.zeros((len(weights), states, groups.max(initial=0) + 1))
+        np.maximum.at(largest, (slice(None), slice(None), groups), value)
+        largest = largest[..., groups]
+        energy = value * self.stiffness
+        value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
+        # what the model leaves out of the displacement it leaves out of the others in proportion
+        added = self.model_error[0] / np.where(largest[0] > 0, largest[0], 1.0)
+        error = error + added * largest
+
+        def both_states(part):
+            return part if states == 2 else np.concatenate([part, part])
+
+        values = {name: both_states(part) for name, part in zip(self.weights, value, strict=True)}
+        errors = {name: both_states(part) for name, part in zip(self.weights, error, strict=True)}
+        none = np.zeros((2, len(names)))
+        values = {name: values.get(name, none) for name in ("value", "rate", "exposed", "corrected", "both")}
+        rows = {name: row for row, name in enumerate(names)}
+        return Variances(rows, **values, largest=both_states(largest[0]), error=errors)
+
+    @cached_property
+    def stiffness(self):
+        """Energy per square of each output, by which different outputs are compared, shape (o,)."""
+        motion = self.movement.motion
+        shown = self.shown(1j * motion.unit[:1])[0]
+        compliance = (shown.conj() * np.linalg.solve(motion.stiffness, shown.T).T).sum(axis=1).real
+        return 1 / np.maximum(compliance, np.finfo(float).tiny)
 
     @cached_property
     def model_error(self):
