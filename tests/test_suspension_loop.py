@@ -1,5 +1,7 @@
 """The loop of several winches, reaction masses and wheels against dense matrices made here, and closed forms."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -20,6 +22,7 @@ from straight_scenes import (
     two_bodies,
 )
 
+from cablestudy.control import pose_margins
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.columns import find
@@ -218,6 +221,23 @@ def test_the_peak_of_the_sensitivity(name):
     found = scipy.optimize.minimize_scalar(lambda w: -size(w), bounds=grid[[best - 1, best + 1]], method="bounded")
     peak = max(-found.fun, size(grid).max())
     assert value(text, "sensitivity_peak") == pytest.approx(peak, rel=1e-5)
+
+
+def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
+    """A broad peak, and a slightly higher and narrower one that lies between two frequencies of the grid."""
+    loop = SimpleNamespace(open_poles=np.array([-0.5 + 1j]), poles=np.array([-0.6 + 1.1j]))
+    omega = pose_margins.grid(loop)
+    middle = np.sqrt(omega[40] * omega[41])
+
+    def sensitivity(s):
+        place = np.log(np.abs(s))
+        broad, narrow = place - np.log(omega[70]), (place - np.log(middle)) / np.log(omega[41] / omega[40])
+        return (1 + np.exp(-(broad**2)) + 1.03 * np.exp(-((1.5 * narrow) ** 2)))[:, None, None]
+
+    loop.sensitivity = sensitivity
+    peak = sensitivity(middle * np.linspace(0.9, 1.1, 20_001)).max()
+    assert sensitivity(omega).argmax() == 70
+    assert pose_margins.sensitivity_peak(loop) == pytest.approx(peak, rel=1e-6)
 
 
 def test_an_automatic_gain_has_the_margin_that_it_was_asked_for():

@@ -20,7 +20,7 @@ BESIDE = 0.03  # relative distance of the gains on either side of a candidate th
 AT_ONCE = 100  # frequencies
 SETTLED = 1e-9  # relative width of the bracket of a gain that is found
 STEP = 1e-4  # relative, of the gain, between two poles whose difference is a derivative
-REFINEMENTS = 4  # of the frequency of the largest sensitivity
+PEAKS, POINTS, REFINEMENTS = 4, 15, 4  # of the sensitivity: the highest on the grid, each refined so often
 
 
 def grid(loop):
@@ -149,10 +149,20 @@ def _by_parts(function, omega):
 
 def sensitivity_peak(loop):
     """Largest singular value of (I + L)^-1 over all frequencies. [-]"""
+
+    def size(omega):
+        value = np.linalg.norm(_by_parts(loop.sensitivity, omega.ravel()), ord=2, axis=(-2, -1))
+        return value.reshape(omega.shape)
+
     omega = grid(loop)
+    value = size(omega)
+    higher = np.diff(value, prepend=-np.inf, append=-np.inf)
+    tops = np.flatnonzero((higher[:-1] >= 0) & (higher[1:] <= 0))
+    tops = tops[np.argsort(value[tops])[-PEAKS:]]
+    low, high = omega[np.maximum(tops - 1, 0)], omega[np.minimum(tops + 1, len(omega) - 1)]
     for _ in range(REFINEMENTS):
-        value = np.linalg.norm(_by_parts(loop.sensitivity, omega), ord=2, axis=(-2, -1))
-        place = int(np.argmax(value))
-        low, high = omega[max(place - 1, 0)], omega[min(place + 1, len(omega) - 1)]
-        omega = np.linspace(low, high, 41)
+        omega = np.linspace(low, high, POINTS, axis=1)
+        value = size(omega)
+        place, rows = value.argmax(axis=1), np.arange(len(tops))
+        low, high = omega[rows, np.maximum(place - 1, 0)], omega[rows, np.minimum(place + 1, POINTS - 1)]
     return float(value.max())
