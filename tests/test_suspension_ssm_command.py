@@ -87,7 +87,7 @@ def read(path):
         found |= {
             name: [str(row[0][0]) for row in value] for name, value in found.items() if name.endswith(("Name", "Unit"))
         }
-        found |= {name: found[name].toarray() for name in ("Mass", "Damping", "Stiffness")}
+        found |= {name: found[name].toarray() for name in ("Mass", "Damping", "Stiffness") if name in found}
     return {name: list(map(str, v)) if name.endswith(("Name", "Unit")) else np.array(v) for name, v in found.items()}
 
 
@@ -364,7 +364,7 @@ def test_what_is_assumed_is_said(folder):
         ("--error 0.1 --output gondola.yaw", "--output gondola.yaw: unknown"),
         ("--error 0.1 --output 1", "allowed: gondola.x, gondola.y,"),
         ("--input winch.lower1", "--input: no effect: for --response and --error only"),
-        ("--with gondola", "--with: no effect: the scene is a suspension"),
+        ("--with gondola", "--with gondola: no effect: the scene is a suspension"),
         ("--wind --kinds axial --no-residual", "--kinds, --no-residual, --wind: no effect: the scene is a suspension"),
         ("--modes 3 --upto 2Hz", "exclude each other"),
         ("--plot bode.png", "--response"),

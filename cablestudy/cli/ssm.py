@@ -14,7 +14,12 @@ from cablestudy.errors import SceneError
 @click.option("--error", type=float, metavar="E", help="Keep the fewest that leave out this share of the inertia.")
 @click.option("--kinds", metavar="KINDS", help="Keep only these: inplane,axial,outofplane.")
 @click.option("--no-residual", is_flag=True, help="Drop the static part of omitted modes too, as the paper does.")
-@click.option("--with", "attached", type=click.Choice(["gondola", "loop"]), help="On end 2: gondola, or winch loop.")
+@click.option(
+    "--with",
+    "attached",
+    type=click.Choice(["gondola", "loop", "actuators"]),
+    help="On end 2: gondola, or winch loop. Of a suspension: winch loop, or actuators only.",
+)
 @click.option("--wind", is_flag=True, help="Forces on the cable's nodes as inputs too.")
 @click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
 @click.option("--input", "input_", metavar="NAME", help="For --response and --error. Default: end_2_x, or the first.")
@@ -22,11 +27,6 @@ from cablestudy.errors import SceneError
 def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output,
         style, plot, explain, quiet):  # fmt: skip
     """A cable or a suspension as a state space: file, kept modes, frequency response."""
-    if plot and not span:
-        raise SceneError("--plot: needs --response, which it draws")
-    if error is None and (attached or not span):
-        use = "--with shows the response of the gondola" if span else "for --response and --error only"
-        refuse({"--input": input_, "--output": output}, use)
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study import ssm as study
@@ -35,12 +35,12 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
     options = study.Options(count, upto, error, kinds, not no_residual, attached, wind, input_, output)
     span = study.read_span(span) if span else None
     document, model = load_scene(scene, sets, suspensions=True)
-    if isinstance(model, SuspensionScene):
-        single = {"--kinds": kinds, "--no-residual": no_residual, "--with": attached, "--wind": wind}
-        refuse(single, "the scene is a suspension")
-        from cablestudy.study.suspension import ssm as suspension
+    several = isinstance(model, SuspensionScene)
+    _check(options, several, bool(span), plot)
+    if several:
+        from cablestudy.study.suspension import ssm as tables
 
-        choice, tables = suspension.choose(model, options, span and span[1]), suspension
+        choice = tables.choose(document, model, options, span and span[1])
     else:
         from cablestudy.study import ssm_tables as tables
 
@@ -51,8 +51,37 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
         _write(choice, out, quiet)
     if span:
         _show_response(tables.curves(choice), span, style, plot)
-    elif not out:
+    elif plot:
+        save_plot(plot, lambda plots: plots.suspension_loop(choice.whole))
+    if not span and not out:
         show(tables.mode_table(choice), style)
+
+
+def _check(options, several, responds, plot):
+    """Refuse options that have no effect, or that need others.
+
+    Parameters
+    ----------
+    options : Options
+    several : bool
+        Whether the scene is a suspension.
+    responds : bool
+        Whether a response is asked for.
+    plot : str or None
+    """
+    attached = options.attached
+    if plot and not responds and not (several and attached == "loop"):
+        raise SceneError("--plot: needs --response, which it draws")
+    if several:
+        single = {"--kinds": options.kinds, "--no-residual": not options.residual, "--wind": options.wind}
+        refuse(single | {"--with gondola": attached == "gondola"}, "the scene is a suspension")
+        lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
+        refuse({"--error": options.error if attached else None}, lowest)
+    else:
+        refuse({"--with actuators": attached == "actuators"}, "the scene has one cable")
+    if options.error is None and (not responds or (attached and not several)):
+        use = "--with shows the response of the gondola" if responds else "for --response and --error only"
+        refuse({"--input": options.input, "--output": options.output}, use)
 
 
 def _write(choice, out, quiet):

@@ -15,10 +15,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.motion import Motion
+from cablestudy.control.pose_equations import DEPENDENT, equations
 from cablestudy.errors import NoSolutionError
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
-DEPENDENT = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
 ROUNDING = 1e-12  # of a pole over the largest one
 
@@ -139,8 +139,9 @@ class PoseLoop:
 
     @cached_property
     def matrices(self):
-        """A0, shape (N, N), and A_j, shape (k, N, N), of x' = (A0 + gain sum A_j) x; see `first_order`."""
-        return first_order(self.motion, self.allocation, self.notches)
+        """A0, shape (N, N), and A_j, shape (k, N, N), of x' = (A0 + gain sum A_j) x; see `Equations`."""
+        found = equations(self.motion, self.allocation, self.notches)
+        return found.fixed, found.scaled
 
     @cached_property
     def poles(self):
@@ -161,88 +162,15 @@ class PoseLoop:
 
 def growing(poles):
     """The pole that grows most, or None where none grows."""
-    growth = _growths(poles)
+    growth = growths(poles)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
 
 
 def growth_of(poles):
     """Largest growth of some poles, positive where one grows. [1/s]"""
-    return float(_growths(poles).max())
+    return float(growths(poles).max())
 
 
-def _growths(poles):
+def growths(poles):
+    """Growth of each pole less what rounding may be. [1/s]"""
     return poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)
-
-
-def first_order(motion, allocation=None, notches=()):
-    """The closed loop as x' = (A0 + gain sum A_j) x, with a part A_j of each measured coordinate.
-
-    Parameters
-    ----------
-    motion : Motion
-    allocation : Allocation, optional
-        Without it the winches are at rest.
-    notches : tuple of (Notch or None)
-
-    Returns
-    -------
-    A0 : ndarray, shape (N, N)
-    A_j : ndarray, shape (k, N, N)
-        States: u z (u the `unit` of each coordinate), z', the low-passed movement of each actuator with a high-pass
-        filter, two of each notch, and as many movements of the winches as the allocation makes.
-
-    Notes
-    -----
-    v' and v'' are sums of states: v' = -gain A e with e = N y = c n + d y, and v'' = -gain A (c n' + d y').
-    The allocation A is taken as U R with independent columns U, so that the winches have as many states as movements.
-    """
-    m, unit = len(motion), motion.unit
-    filtered = [one for one in motion.feedback if one.corner]
-    own = [notch for notch in notches if notch is not None]
-    left, rates = _independent(allocation.shares) if allocation else (np.zeros((0, 0)),) * 2
-    winches = len(rates)
-    size = 2 * m + len(filtered) + 2 * len(own) + winches
-    places, speeds = np.zeros((2, m, size))
-    places[:, :m], speeds[:, m : 2 * m] = np.diag(1 / unit), np.eye(m)
-    fixed, scaled = np.zeros((size, size)), np.zeros((len(notches), size, size))
-    fixed[:m, m : 2 * m] = np.diag(unit)
-    force = -motion.stiffness @ places - motion.damping @ speeds
-    begin = 2 * m
-    for one in motion.feedback:
-        moved, moving = one.measured @ places, one.measured @ speeds
-        if one.corner:  # h(s) x = x - l, l' = w_h (x - l)
-            moved = moved.copy()
-            moved[begin] -= 1.0
-            fixed[begin] = one.corner * moved
-            moving = moving - fixed[begin]
-            begin += 1
-        force += np.outer(one.acts, one.velocity_gain * moving + one.position_gain * moved)
-    if allocation:
-        passed, passing = [], []
-        for row, notch in zip(allocation.measured, notches, strict=True):
-            moved, moving = row @ places, row @ speeds
-            if notch is not None:
-                a, b, c, d = notch.state_space
-                states = slice(begin, begin + 2)
-                fixed[states, states] = a
-                fixed[states] += np.outer(b, moved)
-                moved, moving = d * moved, d * moving + c @ fixed[states]
-                moved[states] += c
-                begin += 2
-            passed.append(moved)
-            passing.append(moving)
-        zeroth, first, second = (part @ left for part in motion.driven)
-        force[:, begin:] += zeroth
-        for one, column, moved, moving in zip(scaled, rates.T, passed, passing, strict=True):
-            one[begin:] = -np.outer(column, moved)
-            one[m : 2 * m] = -np.outer(first @ column, moved) - np.outer(second @ column, moving)
-    fixed[m : 2 * m] = np.linalg.solve(motion.mass, force)
-    scaled[:, m : 2 * m] = np.linalg.solve(motion.mass, scaled[:, m : 2 * m])
-    return fixed, scaled
-
-
-def _independent(shares):
-    """A as the product of independent movements of the winches, shape (i, r), and their rates, shape (r, k)."""
-    left, values, right = np.linalg.svd(shares, full_matrices=False)
-    kept = values > DEPENDENT * values.max(initial=0.0)
-    return left[:, kept], values[kept, None] * right[kept]

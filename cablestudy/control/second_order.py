@@ -168,10 +168,10 @@ class SecondOrderSystem:
         right = polynomial(self.driven, lambda part: part[:, input_])
         seen = polynomial(self.moved, lambda part: part[output])
         direct = polynomial(self.follow, lambda part: part[output, input_])
-        return (seen * _solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
+        return (seen * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
 
 
-def _solved(matrices, right):
+def solved(matrices, right):
     """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, 1)."""
     try:
         return np.linalg.solve(matrices, right)
@@ -179,4 +179,4 @@ def _solved(matrices, right):
         if len(matrices) == 1:
             return np.full(right.shape, np.nan, dtype=complex)
         half = len(matrices) // 2
-        return np.concatenate([_solved(matrices[:half], right[:half]), _solved(matrices[half:], right[half:])])
+        return np.concatenate([solved(matrices[:half], right[:half]), solved(matrices[half:], right[half:])])

@@ -30,7 +30,14 @@ class InWind:
         self.scene, self._calm, self._equilibrium, self._drag, self._model = scene, calm, equilibrium, drag, model
         self._accuracy = scene.model.accuracy or ACCURACY
 
-    def _movement(self, count):
+    def movement_of(self, count):
+        """`Movement` with so many modes, which may be unstable.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There are no modes to the accuracy.
+        """
         return Movement(self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
 
     @cached_property
@@ -44,7 +51,7 @@ class InWind:
         ConvergenceError
         """
         for count in COUNTS:
-            movement = self._movement(count)
+            movement = self.movement_of(count)
             response = Response(movement) if self._drag is not None else None
             if response is None or len(movement.modes) < count:
                 break
@@ -92,8 +99,8 @@ class InWind:
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held."""
         found, state = self.response.variances, OPEN if open_loop else CLOSED
         rows = [found.rows[name] for name in names if name in found.rows]
-        total, value = getattr(found, variance)[state, rows].sum(), found.value[state, rows].sum()
-        return np.sqrt(total), found.error[state, rows].sum() / (2 * value) if value > 0 else 0.0
+        total = getattr(found, variance)[state, rows].sum()
+        return np.sqrt(total), found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
 
     def mean_displacement(self, name):
         """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""

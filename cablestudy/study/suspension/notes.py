@@ -3,6 +3,7 @@
 import numpy as np
 
 from cablestudy.scene.words import counted, first_of
+from cablestudy.study.ssm import DAMPING_NOTES
 
 LISTED = 12  # cables, or runs of modes, that are named one by one
 LEAST = 1e-16  # net force over the forces: what is less is rounding
@@ -83,6 +84,19 @@ def _of_modes(modes):
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > LISTED:
         yield f"and {len(modes.coincident) - LISTED} more runs of modes that coincide"
+
+
+def damping_notes(scene):
+    """Which damping is assumed, and how a state space represents that of the cables: lines."""
+    cables = scene.cables
+    silent = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
+    if silent:
+        named = first_of(silent, LISTED) if len(silent) < len(cables) else "the scene"
+        damping = cables[silent[0]].damping
+        assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
+        yield f"damping: none is given for {named}; {assumed}"
+    for law in dict.fromkeys(cable.damping.model for cable in cables.values()):
+        yield from DAMPING_NOTES[law]
 
 
 def _of_modal_damping(models):

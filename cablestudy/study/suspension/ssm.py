@@ -1,18 +1,19 @@
 """A suspension as a state space: which coupled modes are kept, between which inputs and outputs."""
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
+from cablestudy.control.suspension import labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
-from cablestudy.scene.words import first_of
-from cablestudy.study.ssm import DAMPING_NOTES, DEFAULT_MODES, fewest_modes, number_of
+from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
-from cablestudy.study.suspension.notes import LISTED, notes_of
+from cablestudy.study.suspension.movement import markers_of, winches_of
+from cablestudy.study.suspension.notes import damping_notes, notes_of
 from cablestudy.study.suspension.report import mode_table as coupled_mode_table
+from cablestudy.study.suspension.ssm_control import choose_controlled, pair_of
 from cablestudy.system.coupled import Layout
 
 RESPONSE_MODES = 96  # beyond which a response does not ask for more by itself
@@ -49,6 +50,20 @@ class SuspensionChoice:
         """1/W^2 of all modes of the linear model, see `SecondOrderSystem.modes`. [s^2]"""
         return self.whole.modes[0]
 
+    @property
+    def inputs(self):
+        """Name and unit of each input."""
+        return self.whole.inputs
+
+    @property
+    def outputs(self):
+        """Name and unit of each output."""
+        return self.whole.outputs
+
+    def response(self, frequency):
+        """The output of the pair for a unit of its input, shape (m,), at frequencies [Hz]."""
+        return self.kept.response(*self.pair, frequency)
+
     @cached_property
     def kept(self):
         """`SecondOrderSystem` of the chosen modes."""
@@ -71,7 +86,7 @@ class SuspensionChoice:
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
             " (D1 and D2 of the file)",
             *_no_winches(self.case.scene),
-            *_damping_notes(self.case.scene),
+            *damping_notes(self.case.scene),
         ]
 
     @property
@@ -89,24 +104,13 @@ def _no_winches(scene):
         yield "winches: the scene names none, and no cable is reeled in"
 
 
-def _damping_notes(scene):
-    """Which damping is assumed, and how that of the cables is represented."""
-    cables = scene.cables
-    silent = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
-    if silent:
-        named = first_of(silent, LISTED) if len(silent) < len(cables) else "the scene"
-        damping = cables[silent[0]].damping
-        assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
-        yield f"damping: none is given for {named}; {assumed}"
-    for law in dict.fromkeys(cable.damping.model for cable in cables.values()):
-        yield from DAMPING_NOTES[law]
-
-
-def choose(scene, options, highest=None):
+def choose(document, scene, options, highest=None):
     """Choose the coupled modes to keep.
 
     Parameters
     ----------
+    document : Document
+        Of the scene, for the places of mistakes.
     scene : SuspensionScene
     options : Options
         Those that have no meaning for a suspension are not looked at.
@@ -116,20 +120,23 @@ def choose(scene, options, highest=None):
 
     Returns
     -------
-    SuspensionChoice
+    SuspensionChoice or ControlledChoice
 
     Raises
     ------
     SceneError
-        `options.input` or `options.output` is unknown, or the model has fewer modes than `options.count`.
+        `options.input` or `options.output` is unknown, the model has fewer modes than `options.count`, or the scene
+        has no loop or no actuators to be attached.
     NoSolutionError, ConvergenceError
         There is no stable equilibrium, there are no such modes, or not to the accuracy.
     """
+    if options.attached:
+        return choose_controlled(document, scene, options, highest)
     case = SuspensionCase(scene)
     inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case))
     if not inputs:
         raise NoSolutionError("a state space needs an input: one of the winches, or a body or point that is free")
-    pair = _place("--output", options.output, outputs), _place("--input", options.input, inputs)
+    pair = pair_of(options, inputs, outputs)
     if options.error is not None:
         return _fewest(case, options.error, pair, highest)
     if options.upto:
@@ -177,16 +184,7 @@ def _fewest(case, error, pair, highest):
 
 def _winches_and_markers(case):
     """Those of the scene, as the linear model takes them: lists of Winch and of Marker."""
-    names = list(case.scene.cables)
-    winches = [
-        Winch(names.index(name), TO if winch.end == "to" else FROM) for name, winch in case.scene.winches.items()
-    ]
-    markers = [
-        Marker(name, case.body(body), place)
-        for body, parts in case.scene.bodies.items()
-        for name, place in parts.markers.items()
-    ]
-    return winches, markers
+    return winches_of(case.scene, list(case.scene.cables)), markers_of(case.scene)
 
 
 def linear_model(case, found):
@@ -201,20 +199,15 @@ def linear_model(case, found):
     return second_order(found.layout, found.solution.kept, *_winches_and_markers(case))
 
 
-def _place(option, name, pairs):
-    """Place of a name among inputs or outputs, the first where none is given; SceneError if it is none of them."""
-    return 0 if name is None else number_of(option, name, [known for known, _ in pairs])
-
-
 def mode_table(choice):
-    """Table of the modes that a `SuspensionChoice` keeps."""
+    """Table of the modes that a choice keeps."""
     return coupled_mode_table(choice.found, choice.chosen)
 
 
 def curves(choice):
     """List of one `Curve`: the output over the input."""
     output, input_ = choice.pair
-    (above, above_unit), (below, below_unit) = choice.whole.outputs[output], choice.whole.inputs[input_]
+    (above, above_unit), (below, below_unit) = choice.outputs[output], choice.inputs[input_]
     below_unit = f"({below_unit})" if " " in below_unit else below_unit
     unit = "" if above_unit == below_unit else f"{above_unit}/{below_unit}"
-    return [Curve("", f"response of {above} to {below}", unit, partial(choice.kept.response, output, input_))]
+    return [Curve("", f"response of {above} to {below}", unit, choice.response)]

@@ -1,0 +1,234 @@
+"""A suspension with its actuators, and with the loop of its winches, as a state space: how many modes are kept."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.control.pose_loop import growing
+from cablestudy.control.pose_state_space import Labels, names, state_space
+from cablestudy.control.second_order import solved
+from cablestudy.control.statespace import MODAL
+from cablestudy.control.suspension import labels
+from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.scene.scene import missing
+from cablestudy.study.ssm import number_of
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.in_wind import COUNTS
+from cablestudy.study.suspension.notes import damping_notes, notes_of
+
+MOST = 160  # modes beyond which a response does not ask for more by itself
+AT_ONCE = 1_000_000  # entries of the matrices that are solved at once for a response
+NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
+TURNS = ("roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class ControlledChoice:
+    """A suspension with actuators or loop, and as many of its lowest coupled modes as are kept.
+
+    Attributes
+    ----------
+    case : SuspensionCase
+    whole : Movement
+        From which the loop follows.
+    movement : Movement
+        With the modes that are kept; the same, or one with fewer modes.
+    loop : PoseLoop or None
+        That of `whole` on what is kept; None where it is open, and the winches are inputs.
+    pair : tuple of int
+        Numbers of the output and of the input that a response refers to.
+    highest : float or None
+        Highest frequency of the response asked for. [Hz]
+    """
+
+    case: SuspensionCase
+    whole: object
+    movement: object
+    loop: object
+    pair: tuple
+    highest: float | None = None
+
+    @property
+    def found(self):
+        """The `CoupledModes` that are kept."""
+        return self.movement.modes
+
+    @property
+    def chosen(self):
+        """Which of them, from 0: all."""
+        return np.arange(len(self.found))
+
+    @property
+    def modes(self):
+        """Numbers of all modes of the linear model."""
+        return range(len(self.found.shapes))
+
+    @property
+    def inputs(self):
+        """Name and unit of each input."""
+        return _names(self.movement, bool(self.loop))[0]
+
+    @property
+    def outputs(self):
+        """Name and unit of each output."""
+        return _names(self.movement, bool(self.loop))[1]
+
+    @cached_property
+    def _system(self):
+        movement, motion = self.movement, self.movement.motion
+        forces = np.zeros((len(motion), len(movement.layout.free)))
+        forces[: motion.shapes.shape[1]] = movement.layout.bodies(motion.shapes).T
+        return state_space(motion, forces, _labels(movement, bool(self.loop)), self.loop, movement.actuators)
+
+    def system(self):
+        """The `StateSpace`; NoSolutionError where it overflows."""
+        return self._system
+
+    def response(self, frequency):
+        """The output of the pair for a unit of its input, shape (m,), at frequencies [Hz]."""
+        at_once = max(1, AT_ONCE // len(self._system.a) ** 2)
+        pieces = np.split(frequency, range(at_once, len(frequency), at_once))
+        return np.concatenate([self._response(2j * np.pi * piece) for piece in pieces])
+
+    def _response(self, s):
+        system, (output, input_) = self._system, self.pair
+        matrices = s[:, None, None] * np.eye(len(system.a)) - system.a
+        right = np.broadcast_to(system.b[:, input_, None].astype(complex), (len(s), len(system.a), 1))
+        first, second = (part[output, input_] for part in system.derivatives)
+        return (
+            system.c[output] @ solved(matrices, right)[..., 0].T + system.d[output, input_] + s * first + s**2 * second
+        )
+
+    @property
+    def notes(self):
+        """What is modelled and what is left out: list of str."""
+        scene, kept = self.case.scene, len(self.found)
+        others = self.movement.motion.shapes.shape[1] - kept
+        about = "without wind" if scene.wind is None else "in the mean wind"
+        velocity = (
+            "a reference adds to tensions at once (D1"
+            if self.loop
+            else ("winches adds to tensions and actuators at once, and their acceleration (D1 and D2")
+        )
+        return [
+            *notes_of(self.case),
+            f"kept: the {kept} lowest modes, and {others} shapes (residual) for the static part of the others",
+            f"about: the equilibrium {about}",
+            *(_of_loop(self.whole) if self.loop else ()),
+            f"not in A, B, C, D: what the velocity of {velocity} of the file)",
+            *damping_notes(scene),
+        ]
+
+    @property
+    def warnings(self):
+        """What is unstable, and a response beyond the modes kept: list of str."""
+        found, highest = [], self.found.frequency.max()
+        if self.highest is not None and highest < self.highest and len(self.found) < len(self.modes):
+            found.append(
+                f"warning: the highest mode kept is at {highest:.4g} Hz: of those above only the static part is in the"
+                " response; see --modes and --upto"
+            )
+        whole, stable = self.whole, True
+        if self.loop or growing(whole.open_poles) is not None:
+            try:
+                whole.check_stable()
+            except NoSolutionError as error:
+                stable = False
+                found.append(f"warning: {error}")
+        if stable and growing(np.linalg.eigvals(self._system.a)) is not None:
+            found.append("warning: with the modes kept a motion grows, with more of them none does; see --modes")
+        return found
+
+
+def _of_loop(movement):
+    """Gain and notches of the loop: one line."""
+    pairs = zip(movement.measured, movement.loop.notches, strict=True)
+    notches = [f"{name} {notch.omega / (2 * np.pi):.4g} Hz" for name, notch in pairs if notch]
+    yield f"loop: gain {movement.loop.gain:.4g} rad/s; notches: {', '.join(notches) or 'none'}"
+
+
+def pair_of(options, inputs, outputs):
+    """Numbers of the output and of the input that `Options` name, the first ones where they name none; SceneError."""
+    given = ("--output", options.output, outputs), ("--input", options.input, inputs)
+    return tuple(
+        0 if name is None else number_of(option, name, [known for known, _ in pairs]) for option, name, pairs in given
+    )
+
+
+def choose_controlled(document, scene, options, highest=None):
+    """Choose the coupled modes to keep, with actuators or with the loop.
+
+    Parameters
+    ----------
+    document : Document
+    scene : SuspensionScene
+    options : Options
+        Without `error`.
+    highest : float, optional
+        Of a response. [Hz]
+
+    Returns
+    -------
+    ControlledChoice
+
+    Raises
+    ------
+    SceneError
+        The scene has no loop, or no actuators; an input or output is unknown; there are fewer modes than
+        `options.count`.
+    NoSolutionError, ConvergenceError
+        There is no stable equilibrium, no loop for it, or no such modes.
+    """
+    key = NEEDS[options.attached]
+    if not getattr(scene, key):
+        raise missing(document, key, f"ssm --with {options.attached}")
+    case = SuspensionCase(scene)
+    whole = movement = case.in_wind.movement_of(max(options.count or 0, COUNTS[0]))
+    if options.count:
+        if len(whole.modes) < options.count:
+            raise SceneError(f"--modes {options.count}: the model has {len(whole.modes)} modes")
+        movement = _with(case.in_wind, whole, options.count)
+    elif options.upto:
+        whole = _reaching(case.in_wind, whole, options.limit, np.inf)
+        frequency = whole.modes.frequency
+        if frequency[0] > options.limit:
+            raise NoSolutionError(f"no mode is below {options.limit:.4g} Hz; the lowest is at {frequency[0]:.4g} Hz")
+        movement = _with(case.in_wind, whole, int((frequency <= options.limit).sum()))
+    elif highest:
+        whole = movement = _reaching(case.in_wind, whole, highest, MOST)
+    loop = None
+    if options.attached == "loop":
+        allocation = replace(whole.allocation, measured=movement.allocation.measured)
+        loop = replace(whole.loop, motion=movement.motion, allocation=allocation)
+    pair = pair_of(options, *_names(movement, bool(loop)))
+    return ControlledChoice(case, whole, movement, loop, pair, highest)
+
+
+def _with(in_wind, whole, count):
+    """The movement with so many of the modes of another one."""
+    return whole if count == len(whole.modes) else in_wind.movement_of(count)
+
+
+def _reaching(in_wind, movement, frequency, most):
+    """A movement with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
+    size = COUNTS[0]
+    while len(movement.modes) == size < most and movement.modes.frequency[-1] < frequency:
+        size *= 2
+        movement = in_wind.movement_of(size)
+    return movement
+
+
+def _names(movement, closed):
+    return names(_labels(movement, closed), closed, movement.actuators)
+
+
+def _labels(movement, closed):
+    """`Labels` of a movement."""
+    inputs, outputs = labels(movement.layout, movement.winches, movement.markers)
+    kept, every, winches = len(movement.modes), movement.motion.shapes.shape[1], len(movement.winches)
+    modal = [(f"mode_{k + 1}", MODAL) for k in range(kept)] + [
+        (f"residual_{k + 1}", MODAL) for k in range(every - kept)
+    ]
+    measured = [(name, "rad" if name in TURNS else "m") for name in movement.measured] if closed else ()
+    return Labels(tuple(modal), inputs[:winches], inputs[winches:], outputs, tuple(measured))

@@ -1,0 +1,208 @@
+"""Pictures of a suspension in the wind and of the loop of its winches: what they show."""
+
+import re
+
+import numpy as np
+import pytest
+from command import CONFIGS, run
+from matplotlib.text import Text
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import plots
+from cablestudy.study.plots.suspension_wind import ellipse
+from cablestudy.study.suspension.case import SuspensionCase
+
+CONTROLLED = f"""
+base: {CONFIGS / "suspensions" / "carlina-net.yaml"}
+bodies: {{gondola: {{wind: {{area: 0.6 m^2, drag_coefficient: 1.2}}}}}}
+wind: {{speed: 6 m/s, direction: 30 deg, turbulence_intensity: [0.15, 0.12, 0.08], length_scale: 25 m}}
+control: {{gain: 0.3 rad/s, measured: [x, y, z]}}
+"""
+DAMPED = """
+actuators:
+  damper: {axis: [1, 0, 0], mass: 1 kg, frequency: 0.1 Hz, velocity_gain: 50 N s/m, stroke: 1 m, force: 100 N}
+"""
+# A mass free along x only, without winches.
+SLIDER = """
+gravity: 0
+cable: {elastic_modulus: 100 GPa, area: 1 mm^2, density: 1440 kg/m^3, preload: 500 N}
+bodies:
+  mass: {at: [2, 0, 0], mass: 3 kg, inertia: [1, 1, 1], attachments: {a: [0, 0, 0]}, free: [x],
+         wind: {area: 0.6 m^2, drag_coefficient: 1.17}}
+cables: {left: {from: [0, 0, 0], to: mass.a}, right: {from: [6, 0, 0], to: mass.a}}
+wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
+"""
+
+
+def case_of(folder, text, *sets):
+    path = folder / "scene.yaml"
+    path.write_text(text, encoding="utf-8")
+    return SuspensionCase(load_scene(str(path), sets, suspensions=True)[1])
+
+
+def whole(figure):
+    """A figure that is drawn: everything is inside it, and no number has more than four decimals."""
+    figure.draw_without_rendering()
+    box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(box.x0, box.y0) >= -0.01
+    assert box.x1 <= width + 0.01
+    assert box.y1 <= height + 0.01
+    for text in figure.findobj(Text):
+        assert not re.search(r"\d\.\d{5,}|\d{7,}", text.get_text()), text.get_text()
+    return figure
+
+
+def lines(axes):
+    return {line.get_label(): line for line in axes.lines}
+
+
+def legend(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+@pytest.fixture(scope="module")
+def controlled(tmp_path_factory):
+    return case_of(tmp_path_factory.mktemp("controlled"), CONTROLLED)
+
+
+# ---------------------------------------------------------------------------------------------------- in the wind
+
+
+def test_spectra_and_variances_are_those_computed(controlled):
+    figure = whole(plots.suspension_wind(controlled))
+    places, below, turns, below_turns, above, side = figure.axes
+    response = controlled.in_wind.response
+    drawn = lines(places)
+    assert legend(places) == ["x", "y", "z"]
+    assert legend(turns) == ["rx", "ry", "rz"]
+    frequency = drawn["z"].get_xdata()
+    rows = [response.names.index("gondola.z"), response.names.index("gondola.ry")]
+    some = np.searchsorted(frequency, [0.01, 0.5857, 3.0])
+    closed, at_rest = response.spectra(frequency[some])[:, rows]
+    assert drawn["z"].get_ydata()[some] == pytest.approx(1e6 * closed[0], rel=1e-9)
+    assert lines(turns)["ry"].get_ydata()[some] == pytest.approx(1e12 * closed[1], rel=1e-9)
+    dashed = [line for line in places.lines if line.get_linestyle() == "--"]
+    assert len(dashed) == 3
+    assert dashed[2].get_ydata()[some] == pytest.approx(1e6 * at_rest[0], rel=1e-9)
+    for axes, names, unit in ((below, "xyz", "mm"), (below_turns, ("rx", "ry", "rz"), "µrad")):
+        scale = 1e3 if unit == "mm" else 1e6
+        texts = []
+        for label, open_loop in (("winches at rest", True), ("winch loop closed", False)):
+            rms = controlled.in_wind.rms([f"gondola.{axis}" for axis in names], "value", open_loop)[0]
+            texts.append(f"{label}: {scale * rms:.3g} {unit} RMS")
+        assert legend(axes) == texts
+        for line in axes.lines:
+            share = line.get_ydata()
+            assert (share[0], share[-1]) == pytest.approx((0, 1))
+            assert (np.diff(share) >= 0).all()
+    for axes in (places, turns):
+        assert axes.get_ylabel() in ("displacement [mm²/Hz]", "rotation [µrad²/Hz]")
+    assert [axes.get_xlabel() for axes in (below, above, side)] == ["frequency [Hz]", "x [mm]", "along the wind [mm]"]
+    assert figure.get_suptitle() == "Wind at 6 m/s on gondola"
+
+
+def test_the_ellipse_reaches_the_rms_in_each_direction(controlled):
+    *_, above, side = plots.suspension_wind(controlled).axes
+    in_wind = controlled.in_wind
+    for state, open_loop in (("winches at rest", True), ("winch loop closed", False)):
+        x, y, z = (1e3 * in_wind.rms([f"gondola.focus.{axis}"], "value", open_loop)[0] for axis in "xyz")
+        points = lines(above)[state].get_xydata()
+        assert points.max(axis=0) == pytest.approx([x, y], rel=1e-3)
+        assert lines(side)[state].get_xydata()[:, 1].max() == pytest.approx(z, rel=1e-3)
+        # along the wind at 30 degrees the two pictures agree
+        turned = points @ [np.cos(np.pi / 6), np.sin(np.pi / 6)]
+        assert turned.max() == pytest.approx(lines(side)[state].get_xydata()[:, 0].max(), rel=1e-3)
+    assert above.get_title(loc="left") == "gondola.focus from above"
+    # the drag along the wind changes twice as much with the speed as that across it
+    assert (points @ [0.5, -np.sqrt(3) / 2]).max() < 0.7 * turned.max()
+
+
+def test_an_ellipse_is_that_of_its_covariance():
+    covariance = np.array([[4.0, 1.5], [1.5, 1.0]])
+    points = ellipse(covariance)
+    for angle in (0.0, 0.7, 2.1):
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        assert (direction @ points).max() == pytest.approx(np.sqrt(direction @ covariance @ direction), rel=1e-3)
+
+
+def test_actuators_are_drawn_with_and_without(tmp_path):
+    case = case_of(tmp_path, CONTROLLED + DAMPED)
+    without = case_of(tmp_path, CONTROLLED)
+    figure = whole(plots.suspension_wind(case))
+    names = [f"gondola.{axis}" for axis in "xyz"]
+
+    def rms(one, open_loop):
+        return f"{1e3 * one.in_wind.rms(names, 'value', open_loop)[0]:.3g} mm RMS"
+
+    assert legend(figure.axes[1]) == [
+        f"winches at rest, no actuators: {rms(without, True)}",
+        f"loop, no actuators: {rms(without, False)}",
+        f"loop and actuators: {rms(case, False)}",
+    ]
+
+
+def test_a_body_with_one_motion_has_one_panel(tmp_path):
+    figure = whole(plots.suspension_wind(case_of(tmp_path, SLIDER)))
+    spectra, below, above, side = figure.axes
+    assert legend(spectra) == ["x"]
+    assert legend(below)[0].startswith("without control: ")
+    assert lines(side)["without control"].get_ydata() == pytest.approx(np.zeros(241), abs=1e-12)
+    assert lines(above)["without control"].get_xdata().max() > 0
+
+
+def test_what_the_wind_does_not_move_is_not_drawn(tmp_path):
+    case = case_of(tmp_path, SLIDER, "bodies.mass.free=[]")
+    with pytest.raises(NoSolutionError, match="nothing"):
+        plots.suspension_wind(case)
+
+
+# ------------------------------------------------------------------------------------------------------- the loop
+
+
+def test_the_loop_over_frequency_with_its_margins(controlled):
+    movement = controlled.in_wind.movement
+    loop = movement.loop
+    figure = whole(plots.suspension_loop(movement))
+    gains, sensitivity, determinant, eigenvalues = figure.axes
+    frequency = lines(gains)["largest"].get_xdata()
+    some = np.searchsorted(frequency, [0.01, 0.5857, 3.0])
+    s = 2j * np.pi * frequency[some]
+    transfer = loop.gain * loop.unit_gain(s)
+    largest = [np.linalg.svd(one)[1][0] for one in transfer]
+    assert lines(gains)["largest"].get_ydata()[some] == pytest.approx(largest, rel=1e-9)
+    seen = [np.linalg.svd(np.linalg.inv(np.eye(3) + one))[1][0] for one in transfer]
+    assert lines(sensitivity)["largest singular value"].get_ydata()[some] == pytest.approx(seen, rel=1e-9)
+    assert lines(sensitivity)["largest singular value"].get_ydata().max() == pytest.approx(
+        movement.sensitivity_peak, rel=1e-3
+    )
+    curve = next(line for line in determinant.lines if len(line.get_xydata()) == len(frequency))
+    value = curve.get_xdata() + 1j * curve.get_ydata()
+    assert value[some] == pytest.approx([np.linalg.det(np.eye(3) + one) for one in transfer], rel=1e-9)
+    nearest = next(text for text in legend(determinant) if text.startswith("nearest"))
+    assert nearest == f"nearest, at {np.abs(value).min():.3g}"
+    # an eigenvalue of the loop gain passes where the gain margin is marked
+    marked = next(line for name, line in lines(eigenvalues).items() if name.startswith("gain margin"))
+    place = marked.get_xdata()[0]
+    assert place == pytest.approx(-loop.gain / movement.largest_gain, rel=1e-9)
+    passing = np.concatenate([line.get_xydata() for line in eigenvalues.lines if len(line.get_xydata()) > 1000])
+    assert np.hypot(*(passing - [place, 0]).T).min() < 0.02 * abs(place)
+    assert f"gain margin {20 * np.log10(-1 / place):.3g} dB" in legend(eigenvalues)[1]
+    assert figure.get_suptitle() == "Loop that holds gondola (x, y, z) by 6 winches"
+
+
+def test_the_loop_of_an_unstable_gain_is_drawn_too(tmp_path):
+    case = case_of(tmp_path, CONTROLLED, "control.gain=300 rad/s", "control.notch=none")
+    movement = case.in_wind.movement_of(20)
+    figure = whole(plots.suspension_loop(movement))
+    assert "gain margin −" in legend(figure.axes[3])[1]
+
+
+def test_the_command_draws_the_loop(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.yaml").write_text(CONTROLLED, encoding="utf-8")
+    done = run("ssm", "scene.yaml", "--with", "loop", "--plot", "loop.svg")
+    assert (tmp_path / "loop.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert "gondola z" in done.out
+    run("ssm", "scene.yaml", "--with", "loop", "--response", "0.1Hz:1Hz:9", "--plot", "bode.png", "--quiet")
+    assert (tmp_path / "bode.png").read_bytes().startswith(b"\x89PNG")

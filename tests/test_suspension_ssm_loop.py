@@ -1,0 +1,314 @@
+"""State space of the closed loop of several winches and of actuators: against dense bars, and the command."""
+
+import json
+import re
+import shlex
+
+import numpy as np
+import pytest
+import scipy.linalg
+from command import CONFIGS, refused_in_one_line, rows_of, run
+from references import bar_suspension
+from suspension_scenes import platform
+from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
+from test_suspension_ssm_command import read, response
+
+from cablestudy.control import pose_state_space
+from cablestudy.control.motion import Actuator, motion
+from cablestudy.control.plant import Notch
+from cablestudy.control.pose_loop import PoseLoop, allocate
+from cablestudy.control.suspension import labels, outward, second_order
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.ssm import Options
+from cablestudy.study.suspension import ssm
+from cablestudy.system.superelement import Damping
+
+VISCOUS = 0.02  # [kg/(m s)] of cables of 0.3 kg/m
+GAIN = 0.8  # [rad/s]
+NOTCHES = (Notch(7.0, 0.05, 40.0, 1.0), None, Notch(12.0, 0.1, 30.0, 0.7))
+MASS, WHEEL_INERTIA = 3.0, 0.4
+ACTUATORS = (
+    Actuator("mass", False, 0, np.array([0.2, -0.1, 0.3]), np.array([0.6, 0.8, 0.0]), MASS, 2.0, 0.4, 90.0, 15.0, 0.5),
+    Actuator("wheel", True, 0, np.zeros(3), np.array([0.0, 0.6, 0.8]), WHEEL_INERTIA, velocity_gain=3.0),
+)
+FREQUENCIES = [1e-3, 0.15, 0.7, 1.0698, 2.0, 8.0, 15.0]
+NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")
+
+
+# -------------------------------------------------------------------------------------- matrices against dense bars
+
+
+def whole_motion(state, actuators=()):
+    """Motion of all modes of eight bars for each cable."""
+    layout, kept = model(state, Damping("modal", viscous=VISCOUS))
+    whole = second_order(layout, kept, WINCHES, MARKERS)
+    compliance, shapes = whole.modes
+    omega = 1 / np.sqrt(compliance)
+    return layout, motion(layout, whole, omega, shapes * omega, len(WINCHES), actuators)
+
+
+def names_of(layout, count):
+    inputs, outputs = labels(layout, WINCHES, MARKERS)
+    coordinates = tuple((f"mode_{k}", "sqrt(kg) m") for k in range(count))
+    return pose_state_space.Labels(coordinates, inputs[:3], inputs[3:], outputs, (("x", "m"), ("y", "m"), ("z", "m")))
+
+
+def built(state, closed, actuators=()):
+    layout, moving = whole_motion(state, actuators)
+    count = moving.shapes.shape[1]
+    measured = np.zeros((3, len(moving)))
+    measured[:, :count] = layout.bodies(moving.shapes)[:3]
+    forces = np.zeros((len(moving), 6))
+    forces[:count] = layout.bodies(moving.shapes).T
+    loop = None
+    if closed:
+        allocation = allocate(moving, measured, np.ones(3), np.array([1.0, 2.0, 5.0]))
+        loop = PoseLoop(moving, allocation, GAIN, NOTCHES)
+    return loop, pose_state_space.state_space(moving, forces, names_of(layout, count), loop, actuators)
+
+
+def notch(one, s):
+    if one is None:
+        return 1.0
+    w1, z1, w2, z2 = one.omega, one.damping_ratio, one.rolloff_omega, one.rolloff_damping_ratio
+    return (s * s + 2 * z1 * w1 * s + w1 * w1) / w1**2 * w2**2 / (s * s + 2 * z2 * w2 * s + w2 * w2)
+
+
+def shares(static):
+    """Least sum of w_k v_k^2 with G v = y: W^-1 G^T (G W^-1 G^T)^-1; of three winches and x, y, z that is G^-1."""
+    return np.linalg.inv(static)
+
+
+def closed_by_bars(state, frequency):
+    """Outputs, then winches, by references and forces."""
+    whole, s = by_bars(state, frequency, VISCOUS, 0.0), 2j * np.pi * frequency
+    static = by_bars(state, 1e-9, VISCOUS, 0.0)[:3, :3].real
+    controller = -GAIN / s * shares(static) @ np.diag([notch(one, s) for one in NOTCHES])
+    # v = controller (y - r), y = H v + G f
+    inverse = np.linalg.inv(np.eye(3) - controller @ whole[:3, :3])
+    wound = np.concatenate([-inverse @ controller, inverse @ controller @ whole[:3, 3:]], axis=1)
+    shown = whole[:, :3] @ wound
+    shown[:, 3:] += whole[:, 3:]
+    return np.concatenate([shown, wound])
+
+
+def agree(found, expected, tolerance):
+    size = np.abs(expected).max(axis=1)
+    assert np.abs(found - expected).max(axis=1) / size == pytest.approx(0 * size, abs=tolerance)
+
+
+@pytest.fixture(scope="module")
+def hung_platform():
+    return platform()
+
+
+def test_the_closed_loop_is_that_of_dense_bars(hung_platform):
+    _, system = built(hung_platform, True)
+    assert [name for name, _ in system.inputs[:4]] == ["reference.x", "reference.y", "reference.z", "gondola.force_x"]
+    assert [name for name, _ in system.outputs[-3:]] == ["winch.c1", "winch.c6", "winch.c7"]
+    found = system.response(2j * np.pi * np.array(FREQUENCIES), derivatives=True)
+    for value, frequency in zip(found, FREQUENCIES, strict=True):
+        agree(value, closed_by_bars(hung_platform, frequency), 1e-7)
+    # only tensions need a derivative, and only that of a reference
+    first, second = system.derivatives
+    assert not np.any(second)
+    assert not np.any(first[:9])
+    assert not np.any(first[-3:])
+    assert not np.any(first[:, 3:])
+    assert np.any(first[9:-3, :3])
+
+
+def test_the_poles_are_those_of_dense_bars(hung_platform):
+    """M w'' + C w' + K w = 0 of nodes, gondola, winches v and what is behind the roll-offs p, as one large problem."""
+    reference = bar_suspension.dense(hung_platform, 8)
+    n, rate = len(reference.K), VISCOUS / 0.3
+    direction, tension = outward(hung_platform)
+    size = n + 3 + 2  # v, then p of the two notches: p'' + 2 z2 w2 p' + w2^2 p = w2^2 y
+    M, C, K = np.zeros((3, size, size))
+    K[:n, :n], M[:n, :n] = reference.K, reference.M
+    for cable, ((k, m, _), move) in enumerate(zip(reference.cables, reference.maps, strict=True)):
+        C[:n, :n] += rate * move.T @ m @ move
+        for place, winch in enumerate(WINCHES):
+            if winch.cable == cable:
+                imposed, rows = np.zeros(len(k)), slice(0, 3) if winch.end == 0 else slice(-3, None)
+                imposed[rows] = direction[cable, winch.end] * (1 + tension[cable, winch.end] / 4e5)
+                K[:n, n + place] += move.T @ k @ imposed - move[rows].T @ [0, 0, 0.3 * 9.81]
+                C[:n, n + place] += rate * move.T @ m @ imposed
+                M[:n, n + place] += move.T @ m @ imposed
+    share = GAIN * shares(by_bars(hung_platform, 1e-9, VISCOUS, 0.0)[:3, :3].real)
+    C[n : n + 3, n : n + 3] = np.eye(3)  # v' + gain A e = 0
+    K[n : n + 3, n - 6 + 1] = share[:, 1]  # y has no notch
+    for place, (axis, one) in enumerate(((0, NOTCHES[0]), (2, NOTCHES[2]))):
+        p, w1, w2 = n + 3 + place, one.omega, one.rolloff_omega
+        M[p, p], C[p, p], K[p, p], K[p, n - 6 + axis] = 1.0, 2 * one.rolloff_damping_ratio * w2, w2**2, -(w2**2)
+        for matrix, factor in ((M, 1.0), (C, 2 * one.damping_ratio * w1), (K, w1**2)):
+            matrix[n : n + 3, p] = share[:, axis] * factor / w1**2
+    none, eye = np.zeros((size, size)), np.eye(size)
+    expected = scipy.linalg.eigvals(np.block([[none, eye], [-K, -C]]), np.block([[eye, none], [none, M]]))
+    loop, system = built(hung_platform, True)
+    found = np.linalg.eigvals(system.a)
+    expected = expected[np.isfinite(expected) & (np.abs(expected) < 300)]
+    assert len(expected) > 60
+    for pole in expected:
+        assert np.abs(found - pole).min() < 1e-6 * max(abs(pole), 1e-2)
+    assert np.sort_complex(loop.poles) == pytest.approx(np.sort_complex(found), rel=1e-9, abs=1e-9)
+
+
+def test_actuators_on_dense_bars(hung_platform):
+    """A mass on its spring and a wheel in front of the gondola's six rows, winches as inputs."""
+    _, system = built(hung_platform, False, ACTUATORS)
+    assert [name for name, _ in system.inputs[:3]] == ["winch.c1", "winch.c6", "winch.c7"]
+    assert [name for name, _ in system.outputs[-4:]] == ["mass.stroke", "mass.force", "wheel.momentum", "wheel.torque"]
+    reaction, wheel = ACTUATORS
+    rotation = hung_platform.rotation[0]
+    axis, place, spin = rotation @ reaction.axis, rotation @ reaction.place, rotation @ wheel.axis
+    along = np.concatenate([axis, np.cross(place, axis)])  # of the place of the mass along its axis
+    about = np.concatenate([np.zeros(3), spin])
+    weight = np.concatenate([np.zeros(3), MASS * 9.81 * np.cross(axis, [0, 0, 1.0])])
+    found = system.response(2j * np.pi * np.array(FREQUENCIES), derivatives=True)
+    for value, frequency in zip(found, FREQUENCIES, strict=True):
+        s, bare = 2j * np.pi * frequency, by_bars(hung_platform, frequency, VISCOUS, 0.0)
+        gain = (90.0 * s + 15.0) * s / (s + 0.5)
+        compliance = bare[:6, 3:]
+        # q: m (s^2 + 2 z w s + w^2) q + (m s^2 a + weight) x = gain a x; on the body -(m s^2 a + weight) q
+        own = MASS * (s**2 + 2 * 0.4 * 2.0 * s + 4.0)
+        by_body = (gain - MASS * s**2) * along - weight
+        on_body = -(MASS * s**2 * along + weight)
+        # load of the actuators on the body = R x; the wheel takes J s^2 of the inertia about it and turns back
+        load = np.outer(on_body, by_body) / own + (WHEEL_INERTIA * s**2 - 3.0 * s) * np.outer(about, about)
+        moved = np.linalg.solve(np.eye(6) - compliance @ load, bare[:6])
+        expected = bare + bare[:, 3:] @ load @ moved
+        stroke, turned = by_body @ moved / own, about @ moved
+        expected = np.concatenate([expected, [stroke, gain * along @ moved, 3.0 * turned, 3.0 * s * turned]])
+        agree(value, expected, 1e-7)
+
+
+# ---------------------------------------------------------------------------------------------------------- command
+
+CONTROLLED = """
+base: {net}
+bodies: {{gondola: {{wind: {{area: 0.6 m^2, drag_coefficient: 1.2}}}}}}
+wind: {{speed: 6 m/s, direction: 30 deg, turbulence_intensity: 0.15, length_scale: 25 m}}
+control: {{gain: 0.3 rad/s, measured: [x, y, z, pitch]}}
+actuators:
+  damper: {{axis: [1, 0, 0], mass: 1 kg, frequency: 0.1 Hz, velocity_gain: 50 N s/m, high_pass: 0.02 Hz,
+           stroke: 1 m, force: 100 N}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def scene(folder):
+    path = folder / "scene.yaml"
+    path.write_text(CONTROLLED.format(net=NET), encoding="utf-8")
+    return "scene.yaml"
+
+
+def test_files_hold_the_closed_loop(folder, scene):
+    for kind in ("npz", "mat", "json"):
+        done = run("ssm", scene, "--with", "loop", "--modes", 9, "--out", f"m.{kind}")
+        assert re.match(r"state space: \d+ states, 10 inputs, 29 outputs; 9 of \d+ modes", done.lines[0])
+    found, *others = (read(folder / f"m.{kind}") for kind in ("npz", "mat", "json"))
+    for other in others:
+        assert {name for name in other if not name.startswith("_")} == set(found)
+        for name, value in found.items():
+            if isinstance(value, list):
+                assert other[name] == value
+            else:
+                assert np.squeeze(other[name]) == pytest.approx(np.squeeze(value), rel=1e-15, abs=0)
+    assert "Mass" not in found
+    assert found["InputName"][:4] == ["reference.x", "reference.y", "reference.z", "reference.pitch"]
+    assert found["InputUnit"][3] == "rad"
+    assert found["OutputName"][-8:] == [f"winch.{k}" for k in ("u1", "u2", "u3", "d1", "d2", "d3")] + [
+        "damper.stroke",
+        "damper.force",
+    ]
+    assert found["StateName"][-4:] == [f"winches_{k}" for k in (1, 2, 3, 4)]
+    assert "damper.low_pass" in found["StateName"]
+    # what is measured follows its reference at rest, the others what the winches then do
+    static = response(found, 0.0)
+    assert static[[0, 1, 2, 4], :4] == pytest.approx(np.eye(4), abs=1e-9)
+    assert static[[0, 1, 2, 4], 4:] == pytest.approx(np.zeros((4, 6)), abs=1e-12)
+
+
+def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
+    options = ("--with", "loop", "--modes", 9, "--input", "gondola.force_y", "--output", "gondola.focus.y")
+    rows = rows_of(run("ssm", scene, *options, "--response", "0.01Hz:3Hz:5", "--format", "csv").out, "csv")
+    run("ssm", scene, "--with", "loop", "--modes", 9, "--out", "m.npz")
+    found = read(folder / "m.npz")
+    place = found["OutputName"].index("gondola.focus.y"), found["InputName"].index("gondola.force_y")
+    document, described = load_scene(scene, [], suspensions=True)
+    choice = ssm.choose(document, described, Options(attached="loop", count=9))
+    moving, movement = choice.loop.motion, choice.movement
+    for row in rows:
+        value = row["magnitude_m_per_N"] * np.exp(1j * np.radians(row["phase_deg"]))
+        assert value == pytest.approx(response(found, row["frequency_Hz"])[place], rel=1e-9)
+        stiffness = choice.loop.dynamic_stiffness(np.array([2j * np.pi * row["frequency_Hz"]]))[0]
+        force = np.append(movement.layout.bodies(moving.shapes)[1], 0.0)  # none on the stroke
+        seen = moving.moved[0][movement.outputs["gondola.focus.y"]]
+        assert value == pytest.approx(seen @ np.linalg.solve(stiffness, force), rel=1e-9)
+
+
+def test_fewer_modes_do_not_change_the_controller(scene):
+    document, described = load_scene(scene, [], suspensions=True)
+    few, many = (ssm.choose(document, described, Options(attached="loop", count=count)) for count in (3, 48))
+    assert few.loop.gain == many.loop.gain
+    for one, other in zip(few.loop.notches, many.loop.notches, strict=True):
+        assert one.omega == pytest.approx(other.omega, rel=1e-12)
+    assert few.loop.allocation.shares == pytest.approx(many.loop.allocation.shares, rel=1e-12)
+
+
+def test_which_modes_are_kept(scene):
+    def kept(*options):
+        return [
+            row["number"]
+            for row in rows_of(run("ssm", scene, "--with", "loop", *options, "--format", "csv").out, "csv")
+        ]
+
+    assert kept("--modes", 3) == [1, 2, 3]
+    assert kept("--upto", "1.5Hz") == [1, 2, 3]
+    assert len(kept()) >= 40
+    done = run("ssm", scene, "--with", "loop", "--upto", "0.1Hz", code=3)
+    assert re.fullmatch(r"scene.yaml: no mode is below 0.1 Hz; the lowest is at 0.58\d+ Hz", done.lines[0])
+
+
+def test_an_unstable_loop_is_written_with_a_warning(folder, scene):
+    done = run("ssm", scene, "--with", "loop", "--set", "control.gain=300 rad/s", "--modes", 20, "--out", "m.json")
+    assert done.lines[0].startswith("warning: the loop is unstable at 300 rad/s: ")
+    poles = np.linalg.eigvals(json.loads((folder / "m.json").read_text(encoding="utf-8"))["A"])
+    assert poles.real.max() > 0.01
+
+
+def test_what_is_modelled_is_said(scene):
+    done = run("ssm", scene, "--with", "loop", "--modes", 3, "--explain")
+    assert "kept: the 3 lowest modes, and 6 shapes (residual) for the static part of the others" in done.lines
+    assert "about: the equilibrium in the mean wind" in done.lines
+    assert any(line.startswith("loop: gain 0.3 rad/s; notches: x 1.1") for line in done.lines)
+    done = run("ssm", scene, "--with", "actuators", "--modes", 3, "--explain")
+    assert any("(D1 and D2 of the file)" in line for line in done.lines)
+    assert re.match(r"state space: 21 states, 12 inputs, 23 outputs; 3 of \d+ modes", done.lines[-1])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
+        ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),
+        ("--with loop --error 0.1", "--error: no effect: with actuators or loop the lowest modes are kept"),
+        ("--with actuators --plot a.png", "--plot: needs --response, which it draws"),
+    ],
+)
+def test_mistakes_are_one_line(folder, options, words):
+    refused_in_one_line(folder, words, "ssm", NET, *shlex.split(options))
+
+
+def test_inputs_and_outputs_of_the_loop_are_named(folder, scene):
+    done = run("ssm", scene, "--with", "loop", "--response", "1:2:3", "--input", "winch.u1", code=2)
+    assert done.err.startswith("--input winch.u1: unknown (allowed: reference.x, reference.y")
+    done = run("ssm", CONFIGS / "carlina.yaml", "--with", "actuators", code=2)
+    assert done.lines == ["--with actuators: no effect: the scene has one cable"]
