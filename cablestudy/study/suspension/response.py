@@ -252,12 +252,16 @@ class Response:
 
     @cached_property
     def moving_error(self):
-        """Largest relative error of the variance of the displacement of a body or marker by the modes left out. [-]"""
+        """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]"""
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
-        added, variances = (part[:, places] for part in self.model_error)
+        added, variances = (part[:2, :, places] for part in self.model_error)
         groups = np.array(_groups(self.names))[places]
-        parts = [(added[:, groups == one].max(), variances[:, groups == one].max(axis=1).min()) for one in set(groups)]
-        return max((part / whole for part, whole in parts if whole > 0), default=0.0)
+        found = [0.0]
+        for group in set(groups.tolist()):
+            own = groups == group
+            part, whole = added[..., own].sum(axis=-1), variances[..., own].sum(axis=-1)
+            found += (part[whole > 0] / whole[whole > 0]).tolist()
+        return max(found)
 
     @cached_property
     def variances(self):
@@ -288,9 +292,7 @@ class Response:
         largest = largest[..., groups]
         energy = value * self.stiffness
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
-        # what the model leaves out of the displacement it leaves out of the others in proportion
-        added = self.model_error[0] / np.where(largest[0] > 0, largest[0], 1.0)
-        error = error + added * largest
+        error = error + self.model_error[0]
 
         def both_states(part):
             return part if states == 2 else np.concatenate([part, part])
@@ -316,7 +318,8 @@ class Response:
 
         Returns
         -------
-        added, variances : ndarray, shape (2, o), or (1, o) without a loop
+        added, variances : ndarray, shape (w, 2, o), or (w, 1, o) without a loop
+            For each of `weights`.
         """
         whole = self._sampled()
         return np.abs(whole - self._sampled(self.movement.fewer)), whole
@@ -328,7 +331,8 @@ class Response:
         centre, width = self._of_all if space is None else self.resonances(space)
         frequency = np.unique(np.append(frequency, centre[:, None] + width[:, None] * OFFSETS))
         frequency = frequency[(frequency >= low) & (frequency <= high)]
-        return np.trapezoid(self.spectra(frequency, space), frequency)
+        spectra = self.spectra(frequency, space)
+        return np.stack([np.trapezoid(weight(frequency) * spectra, frequency) for weight in self.weights.values()])
 
 
 def _groups(names):
