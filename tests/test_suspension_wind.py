@@ -27,6 +27,7 @@ from straight_scenes import (
 )
 
 from cablestudy.control.pose_loop import PoseLoop
+from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension import response
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -601,6 +602,36 @@ def test_wind_on_sagging_cables_and_a_body_against_dense_bars():
     assert [variance(case, f"gondola.{axis}") for axis in "xyz"] == pytest.approx(expected, rel=1e-3)
 
 
+# ------------------------------------------------------------------------------------------------------------- limits
+
+
+def test_an_undamped_motion_that_the_wind_excites_is_refused_by_name():
+    text = side_by_side(cable__damping__time=0.0, wind__aerodynamic_damping=False)
+    with pytest.raises(
+        NoSolutionError, match=r"undamped: mode 1 \((first|second) x, .* Hz\).*RMS in the wind is not finite"
+    ):
+        value(case_of(text), "first.rms_x")
+
+
+def test_an_undamped_motion_that_nothing_excites_is_no_obstacle():
+    """Kelvin and Voigt damp no motion across straight cables: y and z of the body, which wind along x does not move."""
+    text = one_axis(("x", "y", "z"), time=1e-3, bodies__gondola__wind=BODY_WIND | {"center_of_pressure": [0, 0, 0]})
+    text = with_changes(text, wind=WIND | {"turbulence_intensity": 0.1, "aerodynamic_damping": False})
+    alone = with_changes(text, bodies__gondola__free=["x"])
+    case = case_of(text)
+    assert value(case, "gondola.rms_x") == pytest.approx(value(case_of(alone), "gondola.rms_x"), rel=1e-6)
+    assert value(case, "gondola.rms_y") == 0
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"wind__turbulence_intensity": 0.0}, {"bodies__gondola__wind": {"area": 0.0, "drag_coefficient": 1.0}}],
+)
+def test_without_turbulence_or_area_nothing_moves(changes):
+    case = case_of(everything(**changes))
+    assert [value(case, f"gondola.{column}") for column in ("rms", "rms_velocity", "peak", "rms_rx")] == [0, 0, 0, 0]
+
+
 # ------------------------------------------------------------------------------------------------- one cable, one winch
 
 ONE = ("gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "gondola_rms_velocity_open_loop", "largest_gain",
@@ -771,7 +802,7 @@ def test_peaks_and_least_tensions_by_hand():
 
 def test_a_limit_that_is_passed_is_a_status():
     """Just above the limit of the stroke and below that of the force."""
-    text = everything()
+    text = one_axis(wind=WIND, bodies__gondola__wind=BODY_WIND, actuators={"mass_x": ACTUATORS["mass_x"]})
     case = case_of(text)
     stroke, force = value(case, "mass_x.peak_stroke") / 1e3, value(case, "mass_x.peak_force")
     columns = [find("gondola.rms"), find("mass_x.rms_stroke")]

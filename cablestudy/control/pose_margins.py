@@ -120,7 +120,7 @@ def _crossing(poles, factor):
     crossing = found[np.argmax(growths(found))]
     slope = (crossing - beside[np.argmin(np.abs(beside - crossing))]).real / (STEP * factor)
     change = crossing.real / slope if slope > 0 else 0.0
-    return factor - change if abs(change) < STEP * factor else factor
+    return factor - change if abs(change) < BESIDE * factor else factor
 
 
 def _candidates(values):

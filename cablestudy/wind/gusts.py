@@ -111,7 +111,7 @@ class Gusts:
         from scipy.interpolate import make_interp_spline
 
         everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
-        across = size(everywhere.max(axis=0) - everywhere.min(axis=0))
+        across = size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
         if not (self.wind.coherence_decay and across):
             return self._at(np.array([COHERENT / (across or 1.0)]))[0], None
         span = np.log10([NEARLY_COHERENT, INCOHERENT])
