@@ -249,7 +249,7 @@ def test_values_out_of_range_are_refused_by_every_command(folder, option, messag
 @pytest.mark.parametrize(
     ("gondola", "key"),
     [
-        ("", "gondola"),
+        ("", "wind"),
         ("gondola: {mass: 50 kg}", "gondola.area"),
         ("gondola: {mass: 50 kg, drag_coefficient: 1}", "gondola.area"),
         ("gondola: {mass: 50 kg, area: 1 m^2}", "gondola.drag_coefficient"),

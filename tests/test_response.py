@@ -43,7 +43,7 @@ def test_between_ends_is_the_state_space(model, force, displacement):
 def test_winch_to_gondola_is_the_state_space(model, place):
     loop = Loop(model, 50.0, place, 0.1)
     for system, found in (
-        (statespace.coupled(model, 50.0, place), response.winch_to_gondola(model, 50.0, place, FREQUENCY)),
+        (statespace.coupled(model, 50.0, place), response.winch_to_gondola(model, 50.0, 0.0, place, FREQUENCY)),
         (statespace.closed(loop), response.position(loop, model, FREQUENCY)),
     ):
         np.testing.assert_allclose(found, system.response(S)[:, 0, 0], rtol=1e-9)
@@ -69,7 +69,7 @@ def test_the_phase_goes_on_from_block_to_block():
 def test_figure_8():
     case = case_of(CARLINA)
     on_ground, on_gondola = (
-        response.winch_to_gondola(case.end_model, 50.0, place, FREQUENCY) for place in ("ground", "gondola")
+        response.winch_to_gondola(case.end_model, 50.0, 0.0, place, FREQUENCY) for place in ("ground", "gondola")
     )
     # slow: the gondola follows, or moves against, the winch one to one
     assert on_ground[0] == pytest.approx(1, rel=1e-3)
@@ -92,5 +92,5 @@ def test_pole_of_an_undamped_mode_is_not_a_number():
 
 
 def test_phase_has_no_jumps(model):
-    phase = response.Phase()(response.winch_to_gondola(model, 50.0, "ground", np.geomspace(0.01, 100, 20_000)))
+    phase = response.Phase()(response.winch_to_gondola(model, 50.0, 0.0, "ground", np.geomspace(0.01, 100, 20_000)))
     assert np.abs(np.diff(phase)).max() < 90

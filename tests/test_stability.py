@@ -23,7 +23,8 @@ SHORT = {  # a cable of one metre whose 19th mode the gain drives
     "gondola": {"mass": 4.96, "area": 0.139, "drag_coefficient": 1.53},
     "winch": {"location": "gondola", "controller": {"gain": 11, "notch": {
         "frequency": "coupled", "damping_ratio": 0.158, "rolloff_frequency": 90.9, "rolloff_damping_ratio": 0.766}}},
-    "wind": {"speed": 6.26, "turbulence_intensity": 0.214, "length_scale": 8.64, "admittance": "none"},
+    "wind": {"speed": 6.26, "turbulence_intensity": 0.214, "length_scale": 8.64, "admittance": "none",
+             "aerodynamic_damping": False},
 }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension import case as cases
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 
-UPSIDE_DOWN = {"center_of_mass": [0, 0, 40.0]}
+HELD_AT_ITS_CENTER = {"attachments": {f"e{k}": [0, 0, 0] for k in range(8)}, "center_of_mass": [0, 0, 0]}
 
 
 def scenes():
@@ -18,7 +18,8 @@ def scenes():
         platform(mass=m, line=line, strain=s)
         for m, line, s in ((50, 0.1, 1e-3), (5e3, 0.1, 1e-3), (1, 1.0, -4e-3), (50, 1.0, 2e-3))
     ]
-    parts += [platform(mass=500), platform(mass=5e3, stiffness=1e5, **UPSIDE_DOWN), platform(mass=500, line=0.02)]
+    turning = platform(mass=5e3, stiffness=1e5, **HELD_AT_ITS_CENTER)
+    parts += [platform(mass=500), turning, platform(mass=500, line=0.02)]
     accuracies = (1e-6, 1e-6, 1e-6, 1e-6, 1e-4, 1e-6, 1e-6)
     return [
         SuspensionScene.model_validate(part | {"model": {"accuracy": accuracy}})

@@ -166,12 +166,17 @@ def test_a_free_attitude_follows_from_balanced_tensions():
     variance = best.catenary.mean_tension.var()
     from cablestudy.system.rigid import turn
 
+    worse = []
     for axis in range(3):
         for angle in (-0.03, 0.03):
             rotation = best.rotation + turn(angle * np.eye(3)[axis]) @ best.rotation
             held, problems = lengths.solve(replace(scene, rotation=rotation), "balanced", low=50.0)
-            assert problems == ""
-            assert held.catenary.mean_tension.var() > variance
+            if problems == "":
+                worse.append(held.catenary.mean_tension.var() > variance)
+            else:  # a tension of the best attitude is on its bound: turned one way it would be below
+                assert "no tensions in [50, inf] N hold b here" in str(problems)
+    assert len(worse) >= 3
+    assert all(worse)
 
 
 def test_junctions_find_their_places():

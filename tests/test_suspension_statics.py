@@ -11,6 +11,7 @@ from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import statics
+from cablestudy.system.descent import descend
 from cablestudy.system.rigid import from_angles, to_angles
 from cablestudy.system.stability import MECHANISM, STABLE, UNSTABLE
 
@@ -288,12 +289,15 @@ def test_three_cables_at_one_point_let_a_body_turn(height):
 
 
 def test_an_unstable_equilibrium_is_no_answer():
-    """Weight high above the attachments: the exact upright pose is an equilibrium that runs away."""
-    found = statics.pose(trifilar(below=-30.0, stiffness=1e5))
-    assert found.record.converged
-    assert found.stability.verdict == UNSTABLE
-    assert found.stability.reason().startswith("unstable: disk")
-    assert statics.pose(trifilar(below=0.4, stiffness=1e5)).stability.verdict == STABLE
+    """Weight above the attachments of a body that can only roll: descent stays there, the verdict names the motion."""
+    free = (False, False, False, True, False, False)
+    lines = [cable((x, 0, 5), ("b", (0, 0, 0)), 1e6, 0.1, value=7.0) for x in (-5, 5)]
+    scene = suspension([body("b", (0, 0, 0), 4.0, center=(0, 0, 0.5), free=free)], lines)
+    state, record = descend(scene.broadcast((1,)), statics.start(scene.broadcast((1,))))
+    upright = statics.equilibrium(scene, scene.broadcast((1,)), state, record)
+    assert upright.stability.verdict == UNSTABLE
+    assert upright.stability.reason() == "unstable: b roll"
+    assert statics.pose(scene).stability.verdict == STABLE
 
 
 def test_what_nothing_holds_is_refused():

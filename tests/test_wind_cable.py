@@ -26,6 +26,7 @@ SLOW_LOOP = "winch.controller.gain=0.05"
 HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
 VISCOUS = "cable.damping={model: kelvin_voigt, time: 4.4 ms}"
 INCLINED = "cable.ends=[[0, 0, 0], [160 m, 0, 95 m]]"
+AIR = "wind.aerodynamic_damping=true"
 VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 185.8]]"
 SAGGING = "cable.unstretched_length=186.5 m"
 ASIDE = "cable.loads=[{at: 60 m, force: [0, 30 N, -10 N]}]"
@@ -207,6 +208,10 @@ def dense(case, frequency, direction):
     v, sigma, L = scene_.wind.speed, scene_.wind.turbulence, scene_.wind.length_scale
     drags *= scene_.wind.air_density * scene_.wind.cable_drag_coefficient * scene_.cable.section_diameter * v * sigma
     free = np.append(inner, 3 * nodes - 3)
+    air = np.zeros_like(C)
+    if scene_.wind.aerodynamic_damping:  # half of rho C_d d v on all of the cable
+        air = 1.2 * 1.2 * scene_.cable.section_diameter * 6.0 / 2 / float(span.mass) * M
+        air[-3, -3] += 1.2 * 1.17 * 0.6 * 6.0
     M[-3, -3] += scene_.gondola.mass
     apart = np.abs(place[:, None] - place)
     found = []
@@ -214,7 +219,7 @@ def dense(case, frequency, direction):
         omega = 2 * np.pi * f
         viscous = {"modal": omega * C, "hysteretic": (damping.loss_factor or 0) * E,
                    "kelvin_voigt": (damping.time or 0) * omega * E}[damping.model]  # fmt: skip
-        A = (K + 1j * viscous - omega**2 * M)[np.ix_(free, free)]
+        A = (K + 1j * viscous + 1j * omega * air - omega**2 * M)[np.ix_(free, free)]
         # the row of the inverse that belongs to the gondola
         row = np.zeros(3 * nodes, dtype=complex)
         row[free] = np.linalg.solve(A.T, np.eye(len(free))[-1])
@@ -233,7 +238,7 @@ def spectrum_of(case, frequency, direction):
     """What `dense` gives, by the program."""
     reach, wind = cable_wind.CableWind(case), case.scene.wind
     size = wind.air_density * 1.2 * case.scene.cable.section_diameter * wind.speed * wind.turbulence * reach.length
-    held = np.abs(case.loop.compliances(2j * np.pi * frequency)[0]) ** 2
+    held = np.abs(case.loop_in_air.compliances(2j * np.pi * frequency)[0]) ** 2
     return reach.spectrum(direction)(frequency) * held * size**2
 
 
@@ -252,8 +257,9 @@ def test_the_spectrum_is_that_of_the_dense_matrices(direction, damping, form):
 
 
 @pytest.mark.parametrize("form", [None, INCLINED])
-def test_whole_coherence_is_the_dense_matrices_to_rounding(form):
-    case = case_of("winch.controller.gain=0", "wind.coherence_length=1e12 m", *filter(None, (form,)))
+@pytest.mark.parametrize("more", [(), (AIR,), (AIR, VISCOUS), (AIR, HYSTERETIC)])
+def test_whole_coherence_is_the_dense_matrices_to_rounding(form, more):
+    case = case_of("winch.controller.gain=0", "wind.coherence_length=1e12 m", *more, *filter(None, (form,)))
     frequency = np.array([0.01, 0.3, 0.7, 1.6, 3.18, 9.0])
     expected = dense(case, frequency, "across")
     assert spectrum_of(case, frequency, "across") == pytest.approx(expected, rel=1e-7)

@@ -126,12 +126,12 @@ def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
 @click.option(
     "--on",
     type=click.Choice(["gondola", "cable", "both"]),
-    help="What the wind acts on. Default: gondola. Of a suspension it is the key wind.on.",
+    help="What the wind acts on. Default: gondola, or a cable without one. Of a suspension it is the key wind.on.",
 )
 @click.option("--table", "name", type=click.Choice(WIND_TABLES), help="Of a suspension: only this table.")
 def windrms(scene, sets, style, plot, on, name, explain, quiet):
-    """RMS of the gondola in the wind, with and without the winch loop; loop margins. Of a suspension its bodies,
-    markers, cables and actuators."""
+    """RMS of the gondola in the wind, with and without the winch loop; loop margins. Without a gondola, of the cable;
+    of a suspension, of its bodies, markers, cables and actuators."""
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study.wind_report import wind_table
@@ -142,8 +142,10 @@ def windrms(scene, sets, style, plot, on, name, explain, quiet):
         _suspension_wind(document, model, name, style, plot, explain, quiet)
         return 0
     refuse({"--table": name}, "the scene has one cable")
-    on = on or "gondola"
+    if model.gondola is None:
+        refuse({"--plot": plot}, "the scene has no gondola")
     table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
+    on = on or "gondola"
     code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.wind_response(row.case, on), remarks)
     show(table, style)
     return code

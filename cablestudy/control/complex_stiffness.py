@@ -223,7 +223,7 @@ class _Plane:
         return np.concatenate([near, far], axis=1), pull
 
 
-def damping_ratio(stiffness, mass, omega, law, amount):
+def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
     """Of the mode of a mass on the cable's end 2 that oscillates at `omega` without damping.
 
     Parameters
@@ -237,6 +237,8 @@ def damping_ratio(stiffness, mass, omega, law, amount):
     law : {"hysteretic", "kelvin_voigt"}
     amount : float
         Loss factor [-], or time [s].
+    viscous : float
+        Damping of the mass by the air. [N s/m]
 
     Returns
     -------
@@ -250,17 +252,17 @@ def damping_ratio(stiffness, mass, omega, law, amount):
 
     Notes
     -----
-    The pole is followed while the damping grows, Newton on stiffness + M s^2. At a pole the energies of its shape make
-    the damping ratio a sum of positive numbers, so that a ratio of 1e-12 has as many digits as one of 0.1.
+    The pole is followed while the damping grows, Newton on stiffness + viscous s + M s^2. At a pole the energies of its
+    shape make the damping ratio a sum of positive numbers, so that a ratio of 1e-12 has as many digits as one of 0.1.
     """
-    path = _Path(stiffness, mass, law, amount)
+    path = _Path(stiffness, mass, law, amount, viscous)
     try:
         with np.errstate(all="ignore"):  # what is not finite is not settled
             here = path.largest_share(path.follow(1j * omega), omega)
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
         raise NoSolutionError(LOST) from None
-    whole, strain, drag = moved.bend + moved.strain, moved.strain, stiffness.viscous * moved.moving_mass
+    whole, strain, drag = moved.bend + moved.strain, moved.strain, stiffness.viscous * moved.moving_mass + viscous
     if strain <= STRAINLESS * whole:
         strain = 0.0
     if not strain and not drag:
@@ -282,8 +284,9 @@ def damping_ratio(stiffness, mass, omega, law, amount):
 class _Path:
     """A pole of a mass on a cable, while a share of the damping grows from none to all."""
 
-    def __init__(self, stiffness, mass, law, amount):
+    def __init__(self, stiffness, mass, law, amount, viscous):
         self._stiffness, self._mass, self._amount, self._rate = stiffness, mass, amount, law == "kelvin_voigt"
+        self._viscous = viscous
         self._static = abs(stiffness(0j, 0.0).stiffness)
 
     def at(self, s, share):
@@ -291,9 +294,11 @@ class _Path:
         rate = self._amount * (s if self._rate else 1j)
         moved = self._stiffness(s, share * rate)
         slope = 2 * s * (self._mass + moved.inertia) + self._stiffness.viscous * moved.inertia
+        slope += share * self._viscous
         if self._rate:
             slope += moved.elastic * share * self._amount
-        return moved, self._mass * s * s + moved.stiffness, slope, moved.elastic * rate
+        rest = (self._mass * s + share * self._viscous) * s + moved.stiffness
+        return moved, rest, slope, moved.elastic * rate + self._viscous * s
 
     def settled(self, s, share, radius):
         """The pole by Newton from s, or None; the first step is within `radius`, each a fraction of the one before."""

@@ -2,14 +2,14 @@
 
 With x the gondola's place, u the winch's and F a force on the gondola:
 
-    (M s^2 + k_xx) x + k_xu u = F,    u = -C(s) x on the ground,  u = +C(s) x on the gondola
+    (M s^2 + c s + k_xx) x + k_xu u = F,    u = -C(s) x on the ground,  u = +C(s) x on the gondola
 
-C = (gain/s) N(s). On the ground the winch moves end 1; on the gondola end 2 stands at x + u, so that k_xu = k_xx.
-Either way the loop gain is L = gain L1 with L1 = C1 G, G(0) = 1.
+C = (gain/s) N(s), c viscous damping by the air. On the ground the winch moves end 1; on the gondola end 2 stands at
+x + u, so that k_xu = k_xx. Either way the loop gain is L = gain L1 with L1 = C1 G, G(0) = 1.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -85,6 +85,8 @@ class Plant:
     known : dict
         Verdicts by gain, and "limit": the largest gain. Models of the same plant at several levels of refinement share
         it: verdicts do not depend on the level, and the largest gain of one is near that of another.
+    damping : float
+        Viscous, on the gondola. [N s/m]
     """
 
     cable: Superelement
@@ -95,6 +97,7 @@ class Plant:
     tolerance: float = 0.0
     resolved: Callable | None = field(default=None, compare=False)
     known: dict = field(default_factory=dict, repr=False, compare=False)
+    damping: float = 0.0
 
     @property
     def winch_end(self):
@@ -139,7 +142,12 @@ class Plant:
     def system_of(self, cable):
         """`LinearSystem` of the gondola on a model of the cable, driven by the winch."""
         unit = np.eye(6)
-        return assemble([cable], unit[:, [GONDOLA]], np.array([[self.mass]]), unit[:, [self.winch_end]])
+        system = assemble([cable], unit[:, [GONDOLA]], np.array([[self.mass]]), unit[:, [self.winch_end]])
+        if not self.damping:
+            return system
+        damping = system.damping.copy()
+        damping[-1, -1] += self.damping
+        return replace(system, damping=damping)
 
     def closed_of(self, cable):
         """A of the closed loop with a model of the cable, as A0 + gain A1."""
@@ -150,14 +158,18 @@ class Plant:
         return system.feedback(measured, self.notch.state_space if self.notch else NO_NOTCH)
 
     def balance_of(self, cable, s, gain):
-        """M s^2 + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""
+        """M s^2 + c s + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""
         own, driven = self.stiffness_of(cable, s)
-        return self.mass * s**2 + own + gain * self.controller(s) * driven
+        return self.alone(s, own) + gain * self.controller(s) * driven
 
     def unit_gain_of(self, cable, s):
         """L for a gain of 1 rad/s with a model of the cable, shape (m,). [-]"""
         own, driven = self.stiffness_of(cable, s)
-        return self.controller(s) * driven / (self.mass * s**2 + own)
+        return self.controller(s) * driven / self.alone(s, own)
+
+    def alone(self, s, own):
+        """M s^2 + c s + k_xx, k_xx being `own`, shape (m,). [N/m]"""
+        return self.mass * s**2 + self.damping * s + own
 
     def unit_gain(self, s):
         """L for a gain of 1 rad/s, shape (m,). [-]"""
@@ -254,7 +266,7 @@ class Plant:
         # at its resonance the mode moves the gondola by phi, and the gondola's stiffness damps it
         moved = own * omega**2 / np.maximum(np.abs(static - self.mass * omega**2), 0.03 * static)
         decay = decay + moved**2 * loss * static / (2 * omega)
-        whole = max(float(loss), 1e-3) * main / 2
+        whole = max(float(loss), 1e-3) * main / 2 + self.damping / (2 * self.mass)
         ratio = np.where(decay > 0, whole / np.where(decay > 0, decay, 1.0), np.inf)
         shaken = np.where(moved > 0, (moved * np.sqrt(self.mass)) ** 4, 0.0) * np.where(np.isfinite(ratio), ratio, 1e12)
         shaken = shaken * np.where(omega > main, 1.0, (main / omega) ** 3)

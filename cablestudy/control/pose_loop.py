@@ -162,14 +162,15 @@ class PoseLoop:
 
 def growing(poles):
     """The pole that grows most, or None where none grows."""
-    growth = _growths(poles)
+    growth = growths(poles)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
 
 
 def growth_of(poles):
     """Largest growth of some poles, positive where one grows. [1/s]"""
-    return float(_growths(poles).max())
+    return float(growths(poles).max())
 
 
-def _growths(poles):
+def growths(poles):
+    """Growth of each pole less what rounding may be. [1/s]"""
     return poles.real - GROWING * np.abs(poles) - ROUNDING * np.abs(poles).max(initial=0.0)

@@ -8,15 +8,18 @@ eigenvalues of the closed loop beside them decide.
 import numpy as np
 from scipy.optimize import brentq
 
-from cablestudy.control.pose_loop import growth_of
+from cablestudy.control.pose_loop import growth_of, growths
 from cablestudy.errors import NoSolutionError
 
 PER_DECADE = 30
-ASIDE = np.array([0.0, 1.0, 3.0])  # frequencies beside a pole, in its half-widths
+ASIDE = np.array([1.0, 3.0])  # frequencies beside a pole, in its half-widths
+UNDAMPED = 1e-9  # damping ratio below which the loop gain at a pole is infinite
+NARROWEST = 1e-6  # half-width that is taken at least, over the frequency
 RANGE = 1e-3, 30.0  # frequencies that are looked at, over the least and largest of the poles
 BESIDE = 0.03  # relative distance of the gains on either side of a candidate that eigenvalues judge
 AT_ONCE = 100  # frequencies
 SETTLED = 1e-9  # relative width of the bracket of a gain that is found
+STEP = 1e-4  # relative, of the gain, between two poles whose difference is a derivative
 REFINEMENTS = 4  # of the frequency of the largest sensitivity
 
 
@@ -28,8 +31,8 @@ def grid(loop):
     centre, width = np.abs(poles), np.abs(poles.real)
     low, high = RANGE[0] * centre.min(), RANGE[1] * centre.max()
     decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
-    steps = np.minimum(width, 0.2 * centre)[:, None] * np.concatenate([-ASIDE[:0:-1], ASIDE])
-    return np.unique(np.concatenate([decades, (centre[:, None] + steps).ravel()]))
+    steps = np.clip(width, NARROWEST * centre, 0.2 * centre)[:, None] * np.concatenate([-ASIDE, ASIDE])
+    return np.unique(np.concatenate([decades, centre[width > UNDAMPED * centre], (centre[:, None] + steps).ravel()]))
 
 
 def largest_gain(loop, near=None):
@@ -88,8 +91,11 @@ def limit(fixed, scaled, candidates):
         Ascending.
     """
 
+    def poles(factor):
+        return np.linalg.eigvals(fixed + factor * scaled)
+
     def growth(factor):
-        return growth_of(np.linalg.eigvals(fixed + factor * scaled))
+        return growth_of(poles(factor))
 
     if growth(0.0) > 0:
         return 0.0
@@ -97,8 +103,24 @@ def limit(fixed, scaled, candidates):
         low, high = (1 - BESIDE) * factor, (1 + BESIDE) * factor
         if growth(high) > 0:
             low, high = (low, high) if growth(low) <= 0 else (0.0, low)
-            return brentq(growth, low, high, xtol=SETTLED * high, rtol=SETTLED)
+            return _crossing(poles, brentq(growth, low, high, xtol=SETTLED * high, rtol=SETTLED))
     return None
+
+
+def _crossing(poles, factor):
+    """The factor at which a pole is on the imaginary axis, from one at which it begins to count as growing.
+
+    Parameters
+    ----------
+    poles : callable
+        Factor -> eigenvalues.
+    factor : float
+    """
+    found, beside = poles(factor), poles((1 - STEP) * factor)
+    crossing = found[np.argmax(growths(found))]
+    slope = (crossing - beside[np.argmin(np.abs(beside - crossing))]).real / (STEP * factor)
+    change = crossing.real / slope if slope > 0 else 0.0
+    return factor - change if abs(change) < BESIDE * factor else factor
 
 
 def _candidates(values):

@@ -47,7 +47,7 @@ def between_ends(model, force, displacement, frequency):
 
 
 @np.errstate(all="ignore")
-def winch_to_gondola(model, mass, location, frequency):
+def winch_to_gondola(model, mass, damping, location, frequency):
     """Position of the gondola for a unit displacement of the winch with the loop open, as in the paper's Fig. 8. [-]
 
     At low frequencies 1 for a winch on the ground and -1 for one on the gondola.
@@ -57,6 +57,8 @@ def winch_to_gondola(model, mass, location, frequency):
     model : Superelement
     mass : float
         Of the gondola. [kg]
+    damping : float
+        Viscous, on the gondola. [N s/m]
     location : {"ground", "gondola"}
         Where the winch is: curve A or B.
     frequency : ndarray, shape (m,)
@@ -64,7 +66,7 @@ def winch_to_gondola(model, mass, location, frequency):
     """
     s = 2j * np.pi * frequency
     own, driven = _at_gondola(model, location, s)
-    return driven / (mass * s**2 + own)
+    return driven / (mass * s**2 + damping * s + own)
 
 
 @np.errstate(all="ignore")
@@ -82,7 +84,7 @@ def position(loop, model, frequency):
     s = 2j * np.pi * frequency
     own, driven = _at_gondola(model, loop.location, s)
     sign = -1 if loop.location == "gondola" else 1
-    return 1 / (loop.mass * s**2 + own + sign * loop.gain * loop.controller(s) * driven)
+    return 1 / (loop.plant.alone(s, own) + sign * loop.gain * loop.controller(s) * driven)
 
 
 def _at_gondola(model, location, s):

@@ -103,7 +103,7 @@ def cable(model, chosen=None, residual=True, forces=None):
 
 
 @np.errstate(all="ignore")
-def coupled(model, mass, location="ground", chosen=None, residual=True, forces=None):
+def coupled(model, mass, location="ground", chosen=None, residual=True, forces=None, damping=0.0):
     """A gondola on end 2, free along x, and a winch that moves an end along x; all other ends at rest.
 
     Parameters
@@ -114,6 +114,8 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
         Of the gondola. [kg]
     location : {"ground", "gondola"}
         The paper's model A, in which the winch moves end 1, or B, in which end 2 stands at x + u.
+    damping : float
+        Viscous, on the gondola. [N s/m]
 
     Returns
     -------
@@ -124,7 +126,8 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
     second_order = _second_order(model, chosen, residual, forces)
     n = len(second_order.names)
     end = GONDOLA if location == "gondola" else GROUND
-    return _first_order(second_order, np.append(np.arange(n), n + GONDOLA), [n + end], [("winch", "m")], mass)
+    free, inputs = np.append(np.arange(n), n + GONDOLA), [("winch", "m")]
+    return _first_order(second_order, free, [n + end], inputs, mass, damping)
 
 
 @np.errstate(all="ignore")
@@ -143,7 +146,7 @@ def closed(loop, chosen=None, residual=True, forces=None):
         Inputs: force on the gondola, then `forces`. Outputs: those of `coupled`, then the winch. States: those of
         `coupled`, two of the notch where there is one, the winch (the integrator).
     """
-    plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces)
+    plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
     sign = 1.0 if loop.location == "gondola" else -1.0
     filtering = [] if loop.notch is None else [("notch_1", "m"), ("notch_2", "m")]
     extra = len(filtering) + 1
@@ -254,8 +257,11 @@ def _equivalent_viscous(mass, elastic, stiffness):
     return weighted * rate @ weighted.T
 
 
-def _first_order(model, free, driven, inputs, gondola=None):
-    """StateSpace whose coordinates `free` move and `driven` are inputs; a gondola [kg] is on the last free one."""
+def _first_order(model, free, driven, inputs, gondola=None, viscous=0.0):
+    """StateSpace whose coordinates `free` move and `driven` are inputs.
+
+    A gondola [kg], damped by the air [N s/m], is on the last free one.
+    """
     n, moving = len(model.names), len(free)
     within, across = np.ix_(free, free), np.ix_(free, driven)
     mass, damping = np.diagonal(model.mass)[free].copy(), model.damping.copy()
@@ -265,6 +271,8 @@ def _first_order(model, free, driven, inputs, gondola=None):
         damping[within] += _equivalent_viscous(mass, model.hysteretic[within], model.stiffness[within])
     matrices = model.stiffness, damping, model.mass
     k, c = (matrix[within] / mass[:, None] for matrix in matrices[:2])
+    if gondola is not None:
+        c[-1, -1] += viscous / mass[-1]
     given = [-matrix[across] / mass[:, None] for matrix in matrices]
     body = np.eye(moving)[:, moving - (gondola is not None) :]
     acceleration = np.concatenate([body, model.forces[free]], axis=1) / mass[:, None]
@@ -277,7 +285,7 @@ def _first_order(model, free, driven, inputs, gondola=None):
         rows[1][0, -1] = rows[2][1, -1] = 1.0
     a, b, output, d, derivatives = first_order((k, c), given, acceleration, scale, rows[1:4], rows[4:], rows[0])
     return StateSpace(
-        a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola)
+        a, b, output, d, *_labels(model, inputs, gondola), derivatives, _free_cable(model, damping, gondola, viscous)
     )
 
 
@@ -331,10 +339,11 @@ def _labels(model, inputs, gondola):
     return (*position, *velocity), (*inputs, *model.labels), tuple(outputs)
 
 
-def _free_cable(model, damping, gondola):
-    """`SecondOrder` of the cable with free ends and the gondola on end 2."""
-    mass = model.mass.copy()
+def _free_cable(model, damping, gondola, viscous):
+    """`SecondOrder` of the cable with free ends and the gondola, damped by the air, on end 2."""
+    mass, damping, end = model.mass.copy(), damping.copy(), len(model.names) + GONDOLA
     if gondola is not None:
-        mass[len(model.names) + GONDOLA, len(model.names) + GONDOLA] += gondola
+        mass[end, end] += gondola
+        damping[end, end] += viscous
     names = (*((name, MODAL) for name in model.names), *((name, "m") for name in NAMES))
     return SecondOrder(mass, damping, model.stiffness, names)

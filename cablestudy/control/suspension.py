@@ -84,11 +84,12 @@ def reeled(equilibrium, winches):
 
 
 def _lifted(equilibrium, winches):
-    """Forces on the ends of all cables by the weight that each winch takes off its own end, shape (6 c, i). [N/m]"""
+    """Forces on the ends of all cables by the load that each winch takes off its own end, shape (6 c, i). [N/m]"""
     span = equilibrium.catenary.span
     lifted = np.zeros((len(span.chord), 2, 3, len(winches)))
     for place, winch in enumerate(winches):
-        lifted[winch.cable, winch.end, 2, place] = span.mass[winch.cable] * span.gravity[winch.cable]
+        load = span.mass[winch.cable] * span.gravity[winch.cable]
+        lifted[winch.cable, winch.end, :, place] = load * np.broadcast_to(span.vertical, (len(lifted), 3))[winch.cable]
     return lifted.reshape(6 * len(lifted), len(winches))
 
 

@@ -27,6 +27,8 @@ class Loop:
     gain : float
         k_i of C = (k_i/s) N(s). [rad/s]
     notch : Notch or None
+    damping : float
+        Viscous, on the gondola. [N s/m]
     plant : Plant or None
         All that does not depend on the gain, where it is known already; another one is taken if it is not of this loop.
     """
@@ -36,17 +38,18 @@ class Loop:
     location: str = "ground"
     gain: float = 0.0
     notch: Notch | None = None
+    damping: float = 0.0
     plant: Plant | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self):
-        plant, own = self.plant, (self.mass, self.location, self.notch)
-        if plant is None or plant.cable is not self.cable or (plant.mass, plant.location, plant.notch) != own:
-            object.__setattr__(self, "plant", Plant(self.cable, *own))
+        plant, own = self.plant, {name: getattr(self, name) for name in ("mass", "location", "notch", "damping")}
+        if plant is None or plant.cable is not self.cable or own != {name: getattr(plant, name) for name in own}:
+            object.__setattr__(self, "plant", Plant(self.cable, **own))
 
     @classmethod
     def of(cls, plant, gain):
         """The loop of a plant with a gain. [rad/s]"""
-        return cls(plant.cable, plant.mass, plant.location, gain, plant.notch, plant)
+        return cls(plant.cable, plant.mass, plant.location, gain, plant.notch, plant.damping, plant)
 
     @property
     def at_rest(self):
@@ -83,7 +86,7 @@ class Loop:
     def compliances(self, s):
         """x/F without and with control, each of shape (m,). [m/N]"""
         own, driven = self.plant.stiffness(s)
-        alone = self.mass * s**2 + own
+        alone = self.plant.alone(s, own)
         return 1 / alone, 1 / (alone + self.gain * self.controller(s) * driven)
 
     def squares(self, frequency):

@@ -15,6 +15,11 @@ class Correction(Table):
     bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Bandwidth of the correction")
     delay: Annotated[float, Quantity("s", 0, 1e6)] = Field(0.0, description="Time between measurement and correction")
 
+    def relations(self):
+        """The mirror's loop, an integrator with a delay, is stable."""
+        highest = "an unstable mirror: with this delay it must be below 1/(4 delay) = {:.4g} Hz"
+        yield [(("bandwidth",), 4 * self.bandwidth * self.delay < 1, lambda: highest.format(0.25 / self.delay))]
+
 
 class MarkerCorrection(Correction):
     """The correction of a suspension, of the motion of one marker."""

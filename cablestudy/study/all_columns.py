@@ -5,11 +5,12 @@ from cablestudy.study import columns as of_one_cable
 from cablestudy.study.suspension import columns as of_suspensions
 
 OF_SUSPENSIONS = {c.name for c in of_suspensions.WHOLE} - {c.name for c in of_one_cable.COLUMNS}
+HEADERS = {c.header for c in of_suspensions.WHOLE if c.name in OF_SUSPENSIONS}
 
 
 def find(name):
     """The column of a name, with or without its unit; ValueError with a suggestion where there is none."""
-    if "." in name or name.startswith("frequency_") or any(name.startswith(known) for known in OF_SUSPENSIONS):
+    if "." in name or name.startswith("frequency_") or name in OF_SUSPENSIONS | HEADERS:
         return of_suspensions.find(name)
     return of_one_cable.find(name)
 
@@ -20,5 +21,7 @@ def why_not(scene, column):
         return of_suspensions.why_not(scene, column)
     if "." in column.name or column.name in OF_SUSPENSIONS or of_suspensions.MODE.fullmatch(column.name):
         return f"{column.name} is a column of suspensions"
+    if column.without and of_one_cable.attribute(scene, column.without) is not None:
+        return f"{column.name} is of a cable with fixed ends: the scene must not have the key {column.without}"
     key = of_one_cable.lacks(scene, column)
     return f"{column.name} needs the key {key}, which the scene does not have" if key else ""

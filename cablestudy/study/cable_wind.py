@@ -11,6 +11,7 @@ import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.control.force_transmission import modal_force_transmission
+from cablestudy.study.loops import with_viscous
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.coherence import ratio_of, rod
 from cablestudy.wind.drag import drag_matrices
@@ -23,10 +24,10 @@ TRAVEL_POINTS = 2000
 
 
 class CableWind:
-    """How the wind on the cable of a case moves the gondola."""
+    """How the wind on the cable of a case, which damps the cable too, moves the gondola."""
 
     def __init__(self, case):
-        dynamics, span, model = case.dynamics, case.span, case.end_model
+        dynamics, span, model = case.dynamics, case.span, with_viscous(case.end_model, case.cable_air_rate)
         state, self._wind = case.state, case.scene.wind
         observable = np.abs(model.participation[:, [GONDOLA, GROUND]]).max(axis=1, initial=0.0)
         observable = np.flatnonzero(observable > 1e-9 * observable.max(initial=0.0))  # as the loop has them
@@ -39,13 +40,8 @@ class CableWind:
             axes = list(system.axes)
             shapes[:, axes, 0] = system.end_shapes @ along[axes]
         shapes[..., 1:] = case.dynamics.modes(len(model.omega)).shapes[..., : len(model.omega)][..., observable]
-        element, points = basis(state.mesh.order), self._rod.points[0]
-        by_element = shapes[state.mesh.element_nodes]
-        self._shapes = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), by_element, optimize=True)
-        tangent = np.einsum("qp,epa->eqa", lagrange(element.points, points), state.direction)
-        self._tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
-        level = span.level
-        self._blowing = {"across": np.array([0.0, 0.0, 1.0]), "along": span.frame @ level}
+        self._shapes, self._tangent = at_points(state, self._rod, shapes)
+        self._blowing = blowing(span)
 
     def loads(self, direction):
         """Drag by each component of the turbulence on static shape and modes, in the rod's functions: (c, n + 1, r).
@@ -53,12 +49,7 @@ class CableWind:
         Components without a force on the gondola are left out. `direction` of the mean wind, "across" or "along": from
         the vertical plane of the cable.
         """
-        matrices = drag_matrices(self._tangent, self._blowing[direction])
-        drag = np.einsum("eqak,eqac->ceqk", self._shapes, matrices, optimize=True)
-        drag = drag.reshape(3, -1, drag.shape[-1])
-        whole = np.abs(self._shapes).max(axis=(0, 1, 2))
-        moved = (np.abs(drag) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
-        return (self._rod.collect @ drag[moved]).transpose(0, 2, 1)
+        return drag_loads(self._rod, self._shapes, drag_matrices(self._tangent, self._blowing[direction]))
 
     def spectrum(self, direction):
         """Spectrum of the force on the gondola over (rho C_d d v sigma length)^2, a function.
@@ -80,6 +71,57 @@ class CableWind:
             return np.concatenate([part(piece) for piece in pieces])
 
         return whole
+
+
+def blowing(span):
+    """Unit vectors of the mean wind in the chord frame of a `Span`: across and along its vertical plane."""
+    return {"across": np.array([0.0, 0.0, 1.0]), "along": span.frame @ span.level}
+
+
+def at_points(state, rod, shapes):
+    """Shapes and unit tangent at the points of a `Rod`.
+
+    Parameters
+    ----------
+    state : State
+        Of one cable.
+    rod : Rod
+    shapes : ndarray, shape (nodes, 3, k)
+
+    Returns
+    -------
+    shapes : ndarray, shape (n, q, 3, k)
+    tangent : ndarray, shape (n, q, 3)
+        Chord frame.
+    """
+    element, points = basis(state.mesh.order), rod.points[0]
+    by_element = shapes[state.mesh.element_nodes]
+    found = np.einsum("qi,eiak->eqak", lagrange(element.nodes, points), by_element, optimize=True)
+    tangent = np.einsum("qp,epa->eqa", lagrange(element.points, points), state.direction)
+    return found, tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
+
+
+def drag_loads(rod, shapes, matrices):
+    """Drag by each component of the turbulence on some shapes, in the functions of a `Rod`.
+
+    Parameters
+    ----------
+    rod : Rod
+    shapes : ndarray, shape (n, q, 3, k)
+        At its points.
+    matrices : ndarray, shape (n, q, 3, 3)
+        See `drag_matrices`.
+
+    Returns
+    -------
+    ndarray, shape (c, k, r)
+        Of the c components with any force on the shapes.
+    """
+    drag = np.einsum("eqak,eqac->ceqk", shapes, matrices, optimize=True)
+    drag = drag.reshape(3, -1, drag.shape[-1])
+    whole = np.abs(shapes).max(axis=(0, 1, 2))
+    moved = (np.abs(drag) > STILL * np.where(whole > 0, whole, 1.0)).any(axis=(1, 2))
+    return (rod.collect @ drag[moved]).transpose(0, 2, 1)
 
 
 def transverse_travel_time(case):

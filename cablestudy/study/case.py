@@ -14,9 +14,11 @@ from cablestudy.study.cache import Cache, frozen, shared
 from cablestudy.study.models import MAX_MODES, model_of
 from cablestudy.study.results import ClosedStatics, Results
 from cablestudy.study.scene_values import SceneValues
+from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
-RESPONSES = ("response", "open_response", "cable_response", "open_cable_response")
+RESPONSES = ("response", "cable_response", "response_in_air")
+RESPONSES = (*RESPONSES, *(f"open_{name}" for name in RESPONSES), "cable_motion")
 OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results computed from `Case.excited`
 # modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
 # error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
@@ -277,19 +279,42 @@ class Case:
     @cached_property
     def plant_key(self):
         """What the winch acts on depends on, beside the level of refinement."""
-        return self.cable_key, self.damping_key, self.mass_key, self.notch_key
+        return self.cable_key, self.damping_key, self.mass_key, self.notch_key, self.gondola_air_damping
 
-    @shared("damping_key", "mass_key", "notch_key")
+    @cached_property
+    def gondola_air_damping(self):
+        """Viscous damping of the gondola by the air; 0 without wind or drag. [N s/m]"""
+        gondola, wind = self.scene.gondola, self.scene.wind
+        if wind is None or gondola.area is None or gondola.drag_coefficient is None:
+            return 0.0
+        return body_damping(wind, gondola.area, gondola.drag_coefficient)
+
+    @cached_property
+    def cable_air_rate(self):
+        """Viscous damping of the cable by the air, per mass. [1/s]"""
+        return cable_damping(self.scene.wind, self.scene.cable.section_diameter) / float(self.span.mass)
+
+    @shared("damping_key", "mass_key", "notch_key", "gondola_air_damping")
     def plant(self):
         """What the winch acts on: `control.plant.Plant`."""
         return loops.plant_of(self)
 
-    @shared("damping_key", "mass_key", "winch_key")
+    @shared("damping_key", "mass_key", "notch_key", "gondola_air_damping", "cable_air_rate")
+    def plant_in_air(self):
+        """The same with the damping of the cable by the air."""
+        return loops.plant_of(self, self.cable_air_rate)
+
+    @shared("damping_key", "mass_key", "winch_key", "gondola_air_damping")
     def loop(self):
         """The winch loop: `control.winch.Loop`."""
         return loops.loop_of(self)
 
-    @shared("damping_key", "mass_key", "winch_key")
+    @cached_property
+    def loop_in_air(self):
+        """The same with the damping of the cable by the air."""
+        return loops.loop_in_air(self, self.loop)
+
+    @shared("damping_key", "mass_key", "winch_key", "gondola_air_damping")
     def loop_at_rest(self):
         """The same with the winch held, also where the gain cannot be had."""
         return loops.loop_at_rest_of(self)
@@ -344,32 +369,55 @@ class Case:
 
     @cached_property
     def response(self):
-        """The gondola in the wind: `windrms.Response`."""
+        """The gondola by the wind on it: `windrms.Response`."""
         return windrms.response_of(self, self.loop)
 
     @cached_property
     def open_response(self):
         """The same with the winch at rest, whatever the loop."""
-        return self._at_rest("response", windrms.response_of)
+        if self._stable("loop"):
+            return self.response  # which holds both, from one integration
+        return windrms.response_of(self, self.loop_at_rest)
 
     @cached_property
     def cable_response(self):
-        """The gondola by the wind on the cable: `windrms.Response`."""
-        return windrms.cable_response_of(self, self.loop)
+        """The gondola by the wind on the cable, which damps the cable too: `windrms.Response`."""
+        return windrms.cable_response_of(self, self.loop_in_air)
 
     @cached_property
     def open_cable_response(self):
         """The same with the winch at rest, whatever the loop."""
-        return self._at_rest("cable_response", windrms.cable_response_of)
+        if self._stable("loop_in_air"):
+            return self.cable_response
+        return windrms.cable_response_of(self, loops.loop_in_air(self, self.loop_at_rest))
 
-    def _at_rest(self, name, compute):
-        """A response with the winch at rest: that of a stable loop holds both, from one integration."""
+    @cached_property
+    def response_in_air(self):
+        """The gondola by the wind on it, in a wind that damps the cable too: `windrms.Response`."""
+        return windrms.response_of(self, self.loop_in_air) if self.cable_air_rate else self.response
+
+    @cached_property
+    def open_response_in_air(self):
+        """The same with the winch at rest, whatever the loop."""
+        if not self.cable_air_rate:
+            return self.open_response
+        if self._stable("loop_in_air"):
+            return self.response_in_air
+        return windrms.response_of(self, loops.loop_in_air(self, self.loop_at_rest))
+
+    @cached_property
+    def cable_motion(self):
+        """The cable with fixed ends in the wind: `cable_motion.CableMotion`."""
+        from cablestudy.study.cable_motion import cable_motion_of
+
+        return cable_motion_of(self)
+
+    def _stable(self, name):
+        """Whether a loop can be had, and is stable."""
         try:
-            if self.loop.stable:
-                return getattr(self, name)
-        except NoSolutionError:
-            pass  # of the gain, or of the loop with it
-        return compute(self, self.loop_at_rest)
+            return getattr(self, name).stable
+        except NoSolutionError:  # of the gain, or of the loop with it
+            return False
 
     @property
     def integration_error(self):

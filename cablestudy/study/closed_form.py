@@ -10,6 +10,7 @@ from cablestudy.study.results import Results
 
 CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")
+MOTION = (*DISCRETE, "cable wind")
 MAX_REASONS = 3  # in a status
 
 
@@ -28,14 +29,17 @@ class ColumnRequirements:
         closed = _needing(self.physical, *CLOSED)
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
-        self.motion = _needing(self.physical, *DISCRETE)
+        self.motion = _needing(self.physical, *MOTION)
         self.modes = [column for column in self.motion if column.mode]
         # headers of the physical ones that need more than the scene; whether there are none
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium
         # whether the motion is that of the gondola too; whether damping matters
         self.gondola = bool(_needing(self.motion, "gondola", "loop", "wind"))
-        self.damped = bool(_needing(self.motion, "loop", "wind"))
+        self.damped = bool(_needing(self.motion, "loop", "wind", "cable wind"))
+        self.cable_wind = bool(_needing(self.motion, "cable wind"))
+        # whether one model gives the errors of all by itself
+        self.frequencies_only = len(self.modes) == len(self.motion)
         # header -> relative error of a closed form, by rounding; header of every column -> None
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.empty = {column.header: None for column in columns}

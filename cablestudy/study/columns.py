@@ -18,6 +18,7 @@ from cablestudy.cable import taut
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.table import Field
 from cablestudy.wind.drag import shedding_frequencies
+from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
@@ -27,7 +28,8 @@ SUFFIX = {
 }  # fmt: skip
 MAX_MODE_NUMBER = 1000
 WINCH = "gondola.mass, winch.controller"
-BODY = "gondola.mass, gondola.area, gondola.drag_coefficient, wind"
+DRAG = "gondola.area, gondola.drag_coefficient, wind"
+BODY = f"gondola.mass, {DRAG}"
 ON_CABLE = "gondola.mass, wind"
 
 
@@ -38,11 +40,13 @@ class Column:
     name: str  # without its unit
     unit: str
     meaning: str
-    needs: str  # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run
+    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run
+    needs: str
     compute: Callable  # Results -> ndarray, or Case -> float
     key: str = ""  # keys of the scene without which it has no value, separated by commas
     each: bool = False  # computed case by case, although it is a closed form
     mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
+    without: str = ""  # key that a scene must not have
 
     @property
     def least_error(self):
@@ -92,6 +96,30 @@ def _deflections(case):
     return float(full[place]), float(linear[place])
 
 
+def mean_displacement(results):
+    """Displacement of each gondola along x by the mean wind: rho/2 C_d A v^2 over the static stiffness. [m]
+
+    Zero where `wind.mean` leaves it out.
+    """
+    wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
+    force = wind("air_density") / 2 * gondola("drag_coefficient") * gondola("area") * wind("speed") ** 2
+    with np.errstate(divide="ignore"):  # of cases that have no equilibrium
+        return np.where(wind("mean"), force / results.end_stiffness_along(0), 0.0)
+
+
+def _peak(case):
+    """Expected largest displacement of a gondola. [mm]"""
+    response, wind = case.response, case.scene.wind
+    rate = response.velocity / (2 * np.pi * response.displacement)
+    mean = abs(float(mean_displacement(case)))
+    return 1e3 * (mean + float(peak_factor(rate, wind.duration)) * response.displacement)
+
+
+def _imaged(name, meaning, keys):
+    """Column of what a telescope sees of the gondola's motion."""
+    return Column(name, "um", meaning, "wind", lambda case: 1e6 * case.response.imaged[name], f"{BODY}, {keys}")
+
+
 def _shedding(name, meaning, place):
     """Column of a frequency of vortices: low, mean, high are the places 0, 1, 2."""
 
@@ -117,7 +145,7 @@ def _frequency(name, meaning, number, kind, symmetry=None):
 
 def _rms(part, where, sources):
     """Yield the columns of the gondola's RMS in one wind, by independent forces, whose variances add."""
-    key = BODY if "response" in sources else ON_CABLE
+    key = ON_CABLE if sources == ("cable_response",) else BODY
     loops = ("", "with the winch loop", f"{key}, winch.controller"), ("open_", "the winch at rest", key)
     for state, loop, keys in loops:
         for quantity, unit, what in (("displacement", "mm", where), ("velocity", "mm/s", "of its velocity")):
@@ -187,7 +215,19 @@ COLUMNS = (
            lambda c: _stable_loop(c).bandwidth, WINCH),
     *_rms("", "of the gondola along x in the wind", ("response",)),
     *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
-    *_rms("_all_wind", "by the wind on gondola and cable together", ("response", "cable_response")),
+    *_rms("_all_wind", "by the wind on gondola and cable together", ("response_in_air", "cable_response")),
+    Column("mean_displacement", "mm", "of the gondola along x by the mean wind on it, the winch at rest; linear",
+           "stiffness", lambda r: 1e3 * mean_displacement(r), DRAG),
+    Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
+           "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
+    _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
+            "exposure"),
+    _imaged("corrected", "RMS of it that the correcting mirror leaves", "correction"),
+    _imaged("corrected_exposure", "RMS of it within one exposure that the mirror leaves", "exposure, correction"),
+    Column("midspan_rms", "mm", "of a cable with fixed ends in the wind, at mid-span, in the direction that moves most",
+           "cable wind", lambda c: 1e3 * c.cable_motion.midspan, "wind", without="gondola"),
+    Column("tension_rms", "N", "of its tension, at the end where it is larger", "cable wind",
+           lambda c: c.cable_motion.tension, "wind", without="gondola"),
     _shedding("shedding_frequency", "of vortices, 0.2 v/d at the mean wind speed", 1),
     _shedding("shedding_frequency_low",
               "the same three standard deviations of the speed below the mean, 0 at least", 0),

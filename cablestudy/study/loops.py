@@ -1,5 +1,6 @@
 """Gondola and winch loop of cases."""
 
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -78,12 +79,14 @@ def loop_of(case):
     return Loop.of(case.plant, 0.0).with_margin(controller.gain.auto.gain_margin)
 
 
-def plant_of(case):
+def plant_of(case, rate=0.0):
     """All of the loop that does not depend on the gain.
 
     Parameters
     ----------
     case : Case
+    rate : float
+        Viscous damping of the cable by the air, per mass. [1/s]
 
     Returns
     -------
@@ -96,15 +99,41 @@ def plant_of(case):
     scene, controller = case.scene, _controller(case)
     accuracy = scene.model.accuracy if case.exact_statics else None
     return Plant(
-        case.end_model_along_x,
+        with_viscous(case.end_model_along_x, rate),
         scene.gondola.mass,
         scene.winch.location if scene.winch else "ground",
         _notch(case, controller.notch) if controller else None,
         2 * np.pi * case.gondola_frequency,
         RESPONSE_SHARE * accuracy if accuracy else 0.0,
-        _resolution(case) if accuracy else None,
-        case.results.known_of_plants.setdefault(case.plant_key, {}),
+        _resolution(case, rate) if accuracy else None,
+        case.results.known_of_plants.setdefault((*case.plant_key, rate), {}),
+        case.gondola_air_damping,
     )
+
+
+def with_viscous(cable, rate):
+    """A `Superelement` with more viscous damping, per mass [1/s]."""
+    return replace(cable, viscous=cable.viscous + rate) if rate else cable
+
+
+def loop_in_air(case, loop):
+    """A loop of a case with the damping of its cable by the air.
+
+    Parameters
+    ----------
+    case : Case
+    loop : Loop
+
+    Returns
+    -------
+    Loop
+        The one given where the air does not damp the cable.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+    """
+    return Loop.of(case.plant_in_air, loop.gain) if case.cable_air_rate else loop
 
 
 def gondola_damping_ratio(case):
@@ -144,7 +173,7 @@ def gondola_damping_ratio(case):
     # where modes share the motion, or damping is very small or large, it is followed from no damping to all of it
     amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
     stiffness = ComplexStiffness(case.excited, case.frame[:, 0], plant.cable.viscous)
-    return damping_ratio(stiffness, plant.mass, omega, damping.model, amount)
+    return damping_ratio(stiffness, plant.mass, omega, damping.model, amount, plant.damping)
 
 
 def loop_at_rest_of(case):
@@ -206,7 +235,7 @@ def _notch(case, notch):
     return Notch(turn * frequency, notch.damping_ratio, turn * notch.rolloff_frequency, notch.rolloff_damping_ratio)
 
 
-def _resolution(case):
+def _resolution(case, rate):
     """What gives a plant the cable with every mode right that a gain could drive: see `Plant.resolved`."""
     found, known = {}, []
 
@@ -217,7 +246,7 @@ def _resolution(case):
         # in steps, so that gains that are alike share a model
         limit = float(plant.main * LIMIT_STEP ** np.ceil(np.log(limit / plant.main) / np.log(LIMIT_STEP)))
         if limit not in found:
-            found[limit] = _resolved(case, gain, limit, known[0].time_across)
+            found[limit] = with_viscous(_resolved(case, gain, limit, known[0].time_across), rate)
         return found[limit], limit
 
     return resolved

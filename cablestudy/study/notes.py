@@ -50,6 +50,21 @@ def assumed_damping(scene):
     return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
 
 
+def air_damping(case):
+    """Notes, at most one, on the damping of gondola and cable by the air. Returns a tuple of str."""
+    wind, gondola = case.scene.wind, case.scene.gondola
+    if wind is None or not wind.aerodynamic_damping:
+        return ()
+    switch = "wind.aerodynamic_damping: false leaves it out"
+    if gondola is None:
+        return (f"aerodynamic damping: the drag of the cable damps its motion ({switch})",)
+    on_gondola, on_cable = case.gondola_air_damping, case.cable_air_rate * float(case.span.mass)
+    return (
+        f"aerodynamic damping: {on_gondola:.4g} N s/m on the gondola; {on_cable:.4g} N s/m^2 on the cable too, where "
+        f"the wind on it counts (_cable_wind, _all_wind); {switch}",
+    )
+
+
 def statics_error(case):
     """Relative error of the statics of fixed elements against the closed form, the largest of three. [-]
 

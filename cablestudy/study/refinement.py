@@ -25,6 +25,8 @@ class Settings:
         more than `many_waves`, and a dense eigenvalue problem is solved.
     many_waves : float
         Half-waves beyond which the size is checked before the first model already.
+    waves_in_wind : float
+        Half-waves of a cable that moves in the wind, with which its first level is begun.
     growth : float
         Of the order from one triple of levels to the next: the error falls by about a power of ten.
     per_wave, beside_waves : float
@@ -59,6 +61,7 @@ class Settings:
     most_unknowns: int = 12000
     most_dense: int = 2000
     many_waves: float = 100
+    waves_in_wind: float = 8
     growth: float = 1.3
     per_wave: float = PER_WAVE
     beside_waves: float = 3
@@ -161,6 +164,8 @@ def needs_of(case, required):
         waves = max(waves, axial * axial_waves)  # an axial mode of a curved cable excites the transverse waves
     if body:
         waves = max(waves, 2 * case.gondola_frequency_static * travel_time)
+    if required.cable_wind:
+        waves = max(waves, SETTINGS.waves_in_wind)
 
     def highest(finer, values):
         found = max([values.get(column.header, 0.0) for column in required.modes], default=0.0)
@@ -174,7 +179,7 @@ def needs_of(case, required):
     near_limit = [c.header for c in required.motion if c.name in ("largest_gain", "gain_margin")]
     if case.scene.cable.damping.model == "modal":
         near_limit = []
-    return AccuracyNeeds(waves, highest, least, required.damped, not body, frozenset(near_limit))
+    return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only, frozenset(near_limit))
 
 
 @dataclass

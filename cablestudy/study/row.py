@@ -221,7 +221,7 @@ def _take_over(answer, needed, search):
         name = column.header
         if name in search.values:
             answer.values[name] = search.values[name]
-            integration = search.used.integration_error if column.needs == "wind" else 0.0
+            integration = search.used.integration_error if column.needs in ("wind", "cable wind") else 0.0
             answer.errors[name] = search.errors[name] + integration
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
@@ -230,6 +230,8 @@ def _take_over(answer, needed, search):
         answer.notes = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
         if "gondola_frequency_Hz" in search.values:
             answer.notes += tuple(notes.gondola_notes(search.used))
+        if needed.damped:
+            answer.notes += notes.assumed_damping(search.used.scene) + notes.air_damping(search.used)
 
 
 # -------------------------------------------------------------------------------------------------- fixed elements
@@ -276,7 +278,7 @@ def _fixed_answer(answer, required, noted):
         if "gondola_frequency_Hz" in answer.values:
             answer.notes += tuple(notes.gondola_notes(case))
         if required.damped:
-            answer.notes += notes.assumed_damping(case.scene)
+            answer.notes += notes.assumed_damping(case.scene) + notes.air_damping(case)
 
 
 def _estimate_motion(answers, required):

@@ -155,6 +155,7 @@ class Choice:
         if options.attached == "gondola":
             winch = case.scene.winch
             location = winch.location if winch else "ground"
+            kept["damping"] = case.gondola_air_damping
             return statespace.coupled(case.end_model, case.scene.gondola.mass, location, **kept)
         return statespace.cable(case.end_model, **kept)
 
@@ -176,6 +177,11 @@ class Choice:
             )
         if options.attached == "gondola" and case.scene.winch is None:
             notes.append("winch: on the ground, since the scene has no winch")
+        if options.attached and case.gondola_air_damping:
+            notes.append(
+                f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola "
+                f"(wind.aerodynamic_damping: false leaves it out)"
+            )
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
         return [*notes, *assumed_damping(case.scene), *DAMPING_NOTES[law]]

@@ -44,9 +44,9 @@ def curves(choice):
     """List of `Curve` of one unit: A and B with a gondola, x/F with a loop, else force over displacement."""
     case, options, model = choice.case, choice.options, choice.kept
     if options.attached == "gondola":
-        mass = case.scene.gondola.mass
+        gondola = case.scene.gondola.mass, case.gondola_air_damping
         return [
-            Curve(place, label, "", partial(response.winch_to_gondola, model, mass, place))
+            Curve(place, label, "", partial(response.winch_to_gondola, model, *gondola, place))
             for place, label in PLACES.items()
         ]
     if options.attached == "loop":

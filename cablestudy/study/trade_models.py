@@ -13,7 +13,7 @@ from cablestudy.control.plant import Plant
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import DISCRETE
+from cablestudy.study.closed_form import DISCRETE, MOTION
 from cablestudy.study.columns import ROUNDING, broken, find, value
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
@@ -49,7 +49,7 @@ class Model:
     family: str
     name: str
     build: Callable  # scene, columns -> Case, with nothing cached
-    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
+    needs: tuple = ("statics", "stiffness", *MOTION)  # kinds of columns whose values depend on the model
     compute: Callable = value  # column, Case -> float
     count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
     stated_error: Callable = lambda *_: None  # column, Case -> relative error that the model states of a value, or None
@@ -97,7 +97,7 @@ def reference_levels(case):
 
 def exact_value(column, case):
     """A number of a case of the reference, and its relative error by anything but its elements."""
-    if column.needs not in DISCRETE:
+    if column.needs not in MOTION:
         return value(column, case), ROUNDING
     integration = _integrate_closely(case, column) if column.needs == "wind" else 0.0
     return value(column, case), integration
@@ -196,7 +196,7 @@ def _accurate(scene, _=()):
 
 
 def _static_value(column, case):
-    if column.needs in DISCRETE:
+    if column.needs in MOTION:
         raise NoSolutionError("statics alone")
     return value(column, case)
 
@@ -262,10 +262,13 @@ def integrate_by(case, columns, rule):
     Columns of the open loop alone do not need a stable loop.
     """
     names = [column.name for column in columns if column.needs == "wind"]
-    if any("open_loop" not in name for name in names):
-        case.response = rule(case, case.loop)
-    elif names:
-        case.open_response = rule(case, case.loop.at_rest)
+    on_both = [name for name in names if "all_wind" in name]
+    on_one = [name for name in names if name not in on_both]
+    for attribute, loop, chosen in (("response", "loop", on_one), ("response_in_air", "loop_in_air", on_both)):
+        if any("open_loop" not in name for name in chosen):
+            setattr(case, attribute, rule(case, getattr(case, loop)))
+        elif chosen:
+            setattr(case, f"open_{attribute}", rule(case, getattr(case, loop).at_rest))
 
 
 def _on_grid(space, points, case, loop):
@@ -279,7 +282,10 @@ def by_trapezoids(case, loop, frequency):
     NoSolutionError for an unstable loop; `frequency`, shape (n,), ascends. [Hz]
     """
     loop.check_stable()
-    spectra = windrms.spectra_of(loop, windrms.force_of(case))
+    weights = windrms.weights_of(case.scene)
+    spectra = windrms.spectra_of(loop, windrms.force_of(case), weights.values())
     blocks = [spectra(frequency[i : i + BLOCK]) for i in range(0, len(frequency), BLOCK)]
     variance = np.trapezoid(np.concatenate(blocks, axis=1), frequency, axis=1)
-    return windrms.Response(*map(float, np.sqrt(variance)), np.nan, (), len(frequency))
+    numbers = np.sqrt(variance).tolist()
+    imaged = dict(zip(weights, numbers[4:], strict=True))
+    return windrms.Response(*numbers[:4], np.nan, (), len(frequency), imaged)

@@ -1,4 +1,4 @@
-"""Table of the command `windrms`."""
+"""Table of the command `windrms`: of a gondola on its cable, or of a cable with fixed ends."""
 
 from dataclasses import replace
 from math import ceil, floor
@@ -12,7 +12,7 @@ from cablestudy.study.columns import STATUS, find, lacks
 from cablestudy.study.notes import gondola_notes
 from cablestudy.study.row import evaluate
 from cablestudy.study.table import Field, Table
-from cablestudy.study.windrms import BELOW, combine
+from cablestudy.study.windrms import BELOW, combine, weights_of
 from cablestudy.wind.drag import shedding_frequencies
 
 PARTS = {"gondola": ("",), "cable": ("_cable_wind",), "both": ("", "_cable_wind", "_all_wind")}
@@ -22,23 +22,28 @@ CLOSED, OPEN = (
 )
 LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
 GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
+CABLE = ("midspan_rms", "tension_rms", "cable_frequency")
 COUNTED = 40  # modes of each plane up to which they are computed and not estimated
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
     "cable's vertical plane, whichever moves the gondola more; uncorrelated with the force on the gondola"
 )
+BARE_NOTE = (
+    "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
+    "cable's vertical plane, whichever moves it more; about the equilibrium without wind"
+)
 
 
-def wind_table(document, scene, on="gondola", estimate=False):
-    """The gondola in the wind, with the winch loop where the scene has a controller.
+def wind_table(document, scene, on=None, estimate=False):
+    """The gondola in the wind, with the winch loop where the scene has a controller; without a gondola the cable.
 
     Parameters
     ----------
     document : Document
         Of the scene, for the places of mistakes.
     scene : Scene
-    on : {"gondola", "cable", "both"}
-        What the wind acts on.
+    on : {"gondola", "cable", "both"}, optional
+        What the wind acts on; by default the gondola where there is one.
     estimate : bool
         Whether the errors of fixed elements are to be estimated.
 
@@ -53,17 +58,19 @@ def wind_table(document, scene, on="gondola", estimate=False):
     Raises
     ------
     SceneError
-        The scene has no gondola or no wind.
+        The scene has no wind, or no gondola for what the wind acts on.
     """
+    if scene.gondola is None and on in (None, "cable"):
+        return _bare_cable_table(document, scene, estimate)
+    on = on or "gondola"
     parts = PARTS[on]
     names = [name + part for part in parts for name in OPEN] + list(GONDOLA)
     if scene.winch is not None and scene.winch.controller is not None:
         names = [name + part for part in parts for name in CLOSED] + list(LOOP) + names
-    columns = [find(name) for name in names]
-    for column in columns:
-        if lacks(scene, column):
-            raise missing(document, lacks(scene, column), "windrms")
-    row = evaluate(scene, columns, estimate)
+    if "" in parts:
+        names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
+        names += ["peak", *weights_of(scene)]
+    columns, row = _evaluated(document, scene, names, estimate)
     fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
     if not row.failed:
         response = _response(row.case, on)
@@ -79,11 +86,29 @@ def wind_table(document, scene, on="gondola", estimate=False):
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
 
 
+def _bare_cable_table(document, scene, estimate):
+    """As `wind_table`, of a cable with fixed ends."""
+    columns, row = _evaluated(document, scene, CABLE, estimate)
+    remarks = () if row.failed else tuple(_vortices(row.case))
+    row = replace(row, notes=(*row.notes, BARE_NOTE))
+    fields, cells = [column.field for column in columns], dict(row.cells)
+    return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
+
+
+def _evaluated(document, scene, names, estimate):
+    """The columns of some names, and their `Row`; SceneError for a key that the scene lacks."""
+    columns = [find(name) for name in names]
+    for column in columns:
+        if lacks(scene, column):
+            raise missing(document, lacks(scene, column), "windrms")
+    return columns, evaluate(scene, columns, estimate)
+
+
 def _response(case, on):
     """Of which the shares and the error are shown."""
     if on == "gondola":
         return case.response
-    return case.cable_response if on == "cable" else combine(case.response, case.cable_response)
+    return case.cable_response if on == "cable" else combine(case.response_in_air, case.cable_response)
 
 
 def _vortices(case):

@@ -1,6 +1,6 @@
 """Command `windrms`: what the wind does to the gondola, with and without the winch loop."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil, frexp, hypot, inf, ldexp, log, prod
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from cablestudy.control.plant import NEAR
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind import rms
+from cablestudy.wind.imaging import correction_weight, exposure_weight
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
 TOLERANCE = 1e-6  # relative, of each variance
@@ -36,6 +37,8 @@ class Response:
         Of the variance of the displacement below each of BELOW. [-]
     evaluations : int
         Frequencies that it took. [-]
+    imaged : dict
+        What a telescope sees of the displacement, by the names of `weights_of`. [m]
     """
 
     displacement: float
@@ -45,9 +48,38 @@ class Response:
     error: float
     shares: tuple
     evaluations: int
+    imaged: dict = field(default_factory=dict)
 
 
-def spectra_of(loop, force):
+def weights_of(scene):
+    """Which parts of the gondola's motion a telescope sees: name -> factor of the spectrum, of frequencies [Hz].
+
+    `exposure`, within one exposure; `corrected`, behind the correcting mirror; `corrected_exposure`, both; as far as
+    the scene has them.
+    """
+    weights = {}
+    if scene.exposure is not None:
+        weights["exposure"] = lambda frequency: exposure_weight(frequency, scene.exposure)
+    if scene.correction is not None:
+        mirror = scene.correction.bandwidth, scene.correction.delay
+        weights["corrected"] = lambda frequency: correction_weight(frequency, *mirror)
+    if len(weights) == 2:
+        exposed, corrected = weights.values()
+        weights["corrected_exposure"] = lambda frequency: exposed(frequency) * corrected(frequency)
+    return weights
+
+
+def mirror_poles(correction):
+    """Pole of the correcting mirror that is nearest to zero, s + 2 pi bandwidth exp(-s delay) = 0: a list. [rad/s]"""
+    from scipy.special import lambertw
+
+    if correction is None:
+        return []
+    fastest, delay = 2 * np.pi * correction.bandwidth, correction.delay
+    return [complex(lambertw(-fastest * delay) / delay if delay else -fastest)]
+
+
+def spectra_of(loop, force, weights=()):
     """Spectra of the gondola: displacement and velocity with control, displacement and velocity without.
 
     Parameters
@@ -55,20 +87,24 @@ def spectra_of(loop, force):
     loop : Loop
     force : callable
         Frequencies [Hz] -> spectrum of the force on the gondola [N^2/Hz].
+    weights : collection of callable
+        Frequencies [Hz] -> further factors of the displacement with control [-].
 
     Returns
     -------
     callable
-        Frequencies, shape (n,) [Hz] -> shape (4, n). [m^2/Hz], [m^2/s^2/Hz]
+        Frequencies, shape (n,) [Hz] -> shape (4 + number of weights, n). [m^2/Hz], [m^2/s^2/Hz]
     """
 
     def spectra(frequency):
         alone, held = loop.squares(frequency)
         driven = force(frequency)
-        result = np.empty((4, len(frequency)))
+        result = np.empty((4 + len(weights), len(frequency)))
         np.multiply(held, driven, out=result[0])
         np.multiply(alone, driven, out=result[2])
-        np.multiply(result[::2], (2 * np.pi * frequency) ** 2, out=result[1::2])
+        np.multiply(result[:4:2], (2 * np.pi * frequency) ** 2, out=result[1:4:2])
+        for row, weight in zip(result[4:], weights, strict=True):
+            np.multiply(result[0], weight(frequency), out=row)
         return result
 
     return spectra
@@ -100,10 +136,11 @@ def cable_force_of(case):
         wind.turbulence,
     ))  # fmt: skip
     spectra = list(filter(None, [on_cable.spectrum(direction) for direction in DIRECTIONS]))
+    loop = case.loop_in_air.whole
 
     def force(frequency):
         found = [size**2 * spectrum(frequency) for spectrum in spectra]
-        moved = [np.trapezoid(spectra_of(case.loop.whole, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
+        moved = [np.trapezoid(spectra_of(loop, lambda _, f=f: f)(frequency)[0], frequency) for f in found]
         return found[int(np.argmax(moved))] if found else np.zeros_like(frequency)
 
     return force
@@ -114,7 +151,7 @@ def tolerance_of(scene):
     return min(TOLERANCE, (scene.model.accuracy or 1.0) / 10)
 
 
-def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
+def respond(loop, force, corner, tolerance=TOLERANCE, cable=False, weights=None, mirror=()):
     """RMS of the gondola under a force spectrum.
 
     Parameters
@@ -128,7 +165,12 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
     tolerance : float
         Relative, of each variance.
     cable : bool
-        Whether the force comes along the cable, so that every mode of the cable may stand in its spectrum.
+        Whether every mode of the cable may stand in the spectrum, since the force comes along the cable, or since
+        weights raise what is fast.
+    weights : dict, optional
+        Of `weights_of`.
+    mirror : sequence of complex
+        Poles of the mirror in these. [rad/s]
 
     Returns
     -------
@@ -140,33 +182,68 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False):
         Wind and gondola are too far apart, or the variance is no number.
     """
     main = float(np.abs(loop.gondola_pole)) / (2 * np.pi)
-    if not main / FAR < corner < main * FAR:
-        raise NoSolutionError(
-            f"wind of {corner:.3g} Hz (speed/length_scale) is too far from the gondola's {main:.3g} Hz"
-        )
-    spectra = spectra_of(loop, force)
-    poles = np.concatenate([loop.plant.every_pole, loop.observable_poles]) if cable else loop.observable_poles
-    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
+    weights = weights or {}
+    spectra = spectra_of(loop, force, weights.values())
+    poles = np.concatenate([loop.plant.every_pole if cable else [], loop.observable_poles, mirror])
     fastest = NEAR * max(main, loop.excited.omega.min(initial=np.inf) / (2 * np.pi) if cable else 0.0)
-    near = centre < fastest
-    # in steps, and not at the wind's corner, so that loops in different winds are evaluated at the same frequencies
-    calm = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
-    high = FAST * main * STEP ** max(0, ceil(log(min(corner / main, FASTEST), STEP)))
-    marks = np.concatenate([BELOW, centre[~near]])
-    edges = rms.breakpoints(calm, high, centre[near], width[near], marks[(calm < marks) & (marks < high)], main)
-    slow = [mark for mark in BELOW if calm * SLOWER[0] < mark < calm * (1 - 1e-9)]
-    edges = np.concatenate([np.sort([*(calm * SLOWER), *slow]), edges])
+    edges = panels(main, corner, poles, fastest, FASTEST * main if weights else 0.0)
     found = rms.integrate(spectra, edges, tolerance)
-    # below the range a loop without gain is flat, as in the lowest panel
-    first, second = found.edges[:2]
-    flat = found.panels[0] * (first / (second - first))
-    variance = found.value + flat * np.array([not loop.gain, 0, 1, 0])
+    # a loop without gain is flat below the range
+    variance = found.value + below_range(found) * np.array([not loop.gain, 0, 1, 0] + [0] * len(weights))
     if not (np.isfinite(variance) & (variance > 0)).all():
         raise NoSolutionError("the wind's force on the gondola is too small or too large for a number")
     below = np.cumsum(found.panels[:, 0]) / found.value[0]
     shares = tuple(np.interp(BELOW, found.edges[1:], below).tolist())
-    numbers = map(float, np.sqrt(variance))
-    return Response(*numbers, float((found.error / variance).max()), shares, found.evaluations)
+    numbers = np.sqrt(variance).tolist()
+    error, imaged = float((found.error / variance).max()), dict(zip(weights, numbers[4:], strict=True))
+    return Response(*numbers[:4], error, shares, found.evaluations, imaged)
+
+
+def panels(main, corner, poles, fastest, high=0.0, what="the gondola"):
+    """Boundaries of the panels over which a response to the wind is integrated.
+
+    Parameters
+    ----------
+    main : float
+        Frequency of what moves most. [Hz]
+    corner : float
+        Where the force spectrum begins to fall. [Hz]
+    poles : ndarray, shape (k,)
+        [rad/s]
+    fastest : float
+        Below it each pole has boundaries of its own around it. [Hz]
+    high : float
+        Up to where the range goes at least. [Hz]
+    what : str
+        Moves, for the message.
+
+    Returns
+    -------
+    ndarray
+        Ascending. [Hz]
+
+    Raises
+    ------
+    NoSolutionError
+        Wind and motion are too far apart.
+    """
+    if not main / FAR < corner < main * FAR:
+        raise NoSolutionError(f"wind of {corner:.3g} Hz (speed/length_scale) is too far from {what}'s {main:.3g} Hz")
+    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
+    near = centre < fastest
+    # in steps, and not at the wind's corner, so that loops in different winds are evaluated at the same frequencies
+    calm = SLOW * main / STEP ** max(0, ceil(log(main / corner, STEP)))
+    high = max(high, FAST * main * STEP ** max(0, ceil(log(min(corner / main, FASTEST), STEP))))
+    marks = np.concatenate([BELOW, centre[~near]])
+    edges = rms.breakpoints(calm, high, centre[near], width[near], marks[(calm < marks) & (marks < high)], main)
+    slow = [mark for mark in BELOW if calm * SLOWER[0] < mark < calm * (1 - 1e-9)]
+    return np.concatenate([np.sort([*(calm * SLOWER), *slow]), edges])
+
+
+def below_range(found):
+    """Integrals below the range of an `Integral`, of spectra that are flat there as in its lowest panel."""
+    first, second = found.edges[:2]
+    return found.panels[0] * (first / (second - first))
 
 
 def response_of(case, loop, tolerance=None):
@@ -191,14 +268,18 @@ def response_of(case, loop, tolerance=None):
         The integral does not settle.
     """
     loop.check_stable()
-    gondola, wind = case.scene.gondola, case.scene.wind
+    scene, gondola, wind = case.scene, case.scene.gondola, case.scene.wind
 
     def unit(frequency):
         turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
         return turbulence * admittance(frequency, wind.speed, gondola.area, wind.admittance)
 
     # the response is linear in the force, whose square might not be a number
-    found = respond(loop, unit, wind.speed / wind.length_scale, tolerance or tolerance_of(case.scene))
+    corner, tolerance, weights = wind.speed / wind.length_scale, tolerance or tolerance_of(scene), weights_of(scene)
+    if weights:  # they raise motion that is faster than the gondola's, and modes that hardly matter without them
+        found = respond(loop.whole, unit, corner, tolerance, True, weights, mirror_poles(scene.correction))
+    else:
+        found = respond(loop, unit, corner, tolerance)
     return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
 
 
@@ -209,6 +290,7 @@ def cable_response_of(case, loop):
     ----------
     case : Case
     loop : Loop
+        With the damping of the cable by the air.
 
     Returns
     -------
@@ -243,7 +325,7 @@ def cable_response_of(case, loop):
 
 
 def combine(first, second):
-    """RMS by two forces that have nothing to do with each other: variances add.
+    """RMS by two forces that have nothing to do with each other: variances add; of what is imaged nothing is kept.
 
     Parameters
     ----------
@@ -269,7 +351,13 @@ def combine(first, second):
 
 def _scaled(response, *factors):
     """A response to some force for one that is larger by a product, which alone might not be a number."""
+    times = scaling(*factors)
+    imaged = {name: times(number) for name, number in response.imaged.items()}
+    return replace(response, imaged=imaged, **{name: times(getattr(response, name)) for name in NUMBERS})
 
+
+def scaling(*factors):
+    """What multiplies a number by all factors, whose product alone might not be a number."""
     mantissa, exponent = frexp(1.0)
     for factor in factors:
         part, power = frexp(factor)
@@ -283,4 +371,4 @@ def _scaled(response, *factors):
         except OverflowError:
             return inf
 
-    return replace(response, **{name: times(getattr(response, name)) for name in NUMBERS})
+    return times

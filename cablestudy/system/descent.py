@@ -39,7 +39,7 @@ SOFT_STEPS, LOOSE = 60, 1e-6  # most steps with each, and net force over the sum
 MOST_LOAD = 10.0  # tension that a soft cable may have, over the loads on all bodies
 BALANCED = 1e-11  # net force over the sum of forces at which a pose has converged,
 STALLED = 1e-8  # and at which it has where rounding stops the iteration; also the size of the last step of either
-FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the longest chord, and in radians
+FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the extent of the suspension, and in radians
 SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo),
 FLAT = 0.1  # and by how much the slope must have changed where the descent is rounding (delta of Hager and Zhang)
 FLATTEST = 1e-13  # scaled eigenvalues below it count as this large in a step
@@ -188,7 +188,9 @@ def evaluate(suspension, state):
     cables = catenary.solve(spans(suspension, state))
     span = cables.span
     forces, stiffness = cables.end_forces("global"), cables.global_end_stiffness
-    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
+    # a force is not known better than the rounding of a strain, also where all cables hang without tension
+    known = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
+    net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, known)
     q, n, y = (part[..., 0] for part in cables.tension)
     length, tension = span.unstretched_length, cables.mean_tension
     strained = (q**2 + n**2 + y**2 + span.weight**2 / 12) / (2 * span.axial_stiffness)
@@ -230,6 +232,12 @@ def longest(state):
     return np.maximum(size(state.vector), state.length).max(axis=-1)
 
 
+def extent(suspension, state):
+    """Largest extent of all cable ends along x, y or z, or longest cable if that is more, shape (n,). [m]"""
+    ends = suspension.ends(state.position, state.rotation)
+    return np.maximum(np.ptp(ends, axis=(-3, -2)).max(axis=-1), longest(state))
+
+
 def newton_step(suspension, state, point):
     """Newton step of all free degrees of freedom, where the stiffness is positive definite; else one that descends.
 
@@ -242,14 +250,15 @@ def newton_step(suspension, state, point):
     force = tangent.free_values(suspension, point.net)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, point.end_forces, point.end_stiffness)
     largest_step = np.ones((len(force), *free.shape)) * WIDEST
-    largest_step[..., :3] = FARTHEST * longest(state)[:, None, None]
+    largest_step[..., :3] = FARTHEST * extent(suspension, state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
     rounding = BALANCED * np.broadcast_to(point.scale[..., None], largest_step.shape)
     least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / largest_step)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
     scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= tangent.DENSE:
-        moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales)
+        longest_moves = tangent.free_values(suspension, largest_step) * scales
+        moves = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, longest_moves)
     else:
         cases = range(len(force))
         moves = [
@@ -261,15 +270,23 @@ def newton_step(suspension, state, point):
     return step / np.maximum(1.0, (np.abs(step) / largest_step).max(axis=(-1, -2)))[:, None, None]
 
 
-def _dense_step(matrix, force):
-    """K^-1 g, or Q (Q^T g/|eigenvalue|) where K is not positive definite; shape (n, d)."""
+def _dense_step(matrix, force, largest):
+    """K^-1 g; or where that is too long or K not positive definite Q (Q^T g/|eigenvalue|); shape (n, d).
+
+    There the part along each eigenvector is no longer than allowed, so that a motion that nothing holds does not leave
+    the others without a step.
+    """
     values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
     definite = values[:, 0] > FLATTEST
     plain = np.where(definite[:, None, None], matrix, np.eye(force.shape[-1]))
     exact = tangent.solved(plain, force)
+    good = definite & (np.abs(exact) <= largest).all(axis=-1)
+    if good.all():
+        return exact
     shares = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
-    descending = (vectors @ (shares / np.maximum(np.abs(values), FLATTEST))[..., None])[..., 0]
-    return np.where(definite[:, None], exact, descending)
+    parts = vectors * (shares / np.maximum(np.abs(values), FLATTEST))[:, None, :]
+    parts = parts / np.maximum(1.0, (np.abs(parts) / largest[..., None]).max(axis=-2))[:, None, :]
+    return np.where(good[:, None], exact, parts.sum(axis=-1))
 
 
 def _sparse_step(matrix, force):

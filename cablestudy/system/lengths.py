@@ -7,17 +7,38 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import descent, stated, tangent
-from cablestudy.system.descent import CONVERGED, TINY, TOO_MANY, UNHELD, Record, longest, moved, size, spans
-from cablestudy.system.statics import equilibrium, refuse_unheld, start
+from cablestudy.system.descent import (
+    CONVERGED,
+    TINY,
+    TOO_MANY,
+    UNHELD,
+    Record,
+    copied,
+    moved,
+    put,
+    size,
+    some,
+    spans,
+)
+from cablestudy.system.failure import MOTIONS
+from cablestudy.system.stability import UNSTABLE
+from cablestudy.system.statics import NUDGES, equilibrium, nudged, refuse_unheld, start
 from cablestudy.system.tension_distribution import METHODS, distribute
 
-MAX_STEPS = 100
-SHRINKING, LARGEST, DAMPED = 0.7, 0.3, 0.05  # steps that shrink less or turn more [rad] are damped, with this weight
+MAX_STEPS = 40
+LARGEST, GROWING = 0.3, 10.0  # steps that turn more [rad] or grow more are damped,
+SHRINKING, SLOW = 0.7, 0.3  # and those that go back and shrink less; damping is eased where others shrink less
+DAMPED, MOST_DAMPED = 0.05, 1e3  # with weights from the first to the second
 SETTLED = 1e-9  # relative change of the tensions in a step at which they are found,
 BALANCED = 1e-11  # and net force over the sum of forces
 STALLED = 1e-8  # both, where rounding stops the iteration
+ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
 HOPELESS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
+LEVEL_LEAST = 0.508  # least tension of a level cable that does not stretch, over the weight of its chord
+# Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
+# changes the tension, and the steps of the search are good for little
+ABOVE_LEAST = (1.5, 2.0, 1.05, 1 + stated.LEAST_ERROR)
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -76,8 +97,49 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     n = int(np.prod(shape))
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
     flat = suspension.broadcast((n,))
-    state, record, problems = search(flat, np.flatnonzero(unstated), found, method, *bounds)
+    which = np.flatnonzero(unstated)
+    answers = search(flat, which, found, method, *bounds, ABOVE_LEAST[0])
+    for above in ABOVE_LEAST[1:]:
+        hard = np.flatnonzero(~answers[1].converged & near_least(flat, answers[0], which))
+        if not len(hard):
+            break
+        again = search(flat.take(hard), which, found, method, *(bound[hard] for bound in bounds), above)
+        answers = with_better(answers, hard, again)
+    if found[: suspension.bodies, 3:].any():
+        answers = with_stable_attitudes(suspension, flat, answers, which, found, method, bounds)
+    state, record, problems = answers
     return equilibrium(suspension, flat, state, record), problems.reshape(shape)
+
+
+def with_better(found, index, again):
+    """State, record and problems of cases, with those of a second search of some of them where it converged."""
+    state, record, problems = copied(found[0]), copied(found[1]), found[2].copy()
+    good = again[1].converged
+    for whole, part in ((state, again[0]), (record, again[1])):
+        put(whole, index[good], some(part, good))
+    problems[index[good]] = again[2][good]
+    return state, record, problems
+
+
+def with_stable_attitudes(suspension, flat, answers, which, found, method, bounds):
+    """Answers of `search` whose attitudes, where they are unstable, are those to which the bodies fall from there.
+
+    The bodies fall with the lengths as they are, from a place beside it along the unstable motion; the search begins
+    again where they shall be, with the attitudes in which they have come to rest.
+    """
+    for side in NUDGES:
+        state, record, _ = answers
+        stability = equilibrium(suspension, flat, state, record).stability
+        falling = np.flatnonzero(record.converged & (stability.verdict == UNSTABLE).reshape(len(record.converged)))
+        if not len(falling):
+            break
+        part, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
+        held = replace(part, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
+        fallen, _ = descent.descend(held, nudged(held, some(state, falling), motion, side))
+        part = replace(part, rotation=fallen.rotation)
+        again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST[0])
+        answers = with_better(answers, falling, again)
+    return answers
 
 
 def refuse_uncountable(suspension, found, lengths):
@@ -159,7 +221,7 @@ def body_units(suspension):
     return sizes
 
 
-def search(suspension, which, found, method, low, high, reference):
+def search(suspension, which, found, method, low, high, reference, above):
     """Repeat the linear problem about the current tensions until the true equilibrium holds.
 
     Parameters
@@ -172,6 +234,8 @@ def search(suspension, which, found, method, low, high, reference):
         As for `solve`.
     low, high, reference : ndarray, shape (n, m)
         [N]
+    above : float
+        Least tension of a cable over the least that it can have by its own weight. [-]
 
     Returns
     -------
@@ -188,26 +252,29 @@ def search(suspension, which, found, method, low, high, reference):
     state = fitted(part, state)
     answers, hopeless = np.full(cases, None, dtype=object), np.zeros(cases, dtype=int)
     steps, settled = np.zeros(cases, dtype=int), np.zeros(cases, dtype=bool)
-    damping = np.zeros(cases)
+    damping, least_damping = np.zeros(cases), np.zeros(cases)
+    possible = possible_tensions(part, state, which, low, tension, above)
     last, ended = np.full(cases, np.inf), settled.copy()
+    final, change, direction = last.copy(), last.copy(), np.zeros_like(tension)
     for _ in range(MAX_STEPS):
         net, by_tension, by_place, worst = linearised(part, state, which, found)
         step, asked = np.zeros((*state.position.shape[:-1], 6)), tension.copy()
-        change = np.zeros(cases)
         for case in np.flatnonzero(~ended):
             right = by_tension[case] @ tension[case] - net[case]
-            limits = reference[case], low[case], high[case], damping[case]
+            limits = reference[case], possible[case], high[case], damping[case], tension[case]
             answer = distribute(by_tension[case], by_place[case], right, method, *limits)
             answers[case] = answer
-            pushes = not answer.held or (not answer.within and answer.tension.min() <= 0)
+            pushes = not answer.held or (not answer.within and answer.tension.min() < 0)
             hopeless[case] = hopeless[case] + 1 if pushes else 0
             asked[case], step[case, found] = answer.tension, answer.unbounded
         step = step / body_units(part)
         wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
-        share = allowed_share(state, step)
+        share = allowed_share(part, state, step)
         step, asked = step * share[:, None, None], tension + share[:, None] * (asked - tension)
         asked = np.where(ended[:, None], tension, np.maximum(asked, SLOWEST * tension))
         change = np.abs(asked - tension).max(axis=-1) / tension.max(axis=-1) + np.abs(step).max(axis=(-1, -2))
+        change = change * (1 + damping**2)  # what is left without damping, about
+        final = np.where(ended, final, change)
         done = (worst < BALANCED) & (change < SETTLED) | (worst < STALLED) & (change < STALLED) & (change >= last / 2)
         settled |= done
         ended = settled | (hopeless >= HOPELESS)
@@ -215,23 +282,57 @@ def search(suspension, which, found, method, low, high, reference):
             break
         moving = ~ended
         steps += moving
+        before, direction = direction, (asked - tension) / tension
+        back = (before * direction).sum(axis=-1) < 0
+        wild = (wide > LARGEST) | ((change > SHRINKING * last) & back & (steps > 3)) | (change > GROWING * last)
+        damping, least_damping = damped(damping, least_damping, wild, change > SLOW * last)
         tension = np.where(moving[:, None], asked, tension)
-        wild = (wide > LARGEST) | ((change > SHRINKING * last) & (steps > 3))
-        damping = np.where(wild, np.maximum(DAMPED, 3 * damping), damping)
         last = np.where(moving, change, last)
+        state = moved(part, state, np.where(moving[:, None, None], step, 0.0))
+        possible = possible_tensions(part, state, which, low, tension, above)
+        tension = np.maximum(tension, np.minimum(possible, high))
         value = np.array(part.value)
         value[:, which] = tension
         part = replace(part, value=value)
-        state = fitted(part, moved(part, state, np.where(moving[:, None, None], step, 0.0)))
+        state = fitted(part, state)
+    settled |= (worst < STALLED) & (final < ROUGH)
     good = np.array([answer.held and answer.within for answer in answers], dtype=bool)
     reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)
-    words = [describe(suspension, which, *case) for case in zip(answers, settled, low, high, strict=True)]
-    return state, Record(steps, worst, change, reasons), np.array(words, dtype=object)
+    words = [describe(suspension, which, *case) for case in zip(answers, settled, low, possible, high, strict=True)]
+    return state, Record(steps, worst, final, reasons), np.array(words, dtype=object)
 
 
-def allowed_share(state, step):
+def damped(damping, least, wild, slow):
+    """Damping of the next step, and the least of the steps to come, shape (n,).
+
+    More after a wild step, and from then on never again as little as it had; less after the others, and less is allowed
+    where these are slow.
+    """
+    least = np.where(wild, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
+    return np.where(wild, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least)), least
+
+
+def near_least(suspension, state, which):
+    """Whether the tension of a cable is below its weight, where `possible_tensions` bounds it, shape (n,)."""
+    cables = catenary.solve(spans(suspension, state))
+    return (cables.mean_tension < cables.span.weight_per_length * cables.span.chord)[:, which].any(axis=-1)
+
+
+def possible_tensions(suspension, state, which, low, tension, above):
+    """Lower bounds of mean tensions that are none below what a cable has at least by its own weight, shape (n, m). [N]
+
+    Of cables with more tension than the weight of their chord it is that of a level cable that does not stretch.
+    """
+    heavy = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.vector))[:, which]
+    least = LEVEL_LEAST * heavy
+    if np.any(tension < heavy):
+        least = np.where(tension < heavy, stated.least_preload(spans(suspension, state))[:, which], least)
+    return np.maximum(low, above * least)
+
+
+def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * longest(state))
+    far = np.abs(step[..., :3]).max(axis=(-1, -2)) / (descent.FARTHEST * descent.extent(suspension, state))
     wide = np.abs(step[..., 3:]).max(axis=(-1, -2)) / descent.WIDEST
     return 1 / np.maximum(1.0, np.maximum(far, wide))
 
@@ -242,26 +343,27 @@ def fitted(suspension, state):
     return replace(state, strain=strain, length=size(state.vector) / (1 + strain))
 
 
-def describe(suspension, which, answer, settled, low, high):
+def describe(suspension, which, answer, settled, low, possible, high):
     """Why a case has no answer; an empty string where it has one."""
     names = [suspension.cable_names[i] for i in which]
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]
     held = ", ".join(bodies) or "the points"
     if not answer.held:
-        motions = ("along x", "along y", "along z", "about x", "about y", "about z")
         body, motion = np.argwhere(suspension.free)[int(np.argmax(np.abs(answer.left)))]
-        return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {motions[motion]}"
+        return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {MOTIONS[motion]}"
     if answer.within and settled:
         return ""
-    if answer.within:
-        return f"no lengths were found that hold {held} here"
-    rounding = 1e-6 * np.abs(answer.tension).max()
-    beyond = np.maximum(low - answer.tension, answer.tension - high)
-    outside = beyond > min(rounding, beyond.max() / 2)
+    beyond = np.maximum(possible - answer.tension, answer.tension - high)
+    if answer.within or beyond.max() <= 0:
+        return f"no lengths were found that hold {held} here: their search did not settle in {MAX_STEPS} steps"
+    outside = beyond > min(1e-6 * np.abs(answer.tension).max(), beyond.max() / 2)
     unit, name = next(pair for pair in UNITS if np.abs(answer.tension).max() >= pair[0] or pair[0] == 1.0)
     nearest = ", ".join(
         f"{cable} at {value / unit:.4g} {name}"
-        for cable, value, out in zip(names, answer.tension, outside, strict=True)
+        + (f" (by its own weight at least {least / unit:.4g} {name})" if heavy else "")
+        for cable, value, least, out, heavy in zip(
+            names, answer.tension, possible, outside, possible > low, strict=True
+        )
         if out
     )
     return (

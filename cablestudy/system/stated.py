@@ -26,6 +26,8 @@ STALLED = 1e-9  # and at which it is where rounding stops the iteration
 FALLING, IDLE = 0.9, 8  # a cable whose error does not fall to this share in so many steps has no such length
 DIFFERENCE = 1e-5  # relative step for the derivatives of a sag, which are good to its square
 LARGEST = 0.2  # change of an unstretched length in one step, over the length
+SLACKEST, TRIALS = 2.0, 17  # of the cable with the least tension: more than its length over chord, lengths on a grid
+LEAST_ERROR = 1e-3  # largest relative error of that tension, found on a grid and a finer one
 TINY = 1e-300
 
 
@@ -163,6 +165,32 @@ def with_relative_length(strain, change):
     return (strain - change) / (1 + change)
 
 
+def least_preload(span):
+    """Least mean tension that cables between given ends can have, of all unstretched lengths.
+
+    A shorter cable is stretched, a longer one hangs deeper: either raises the tension. A horizontal cable that hardly
+    stretches has 0.508 of its weight per length times its chord at a length of 1.48 chords, a vertical one 0.5 at 1.
+
+    Parameters
+    ----------
+    span : Span
+
+    Returns
+    -------
+    tension : ndarray, shape of the span
+        At most LEAST_ERROR above the exact one. [N]
+    """
+    stretched = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
+    low, high = np.broadcast_to(-np.log(SLACKEST), stretched.shape), stretched  # log of chord over unstretched length
+    share = np.linspace(0.0, 1.0, TRIALS).reshape(-1, *[1] * stretched.ndim)
+    for _ in range(2):
+        trials = low + share * (high - low)
+        tension = catenary.solve(span.with_chord_strain(np.expm1(trials))).mean_tension
+        lowest = tension.argmin(axis=0)[None]
+        low, high = (np.take_along_axis(trials, np.clip(lowest + side, 0, TRIALS - 1), axis=0)[0] for side in (-1, 1))
+    return tension.min(axis=0)
+
+
 def first_strains(span, given, value):
     """Chord strains with which cables between given ends have what they state, or about so.
 
@@ -232,9 +260,11 @@ def fit(span, given, value, strain):
         if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (idle >= IDLE)):
             break
         excess, factor = linear_measure(error, kinds)
-        slope = factor * rates(cables, given).by_length / value
+        by_length = rates(cables, given).by_length
+        slope = factor * by_length / value
         change = np.where(stated & (slope != 0) & np.isfinite(slope), -excess / np.where(slope != 0, slope, 1.0), 0.0)
         change = np.clip(np.nan_to_num(change), -LARGEST, LARGEST)
         strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
-        last = worst
+        hanging = force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
+        strain, last = np.where(hanging, most, strain), worst
     return strain, error

@@ -13,6 +13,7 @@ from cablestudy.system.descent import (
     State,
     copied,
     descend,
+    extent,
     moved,
     put,
     search,
@@ -20,6 +21,7 @@ from cablestudy.system.descent import (
     some,
     spans,
 )  # fmt: skip
+from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
 
 MAX_STEPS = 30
@@ -31,6 +33,7 @@ SOFTENED = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes
 STALLED = 1e-8  # and at which they do where rounding stops the iteration
 MOST_ERROR = 10.0  # relative error that a step shall take away at most
 LARGEST = 0.3  # change of an unstretched length in one step, over the length
+NUDGES = (0.1, -0.1, 0.3, -0.3)  # steps off a saddle: rotation [rad], or share of the extent of the suspension
 SINGULAR = 1e-14  # added to the diagonal of the scaled stiffness
 
 
@@ -69,7 +72,51 @@ def pose(suspension):
         again, last = by_softer_cables(flat.take(hard))
         put(state, hard, again)
         put(record, hard, last)
-    return equilibrium(suspension, flat, state, record)
+    return off_saddles(suspension, flat, state, record)
+
+
+def off_saddles(suspension, flat, state, record):
+    """Equilibria, where those found are unstable others that the suspension falls to from there: `Equilibrium`.
+
+    Parameters
+    ----------
+    suspension, flat : Suspension
+        The cases in their shape, and of shape (n,).
+    state : State
+    record : Record
+
+    Notes
+    -----
+    A search that begins on a saddle of the energy stays there: its forces balance. It goes on from a place beside it
+    along the unstable motion.
+    """
+    for side in NUDGES:
+        found = equilibrium(suspension, flat, state, record)
+        falling = record.converged & (found.stability.verdict == UNSTABLE).reshape(len(record.converged))
+        if not falling.any():
+            break
+        part, index = flat.take(falling), np.flatnonzero(falling)
+        beside = nudged(part, some(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side)
+        fallen, last = descend(part, beside)
+        if set(part.given) != {"unstretched_length"}:
+            fallen, last = meet(part, fallen, last)
+        good = last.converged
+        record = copied(record)
+        put(state, index[good], some(fallen, good))
+        put(record, index[good], some(last, good))
+    else:
+        found = equilibrium(suspension, flat, state, record)
+    return found
+
+
+def nudged(suspension, state, motion, size):
+    """State after a step along motions of `Stability`: its largest rotation, or share of the extent, is `size`."""
+    step = motion.copy()
+    step[..., :3] /= extent(suspension, state)[:, None, None]
+    step[..., 3:] /= tangent.body_sizes(suspension)[..., None]
+    step *= size / np.maximum(np.abs(step).max(axis=(-1, -2)), TINY)[:, None, None]
+    step[..., :3] *= extent(suspension, state)[:, None, None]
+    return moved(suspension, state, step)
 
 
 def search_all(suspension, state):

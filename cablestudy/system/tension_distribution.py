@@ -18,6 +18,7 @@ METHODS = ("balanced", "least", "closest")
 RANK = 1e-10  # singular values below it, over the largest one, count as zero
 BALANCE = 1e-8  # force left over, over the loads, from which no tensions hold the loads
 LEVEL = 1e-4  # weight of the tensions themselves beside their deviations from the mean: the smaller of equals
+FARTHEST = 1e6  # over the largest tension: bounds farther off count as at this distance
 OUTSIDE = 1e-9  # share of the largest tension by which one may lie outside the bounds: rounding
 
 
@@ -44,7 +45,7 @@ class Distribution:
     within: bool
 
 
-def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping=0.0):
+def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping=0.0, current=None):
     """Tensions within bounds that balance loads.
 
     Parameters
@@ -59,7 +60,10 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     low, high : ndarray, shape (m,)
         Bounds; infinite where there is none. [N]
     damping : float
-        Weight of the forces of the unknowns y beside the tensions, for steps of an iteration. [-]
+        Weight, beside the objective, of the forces of the unknowns y and of the changes of tensions, for steps of an
+        iteration; the changes of small tensions, whose forces are the least linear, weigh more. [-]
+    current : ndarray, shape (m,), optional
+        Tensions from which they change, where they are damped. [N]
 
     Returns
     -------
@@ -77,10 +81,15 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     left = right - matrix @ particular
     size = np.abs(right).max(initial=0.0)
     held = bool(np.abs(left).max(initial=0.0) <= BALANCE * max(size, np.finfo(float).tiny))
-    finite = [bound[np.isfinite(bound)] for bound in (low, high)]
-    unit = max(np.abs(part).max(initial=1e-300) for part in (particular[:count], reference, *finite))
-    weights = damping * norms[count:]
-    free = _least_distance(particular, space, count, method, reference, low, high, unit, weights)
+    unit = max(np.abs(part).max(initial=1e-300) for part in (particular[:count], reference, low[np.isfinite(low)]))
+    objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
+    target[:count] = reference if method == "closest" else 0.0
+    wanted = objective @ target
+    if damping:
+        weights = damping * np.append(np.sqrt(current.max() / current), norms[count:])
+        objective = np.vstack([objective, np.diag(weights)])
+        wanted = np.concatenate([wanted, weights[:count] * current, np.zeros(len(norms) - count)])
+    free = _least_distance(particular, space, count, objective, wanted, low, high, unit)
     within = free is not None
     if not within:
         free = _nearest(particular, space, count, low, high, unit)
@@ -88,31 +97,29 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     return Distribution(solution[:count], solution[count:], left, held, within)
 
 
-def _objective(method, count):
-    """S of a method, shape (m or 2 m, m)."""
+def _objective(method, count, unknowns):
+    """S of a method, shape (m or 2 m, m + f)."""
+    tensions = np.eye(count, unknowns)
     if method != "balanced":
-        return np.eye(count)
-    return np.vstack([np.eye(count) - 1.0 / count, LEVEL * np.eye(count)])
+        return tensions
+    spread = tensions.copy()
+    spread[:, :count] -= 1.0 / count
+    return np.vstack([spread, LEVEL * tensions])
 
 
-def _least_distance(particular, space, count, method, reference, low, high, unit, weights):
+def _least_distance(particular, space, count, objective, wanted, low, high, unit):
     """Coordinates z of the solution in the null space of the equations, or None where the bounds leave none."""
     from scipy.optimize import nnls
 
-    tensions = _objective(method, count)
-    objective = np.zeros((len(tensions) + len(weights), len(particular)))
-    objective[: len(tensions), :count], objective[len(tensions) :, count:] = tensions, np.diag(weights)
-    target = np.zeros(len(particular))
-    target[:count] = reference if method == "closest" else 0.0
     # S (t_0 + Z z - target) = S Z z - f, with z = V (w + f')/s; motions that change no tension are left out
     left_vectors, values, right_vectors = np.linalg.svd(objective @ space, full_matrices=False)
     kept = values > RANK * values.max(initial=0.0)
     basis = right_vectors[kept].T / values[kept]
-    start = basis @ (left_vectors[:, kept].T @ (objective @ (target - particular)))
+    start = basis @ (left_vectors[:, kept].T @ (wanted - objective @ particular))
     tension, slopes = particular[:count] + space[:count] @ start, space[:count] @ basis
     lower, upper = np.isfinite(low), np.isfinite(high)
     rows = np.vstack([slopes[lower], -slopes[upper]])
-    bounds = np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit
+    bounds = np.maximum(np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit, -FARTHEST)
     if not np.any(bounds > OUTSIDE):
         return start
     if not kept.any():

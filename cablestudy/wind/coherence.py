@@ -34,6 +34,7 @@ class Rod:
     square: np.ndarray  # integral of the squared slope of each function, shape (r,)
     ends: np.ndarray  # values of each function at both ends, shape (r, 2)
     length: float  # stretched over unstretched length
+    shares: np.ndarray  # of each point in the length, shape (n, q)
 
     def variance(self, load, ratio):
         """I for loads that are coherent over some length.
@@ -92,7 +93,7 @@ def rod(mesh, stretch):
     square[0] = 0.0  # the constant
     at_points = values @ shapes[mesh.element_nodes]
     collect = (share[..., None] * at_points).reshape(-1, len(square)).T
-    return Rod(np.broadcast_to(points, share.shape), collect, square, shapes[[0, -1]].T, length)
+    return Rod(np.broadcast_to(points, share.shape), collect, square, shapes[[0, -1]].T, length, share)
 
 
 def ratio_of(wind, length):

@@ -7,6 +7,8 @@ turbulence u' by
     rho C_d d/2 [a (I - t t^T) + U_n U_n^T/a] u':
 
 along the mean normal wind by rho C_d d a, across it by half as much.
+
+A body or a cable that moves meets a wind that is slower by its own velocity, so the same factors damp it.
 """
 
 import numpy as np
@@ -35,6 +37,49 @@ def drag_matrices(tangent, blowing):
     unit = normal / np.where(size > 0, size, 1.0)[..., 0]
     across = np.eye(3) - tangent[..., :, None] * tangent[..., None, :]
     return size * (across + unit[..., :, None] * unit[..., None, :]) / 2
+
+
+def body_damping(wind, area, drag_coefficient):
+    """Viscous damping rho C_d A v of a body that moves along the mean wind; zero where the `Wind` leaves it out.
+
+    Parameters
+    ----------
+    wind : Wind
+        Has speed, air_density and aerodynamic_damping.
+    area, drag_coefficient : float
+        [m^2], [-].
+
+    Returns
+    -------
+    float
+        [N s/m]
+
+    Notes
+    -----
+    Drag rho/2 C_d A (v - x')^2, linear in x': Simiu and Scanlan, Wind Effects on Structures (1996).
+    """
+    return wind.air_density * drag_coefficient * area * wind.speed if wind.aerodynamic_damping else 0.0
+
+
+def cable_damping(wind, diameter):
+    """Viscous damping per length of a cable's motion, rho C_d d v/2; zero where the `Wind` leaves it out.
+
+    It is that of motion normal to the cable and to the wind, the smaller one of the two: along the wind it is twice as
+    large. A motion of the cable in any direction is damped by no less, where the wind is across the cable.
+
+    Parameters
+    ----------
+    wind : Wind
+        Has speed, air_density, cable_drag_coefficient and aerodynamic_damping.
+    diameter : float
+        [m]
+
+    Returns
+    -------
+    float
+        [N s/m^2]
+    """
+    return body_damping(wind, diameter / 2, wind.cable_drag_coefficient)
 
 
 def shedding_frequencies(wind, diameter):

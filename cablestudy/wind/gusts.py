@@ -15,7 +15,8 @@ from cablestudy.system.rigid import cross_matrix, size
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
-PER_DECADE = 8  # kappa at which the covariance is computed
+PER_DECADE, DEGREE = 8, 5  # kappa at which the covariance is computed, and of the spline: 6e-6 of a variance
+COHERENT = 1e-7  # kappa times the size of the suspension that is taken for zero
 NEARLY_COHERENT, INCOHERENT = 1e-4, 1e4  # kappa times the size of the suspension where its limits are reached
 
 
@@ -92,25 +93,31 @@ class Gusts:
         known, spline = self._computed
         if spline is None:
             return np.broadcast_to(known, (len(kappa), *known.shape))
-        low, high = spline.x[[0, -1]]
+        low, high = known
         place = np.log(np.maximum(kappa, 1e-300))
         found = spline(np.clip(place, low, high))
-        # beyond, what is incoherent falls with 1/kappa
-        return found * np.where(place > high, np.exp(high - place), 1.0)[:, None, None] if len(self.strips) else found
+        if (place < low).any():  # nearly coherent: linear in kappa, d/d log kappa = kappa d/d kappa
+            found = found - np.maximum(-np.expm1(place - low), 0.0)[:, None, None] * spline(low, 1)
+        if (place > high).any():
+            # all that cables take part in falls with 1/kappa, and the speeds at the bodies remain as they are
+            of_bodies = np.arange(found.shape[-1]) >= self.forces.shape[-1]
+            falling = np.where(place > high, np.exp(high - place), 1.0)[:, None, None]
+            found = np.where(of_bodies[:, None] & of_bodies, found, falling * found)
+        return found
 
     @cached_property
     def _computed(self):
-        """Covariances at some kappa, and their spline over log kappa; one, and None, where all is coherent."""
-        from scipy.interpolate import CubicSpline
+        """Range of log kappa and spline of the covariance over it; a covariance and None where all is coherent."""
+        from scipy.interpolate import make_interp_spline
 
         everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
-        across = size(everywhere.max(axis=0) - everywhere.min(axis=0))
+        across = size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
         if not (self.wind.coherence_decay and across):
-            return self._at(np.array([NEARLY_COHERENT / (across or 1.0)]))[0], None
+            return self._at(np.array([COHERENT / (across or 1.0)]))[0], None
         span = np.log10([NEARLY_COHERENT, INCOHERENT])
         kappa = np.logspace(*span, 1 + int(PER_DECADE * np.ptp(span))) / across
-        found = self._at(kappa)
-        return found, CubicSpline(np.log(kappa), found)
+        place = np.log(kappa)
+        return place[[0, -1]], make_interp_spline(place, self._at(kappa), k=DEGREE)
 
     def _at(self, kappa):
         """`_covariance` computed directly."""

@@ -7,7 +7,8 @@ pressure is
 
 in body axes. Of the wind on a cable only the part u_n across its chord counts, and the force per stretched length is
 rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both depend on how bodies and cables stand in the wind, so the
-equilibrium is sought for fixed forces that are computed again where it is found, until they agree.
+equilibrium is sought for fixed forces that are computed again where it is found, until they agree. The linear model
+about it takes them as dead loads: that they change with the attitude of bodies and cables is no part of its stiffness.
 """
 
 from dataclasses import dataclass, replace

@@ -25,7 +25,8 @@ def peak_factor(rate, duration):
     Notes
     -----
     Davenport, Note on the distribution of the largest value of a random function with application to gust loading,
-    Proc. Institution of Civil Engineers 28 (1964) 187-196.
+    Proc. Institution of Civil Engineers 28 (1964) 187-196. It takes crossings as independent. Those of a lightly damped
+    motion come in clusters, and its largest value is smaller.
     """
     with np.errstate(divide="ignore"):
         crossings = np.log(rate) + np.log(duration)  # their product might overflow

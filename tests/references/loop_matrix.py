@@ -48,7 +48,7 @@ def matrices(loop, gain):
     A[n : 2 * n] = -(cable.omega**2)[:, None] * q - (2 * cable.damping_ratio * cable.omega)[:, None] * rate
     A[n : 2 * n] -= np.outer(cable.participation[:, END], x) + np.outer(cable.participation[:, winch], u)
     A[2 * n] = v
-    A[2 * n + 1] = -force / mass
+    A[2 * n + 1] = -(force + loop.damping * v) / mass
     A[2 * n + 2], A[2 * n + 3] = (-unit[2 * n + 2], -unit[2 * n + 3]) if idle else (slope, bend)
     A[2 * n + 4] = z
     return A, unit[2 * n + 1] / mass

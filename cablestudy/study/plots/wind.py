@@ -1,5 +1,7 @@
 """The gondola in the wind: spectra of wind speed (the paper's Fig. 6) and displacement, and cumulative variance."""
 
+from functools import reduce
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -33,7 +35,8 @@ def wind_response(case, on="gondola"):
     frequency = _grid(case)
     forces = {"gondola": [force_of], "cable": [cable_force_of], "both": [force_of, cable_force_of]}[on]
     with np.errstate(all="ignore"):
-        parts = [spectra_of(case.loop, force(case))(frequency) for force in forces]
+        loop = case.loop if on == "gondola" else case.loop_in_air
+        parts = [spectra_of(loop, force(case))(frequency) for force in forces]
         held, _, alone, _ = sum(parts)
     if not alone.any():
         raise NoSolutionError("the wind on the cable exerts no force on the gondola: there is nothing to draw")
@@ -70,9 +73,8 @@ def _grid(case):
 
 def _response(case, on, which=""):
     """The response that is drawn."""
-    if on == "both":
-        return combine(_response(case, "gondola", which), _response(case, "cable", which))
-    return getattr(case, f"{which}response" if on == "gondola" else f"{which}cable_response")
+    names = {"gondola": ["response"], "cable": ["cable_response"], "both": ["response_in_air", "cable_response"]}[on]
+    return reduce(combine, [getattr(case, which + name) for name in names])
 
 
 def _speed(axes, case, frequency, on):

@@ -15,7 +15,8 @@ from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
-from cablestudy.system.descent import REASONS, some
+from cablestudy.system.descent import some
+from cablestudy.system.failure import explain
 from cablestudy.system.force_density import find_form
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
@@ -131,8 +132,7 @@ class Group:
         if problem:
             return NoSolutionError(str(problem))
         if not record.converged[place]:
-            steps, reason = int(record.steps[place]), REASONS[int(record.reason[place])]
-            return ConvergenceError(f"no equilibrium: {reason} ({steps} steps)")
+            return ConvergenceError(f"no equilibrium: {explain(self.take(place))}")
         reason = self.equilibrium.stability.reason(place)
         return NoSolutionError(reason) if reason else None
 
@@ -236,8 +236,7 @@ class SuspensionCase:
         if drag is None:
             return InWind(self.scene, self.equilibrium, self.equilibrium, None, self.model)
         if not found.record.converged[self.place]:
-            reason = REASONS[int(found.record.reason[self.place])]
-            raise ConvergenceError(f"no equilibrium in the mean wind: {reason}")
+            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(_one(found, self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
         return InWind(self.scene, self.equilibrium, _one(found, self.place), drag.take(self.place), self.model)

@@ -99,8 +99,8 @@ class InWind:
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held."""
         found, state = self.response.variances, OPEN if open_loop else CLOSED
         rows = [found.rows[name] for name in names if name in found.rows]
-        total, value = getattr(found, variance)[state, rows].sum(), found.value[state, rows].sum()
-        return np.sqrt(total), found.error[state, rows].sum() / (2 * value) if value > 0 else 0.0
+        total = getattr(found, variance)[state, rows].sum()
+        return np.sqrt(total), found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
 
     def mean_displacement(self, name):
         """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""

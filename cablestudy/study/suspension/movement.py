@@ -334,6 +334,12 @@ class Movement:
             stable = f"; stable below {limit:.4g} rad/s" if limit else ""
             raise NoSolutionError(f"the loop is unstable at {loop.gain:.4g} rad/s: {self._named(pole, loop)}{stable}")
 
+    def mode_name(self, place):
+        """Number of a coordinate, what it moves and its frequency, in words."""
+        if place >= len(self.modes):
+            return "a motion above the modes of the model"
+        return f"mode {place + 1} ({self.modes.moves[place]}, {self.modes.frequency[place]:.4g} Hz)"
+
     def _named(self, pole, loop):
         """The motion of a growing pole in words."""
         dynamic = loop.dynamic_stiffness(np.array([pole]))[0]
@@ -343,7 +349,7 @@ class Movement:
         count = len(self.modes)
         rate = f"grows by {pole.real:.3g}/s at {abs(pole.imag) / TURN:.4g} Hz"
         if place < count:
-            return f"mode {place + 1} ({self.modes.moves[place]}, {self.modes.frequency[place]:.4g} Hz) {rate}"
+            return f"{self.mode_name(place)} {rate}"
         strokes = [one.name for one in self.actuators if not one.wheel]
         stroke = place - (len(self.motion) - len(strokes))
         return f"{strokes[stroke]} {rate}" if stroke >= 0 else f"a motion above the modes of the model {rate}"

@@ -19,11 +19,15 @@ LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop 
 NARROW = 0.3  # damping ratio below which a pole is a boundary of panels
 IMPORTANT = 3e-5  # share of its mode in the variance of an output from which it is one
 BESIDE = 0.02  # relative distance of a pole from the frequency of its mode
+UNDAMPED = 1e-9  # damping ratio below which a resonance is not bounded
+SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, at most
+EXCITED = 1e-6  # share with that damping ratio from which it is refused: what is less is rounding, or not seen
 APART = 0.5  # least distance of boundaries, in half-widths
 ACCURACY = 1e-4  # where the scene has a fixed model
+PANELS = 5000  # of the integral, at most
 SAMPLES = 8  # frequencies a decade at which that error is estimated,
 OFFSETS = np.array([-9.0, -3.0, -1.0, 0.0, 1.0, 3.0, 9.0])  # and beside resonances
-ROUNDING = 1e-20  # of a variance over the largest of its group: what is less is shown as zero
+ROUNDING = 1e-20  # of the energy of an output over the largest of all: what is less is shown as zero
 AT_ONCE = 500_000  # entries of the matrices that are solved at once
 CLOSED, OPEN = 0, 1
 
@@ -42,8 +46,8 @@ class Variances:
         Within one exposure, what the correcting mirror leaves, and both; zero where the scene has none.
     largest : ndarray, shape (2, o)
         The largest variance in the group of each, whose tolerance they share.
-    error : ndarray, shape (2, o)
-        Estimated error of each value, by integration and by the model.
+    error : dict
+        "value", "rate" and so on -> estimated error of each, by integration and by the model, shape (2, o).
     """
 
     rows: dict
@@ -53,7 +57,7 @@ class Variances:
     corrected: np.ndarray
     both: np.ndarray
     largest: np.ndarray
-    error: np.ndarray
+    error: dict
 
 
 class Response:
@@ -190,25 +194,47 @@ class Response:
 
     @cached_property
     def _of_all(self):
+        self.check_damped()
         return self.resonances()
 
+    def check_damped(self):
+        """Refuse a resonance that the wind excites and nothing bounds.
+
+        Raises
+        ------
+        NoSolutionError
+        """
+        poles, unit = self.movement.open_poles, self.movement.motion.unit[: len(self._shares)]
+        poles = poles[(poles.imag > 0) & (np.abs(poles.real) < UNDAMPED * np.abs(poles))]
+        for frequency in np.abs(poles[np.abs(poles) < TURN * self.range[1]]).tolist():
+            mode = int(np.argmin(np.abs(unit - frequency)))
+            if abs(unit[mode] - frequency) < SAME * frequency and self._shares[mode] > EXCITED:
+                raise NoSolutionError(
+                    f"undamped: {self.movement.mode_name(mode)} has a damping ratio below {UNDAMPED:g}, so that its "
+                    f"RMS in the wind is not finite (cable.damping)"
+                )
+
     def _narrow(self, poles):
-        """Frequency and half-width of lightly damped poles within the range. [Hz]"""
+        """Frequency and half-width of lightly damped poles within the range, not of undamped ones. [Hz]"""
         low, high = self.range
-        poles = poles[(poles.imag > 0) & (np.abs(poles.real) < NARROW * np.abs(poles))]
-        centre, width = np.abs(poles) / TURN, np.maximum(np.abs(poles.real), 1e-9 * np.abs(poles)) / TURN
+        ratio = np.abs(poles.real) / np.abs(poles)
+        poles = poles[(poles.imag > 0) & (ratio >= UNDAMPED) & (ratio < NARROW)]
+        centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
         there = (low < centre) & (centre < high)
         return centre[there], width[there]
 
     @cached_property
     def _shares(self):
-        """About the largest share of each coordinate, as if it were alone, in the variance of any output, shape (m,)."""
+        """Largest share of each coordinate, as if it were alone, in the variance of any output, about; shape (m,)."""
         motion = self.movement.motion
         count = motion.shapes.shape[1]
         unit, damping = motion.unit[:count], np.diagonal(motion.damping)[:count]
         force = self.movement.gusts.own(unit / TURN)
         size = motion.moved[0][:, :count] ** 2 * force / (4 * np.maximum(damping, 1e-9 * unit) * unit**2)
-        return (size / np.maximum(size.sum(axis=1, keepdims=True), 1e-300)).max(axis=0, initial=0.0)
+        whole = size.sum(axis=1)
+        energy = whole * self.stiffness[: len(whole)]
+        moved = energy > ROUNDING * energy.max(initial=0.0)  # the others the wind does not move
+        return (size[moved] / whole[moved, None]).max(axis=0, initial=0.0)
 
     @cached_property
     def weights(self):
@@ -226,12 +252,16 @@ class Response:
 
     @cached_property
     def moving_error(self):
-        """Largest relative error of the variance of the displacement of a body or marker by the modes left out. [-]"""
+        """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]"""
         places = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
-        added, variances = (part[:, places] for part in self.model_error)
+        added, variances = (part[:2, :, places] for part in self.model_error)
         groups = np.array(_groups(self.names))[places]
-        parts = [(added[:, groups == one].max(), variances[:, groups == one].max(axis=1).min()) for one in set(groups)]
-        return max((part / whole for part, whole in parts if whole > 0), default=0.0)
+        found = [0.0]
+        for group in set(groups.tolist()):
+            own = groups == group
+            part, whole = added[..., own].sum(axis=-1), variances[..., own].sum(axis=-1)
+            found += (part[whole > 0] / whole[whole > 0]).tolist()
+        return max(found)
 
     @cached_property
     def variances(self):
@@ -247,25 +277,40 @@ class Response:
 
         accuracy = self.movement.scene.model.accuracy or ACCURACY
         every = (np.arange(kinds)[:, None] * (groups.max(initial=0) + 1) + groups).ravel()
-        found = rms.integrate(weighted, _apart(*self.range, *self._of_all), accuracy, every)
+        edges = _apart(*self.range, *self._of_all)
+        scale = np.tile(self.stiffness, kinds)
+        found = rms.integrate(weighted, edges, accuracy, every, scale, PANELS)
         # below the range the spectra are flat, or fall to zero
         first, second = found.edges[:2]
         value = found.value + found.panels[0] * (first / (second - first))
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         shape = len(weights), states, len(names)
-        value, error = np.maximum(value, 0.0).reshape(shape), found.error.reshape(shape)[0]
-        largest = np.zeros((states, groups.max(initial=0) + 1))
-        for state in range(states):
-            np.maximum.at(largest[state], groups, value[0, state])
-        largest = largest[:, groups]
-        value[0] = np.where(value[0] > ROUNDING * largest, value[0], 0.0)
-        parts = dict(zip(self.weights, value, strict=True))
-        none = np.zeros(shape[1:])
-        parts = {name: parts.get(name, none) for name in ("value", "rate", "exposed", "corrected", "both")}
-        parts |= {"largest": largest, "error": error + self.model_error[0]}
-        parts = {name: part if states == 2 else np.concatenate([part, part]) for name, part in parts.items()}
-        return Variances(dict(zip(names, range(len(names)), strict=True)), **parts)
+        value, error = np.maximum(value, 0.0).reshape(shape), found.error.reshape(shape)
+        largest = np.zeros((len(weights), states, groups.max(initial=0) + 1))
+        np.maximum.at(largest, (slice(None), slice(None), groups), value)
+        largest = largest[..., groups]
+        energy = value * self.stiffness
+        value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
+        error = error + self.model_error[0]
+
+        def both_states(part):
+            return part if states == 2 else np.concatenate([part, part])
+
+        values = {name: both_states(part) for name, part in zip(self.weights, value, strict=True)}
+        errors = {name: both_states(part) for name, part in zip(self.weights, error, strict=True)}
+        none = np.zeros((2, len(names)))
+        values = {name: values.get(name, none) for name in ("value", "rate", "exposed", "corrected", "both")}
+        rows = {name: row for row, name in enumerate(names)}
+        return Variances(rows, **values, largest=both_states(largest[0]), error=errors)
+
+    @cached_property
+    def stiffness(self):
+        """Energy per square of each output, by which different outputs are compared, shape (o,)."""
+        motion = self.movement.motion
+        shown = self.shown(1j * motion.unit[:1])[0]
+        compliance = (shown.conj() * np.linalg.solve(motion.stiffness, shown.T).T).sum(axis=1).real
+        return 1 / np.maximum(compliance, np.finfo(float).tiny)
 
     @cached_property
     def model_error(self):
@@ -273,7 +318,8 @@ class Response:
 
         Returns
         -------
-        added, variances : ndarray, shape (2, o), or (1, o) without a loop
+        added, variances : ndarray, shape (w, 2, o), or (w, 1, o) without a loop
+            For each of `weights`.
         """
         whole = self._sampled()
         return np.abs(whole - self._sampled(self.movement.fewer)), whole
@@ -285,7 +331,8 @@ class Response:
         centre, width = self._of_all if space is None else self.resonances(space)
         frequency = np.unique(np.append(frequency, centre[:, None] + width[:, None] * OFFSETS))
         frequency = frequency[(frequency >= low) & (frequency <= high)]
-        return np.trapezoid(self.spectra(frequency, space), frequency)
+        spectra = self.spectra(frequency, space)
+        return np.stack([np.trapezoid(weight(frequency) * spectra, frequency) for weight in self.weights.values()])
 
 
 def _groups(names):

@@ -1,0 +1,304 @@
+"""A cable with fixed ends in the wind: RMS of its displacement at mid-span and of the tensions at its ends.
+
+With q the amplitudes of the modes with fixed ends, the wind is a force per length rho C_d d v G u' along the cable, u'
+the turbulence and G the matrix of `wind.drag`, and the cable that moves meets the wind with its own velocity:
+
+    q'' + (C + C_a) q' + W^2 q = integral of rho C_d d v psi^T G u',    C_a = integral of rho C_d d v psi^T G psi,
+
+C being the damping of the cable (`system.superelement`). Displacement and tension follow from q and from the static
+shape h for a movement of an end along its tangent t: the tension changes by
+
+    integral of rho C_d d v h^T G u' - t^T (M_eq q'' + C_eq q' + K_eq q),
+
+with the rows of M, C and K that join the end to the modes. Turbulence as in `study.cable_wind`: its components are
+uncorrelated and equal, coherent over some length; wind across and wind along the vertical plane of the cable are
+compared. The motion is linear about the equilibrium without wind.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.cable.element import basis, lagrange
+from cablestudy.control.plant import NEAR
+from cablestudy.control.stability import UNDAMPED
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.cable_wind import AT_ONCE, DIRECTIONS, STILL, at_points, blowing, drag_loads
+from cablestudy.study.windrms import below_range, panels, scaling, tolerance_of
+from cablestudy.system.linear import upper
+from cablestudy.wind import rms
+from cablestudy.wind.coherence import ratio_of, rod
+from cablestudy.wind.drag import cable_damping, drag_matrices
+from cablestudy.wind.spectrum import speed_spectrum
+
+MOST_MODES = 160  # of one plane: static displacements by the others fall with the cube of their number, 1e-7
+NOTHING = 100  # times the floor of a spectrum: a variance below it is none
+CHECKED = np.array([0.1, 0.7, 3.0])  # frequencies, over the lowest pole's, at which the sum over poles is checked
+TRUSTED = 1e-9  # difference between the sum over poles and solved systems
+
+
+@dataclass(frozen=True)
+class CableMotion:
+    """RMS of a cable in the wind.
+
+    Attributes
+    ----------
+    midspan : float
+        Along that axis of the chord frame, and in that wind, for which it is largest. [m]
+    tension : float
+        At the end, and in the wind, for which it is largest. [N]
+    error : float
+        Largest estimated relative error of a variance by integration. [-]
+    """
+
+    midspan: float
+    tension: float
+    error: float
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """Linear combinations of q, q' and q'' and of the drag on static shapes: o of them, of n modes.
+
+    Attributes
+    ----------
+    place, rate, acceleration : ndarray, shape (o, n)
+    static : ndarray, shape (o, j)
+        Of the drag on j static shapes.
+    """
+
+    place: np.ndarray
+    rate: np.ndarray
+    acceleration: np.ndarray
+    static: np.ndarray
+
+
+def cable_motion_of(case):
+    """`CableMotion` of a case whose cable has fixed ends.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    CableMotion
+
+    Raises
+    ------
+    NoSolutionError
+        The case has a gondola, a mode is not damped, or a number is too large for one.
+    ConvergenceError
+        The integral does not settle.
+    """
+    if case.scene.gondola is not None:
+        raise NoSolutionError("the motion of a cable in the wind is computed for fixed ends: leave out the gondola")
+    moving, wind = _Cable(case), case.scene.wind
+    found = [moving.variances(part, direction) for part in moving.parts for direction in DIRECTIONS]
+    scale = wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter
+    times = scaling(*scale, moving.length, wind.speed, wind.turbulence)
+    largest = np.sqrt(np.max([variance for variance, _ in found], axis=0))
+    error = max(error for _, error in found)
+    return CableMotion(times(float(largest[:3].max())), times(float(largest[3:].max())), error)
+
+
+class _Cable:
+    """The cable of a case, its modes and the shapes by which the wind acts on it.
+
+    Attributes
+    ----------
+    parts : list of ndarray of int
+        Modes that move together: in the plane and out of it, or all.
+    length : float
+        Stretched. [m]
+    """
+
+    def __init__(self, case):
+        self._case, self._wind = case, case.scene.wind
+        state, span, self._model = case.state, case.span, case.end_model
+        self._rod = rod(state.mesh, state.stretch)
+        self.length = self._rod.length * float(span.unstretched_length)
+        modes = case.dynamics.modes(len(self._model.omega)).shapes[..., : len(self._model.omega)]
+        ends = case.catenary.at(np.array([0.0, 1.0]))[1]
+        ends = ends / np.sqrt((ends**2).sum(axis=-1, keepdims=True))  # unit tangents, chord frame
+        held = np.zeros((state.mesh.nodes, 3, 2))
+        for system in case.dynamics.systems:
+            axes = list(system.axes)
+            second = system.end_shapes
+            held[:, axes, 0] = (np.eye(len(axes)) - second) @ ends[0, axes]
+            held[:, axes, 1] = second @ ends[1, axes]
+        shapes, self._tangent = at_points(state, self._rod, np.concatenate([held, modes], axis=-1))
+        self._held, self._shapes = shapes[..., :2], shapes[..., 2:]
+        self._middle = _at(state.mesh, float(case.results.catenary.middle[case.index]), modes)
+        self._ends = np.zeros((6, 2))  # global axes
+        self._ends[:3, 0], self._ends[3:, 1] = ends @ span.frame
+        self._blowing = blowing(span)
+        aside = (np.abs(modes[:, :2]).max(axis=(0, 1)) == 0) & case.planar
+        parts = [np.flatnonzero(chosen)[:MOST_MODES] for chosen in (~aside, aside)]
+        self.parts = [part for part in parts if len(part)]
+        self._aside = aside
+
+    def variances(self, part, direction):
+        """Variances of the place of mid-span along the chord frame and of the tensions, and the error of the largest.
+
+        Over the square of rho C_d d v sigma length, shape (5,). `part` are modes that move together, `direction` is
+        that of the mean wind.
+        """
+        spectra, poles = self.spectra(part, direction)
+        if spectra is None:
+            return np.zeros(5), 0.0
+        wind, main = self._wind, float(np.abs(poles).min()) / (2 * np.pi)
+        _check_damped(poles[np.abs(poles) < 2 * np.pi * NEAR * main])
+        edges = panels(main, wind.speed / wind.length_scale, poles, NEAR * main, what="the cable")
+        found = rms.integrate(spectra, edges, tolerance_of(self._case.scene))
+        variance = found.value + below_range(found)
+        if not np.isfinite(variance).all():
+            raise NoSolutionError("the wind's force on the cable is too large for a number")
+        variance[variance <= NOTHING * STILL**2 * np.array([*[variance[:3].max()] * 3, 1.0, 1.0])] = 0.0
+        return variance, float((found.error / np.where(variance > 0, variance, 1.0)).max())
+
+    def spectra(self, part, direction):
+        """What `variances` integrates, a function of frequencies, shape (m,) -> (5, m), and poles [rad/s].
+
+        None where the wind does not act on these modes. A floor is added, so that what is nothing but rounding is not
+        integrated to a relative error.
+        """
+        matrices = drag_matrices(self._tangent, self._blowing[direction])
+        shapes = np.concatenate([self._held, self._shapes[..., part]], axis=-1)
+        loads = drag_loads(self._rod, shapes, matrices)
+        loads[np.abs(loads) < STILL * np.abs(shapes).max(axis=(0, 1, 2))[:, None]] = 0.0
+        if not loads[:, 2:].any():
+            return None, None
+        drag = self._damping(shapes, matrices)
+        system = _System(*self._matrices(part, drag))
+        moved, outputs = self._outputs(part, drag)
+        wind, ratio = self._wind, ratio_of(self._wind, self.length)
+        driven = system.inputs @ loads[:, 2:]
+
+        def spectra(frequency):
+            pieces = np.split(frequency, range(AT_ONCE, len(frequency), AT_ONCE))
+            return np.concatenate([some(piece) for piece in pieces], axis=1)
+
+        def some(frequency):
+            turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
+            weights = system.weights(outputs, 2j * np.pi * frequency)
+            rows = np.zeros((5, len(frequency)))
+            for row, weight, static in zip(moved, weights, outputs.static, strict=True):
+                load = (static @ loads[:, :2])[:, None] + weight @ driven
+                rows[row] = self._rod.variance(load, ratio(frequency))
+            rows[:3] += STILL**2 * rows[:3].sum(axis=0)
+            rows[3:] += STILL**2
+            return turbulence * rows
+
+        return spectra, upper(system.poles)
+
+    def _damping(self, shapes, matrices):
+        """C_a of static shapes and modes, shape (2 + n, 2 + n). [1/s]"""
+        whole = 2 * cable_damping(self._wind, self._case.scene.cable.section_diameter) * self.length
+        drag = np.einsum("eq,eqab,eqbk->eqak", self._rod.shares, matrices, shapes, optimize=True)
+        return whole * np.tensordot(shapes, drag, axes=((0, 1, 2), (0, 1, 2)))
+
+    def _matrices(self, part, drag):
+        """Frequencies, damping and what of the stiffness is not their square, of the modes."""
+        model = self._model.select(part)
+        damping = np.diag(2 * model.damping_ratio * model.omega if model.strain is None else 0 * model.omega)
+        damping = damping + model.viscous * np.eye(len(part)) + drag[2:, 2:]
+        if model.strain is None:
+            return model.omega, damping, np.zeros_like(damping)
+        if model.strain.law == "kelvin_voigt":
+            return model.omega, damping + model.strain.amount * model.strain.modes, np.zeros_like(damping)
+        return model.omega, damping, 1j * model.strain.amount * model.strain.modes
+
+    def _outputs(self, part, drag):
+        """Of mid-span along the chord frame and the tensions at both ends those that move, by number; `_Outputs`."""
+        model, n = self._model.select(part), len(part)
+        coupling = self._ends.T @ model.coupling.T
+        rate, place = model.viscous * coupling + drag[:2, 2:], np.zeros((2, n), dtype=complex)
+        if model.strain is None:
+            rate = rate + coupling * (2 * model.damping_ratio * model.omega)
+        else:
+            strained = model.strain.amount * (self._ends.T @ model.strain.coupling.T)
+            if model.strain.law == "kelvin_voigt":
+                rate = rate + strained
+            else:
+                place = 1j * strained
+        none = np.zeros((3, n))
+        # a movement of an end along its tangent moves nothing across the plane
+        moved = [2] if self._aside[part].all() else [0, 1, 3, 4] if self._case.planar else list(range(5))
+        return moved, _Outputs(
+            np.concatenate([self._middle[:, part], -place])[moved],
+            np.concatenate([none, -rate])[moved],
+            np.concatenate([none, -coupling])[moved],
+            np.concatenate([np.zeros((3, 2)), np.eye(2)])[moved],
+        )
+
+
+class _System:
+    """q'' + C q' + (W^2 + S) q = f as a sum over poles.
+
+    Parameters
+    ----------
+    omega : ndarray, shape (n,)
+        W. [rad/s]
+    damping, more : ndarray, shape (n, n)
+        C [1/s] and S [1/s^2], complex where hysteretic.
+
+    Attributes
+    ----------
+    poles : ndarray, shape (2 n,)
+        [rad/s]
+    inputs : ndarray, shape (2 n, n)
+        Share of each force in each pole's motion.
+    """
+
+    def __init__(self, omega, damping, more):
+        n, slowness = len(omega), np.diag(1 / omega)
+        try:
+            with np.errstate(all="ignore"):  # what is not finite is not trusted
+                # of (W q, q') the inverse of A, so that the slow poles are the most accurate
+                give = np.linalg.inv(np.eye(n) + slowness @ more @ slowness)
+                inverse = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
+                value, vectors = np.linalg.eig(np.block(inverse))
+                self.poles = 1 / value
+                self._shapes, self.inputs = vectors[:n] / omega[:, None], np.linalg.inv(vectors)[:, n:]
+                error = self._error(damping, np.diag(omega**2) + more)
+        except np.linalg.LinAlgError:  # two modes that are one, or numbers that are not finite
+            error = np.inf
+        if not error <= TRUSTED:
+            raise NoSolutionError("rounding spoils the modes of the cable in the wind: another damping may help")
+
+    def _error(self, damping, stiffness):
+        """Relative difference between the sum over poles and solved systems. [-]"""
+        errors = []
+        for s in 1j * CHECKED * np.abs(self.poles).min():
+            exact = np.linalg.inv(s**2 * np.eye(len(damping)) + s * damping + stiffness)
+            wrong = self._shapes / (s - self.poles) @ self.inputs - exact
+            errors.append(np.abs(wrong).max() / np.abs(exact).max())
+        return np.max(errors)
+
+    def weights(self, outputs, s):
+        """Of the poles' motion in each output: complex, shape (o, m, 2 n), for s of shape (m,)."""
+        place, rate, acceleration = (
+            part @ self._shapes for part in (outputs.place, outputs.rate, outputs.acceleration)
+        )
+        s = s[:, None]
+        whole = place[:, None] + s * rate[:, None] + s**2 * acceleration[:, None]
+        return whole / (s - self.poles)
+
+
+def _at(mesh, place, shapes):
+    """Shapes, (nodes, 3, k), at one place of the cable, over its unstretched length: (3, k)."""
+    which = int(np.clip(np.searchsorted(mesh.edges, place, side="left") - 1, 0, mesh.elements - 1))
+    local = np.array([(place - mesh.edges[which]) / mesh.sizes[which]])
+    return np.tensordot(lagrange(basis(mesh.order).nodes, local)[0], shapes[mesh.element_nodes[which]], axes=1)
+
+
+def _check_damped(poles):
+    """Refuse a cable with a mode that nothing damps."""
+    ratio = -poles.real / np.abs(poles)
+    worst = int(np.argmin(ratio))
+    if ratio[worst] < UNDAMPED:
+        raise NoSolutionError(
+            f"undamped: the damping ratio of the cable's mode of {np.abs(poles[worst]) / (2 * np.pi):.4g} Hz is "
+            f"{max(0.0, ratio[worst]):.2g}, below {UNDAMPED:g}, so that no RMS is finite (cable.damping)"
+        )

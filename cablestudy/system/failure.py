@@ -1,0 +1,61 @@
+"""Why a pose search ended without an equilibrium, in words: what force is left, or what a cable cannot have."""
+
+import numpy as np
+
+from cablestudy.system import stated, tangent
+from cablestudy.system.descent import REASONS, UNMET
+
+MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
+DIFFERENT = 1e-8  # relative error of a stated value that counts as one
+
+
+def explain(equilibrium):
+    """Reason why a case has no equilibrium, of one whose record did not converge.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of one case: where the search ended.
+
+    Returns
+    -------
+    str
+        As "no convergence in the largest number of steps (100 steps): 4.6 kN m about z are left on disk".
+    """
+    record = equilibrium.record
+    text = f"{REASONS[int(record.reason)]} ({int(record.steps)} steps)"
+    detail = _unmet(equilibrium) if record.reason == UNMET else _left(equilibrium)
+    return f"{text}: {detail}" if detail else text
+
+
+def _left(equilibrium):
+    """The largest force or moment that nothing balances, first of all on bodies that a dead moment turns on and on."""
+    suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
+    net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
+    sizes = np.ones_like(net)
+    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
+    share = np.where(suspension.free, np.abs(net / sizes), 0.0) / np.maximum(scale, np.finfo(float).tiny)[..., None]
+    share = np.nan_to_num(share)
+    turning = np.where(suspension.moment.any(axis=-1)[:, None], share, 0.0)
+    turning[:, :3] = 0.0
+    body, motion = divmod(int((turning if turning.max() > DIFFERENT else share).argmax()), 6)
+    left = f"{abs(net[body, motion]):.4g} {'N' if motion < 3 else 'N m'}"
+    more = ", whose dead moment may be more than the cables can hold" if turning.max() > DIFFERENT else ""
+    return f"{left} {MOTIONS[motion]} are left on {suspension.body_names[body]}{more}"
+
+
+def _unmet(equilibrium):
+    """The cable whose stated value is the farthest from what it has, and the least tension that it can have."""
+    suspension, cables = equilibrium.suspension, equilibrium.catenary
+    has = stated.values(cables, suspension.given)
+    error = np.nan_to_num(np.abs(has / suspension.value - 1))
+    cable = int(error.argmax())
+    if error[cable] < DIFFERENT:
+        return ""
+    kind, value = suspension.given[cable], suspension.value[cable]
+    unit = "m" if kind in ("sag", "unstretched_length") else "N"
+    text = f"{suspension.cable_names[cable]} has a {kind} of {has[cable]:.4g} {unit} instead of {value:.4g} {unit}"
+    least = stated.least_preload(cables.span)[cable]
+    if kind == "preload" and value < least:
+        text += f"; its own weight gives it at least {least:.4g} N there"
+    return text

@@ -1,0 +1,188 @@
+"""Damping of gondola and cable by the air: closed forms, dense matrices, and what it leaves as it was."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.linalg
+from command import CARLINA, run, table_of
+from references import loop_matrix
+from scenes import cells, scene
+from test_windrms import loop_with
+
+from cablestudy.control import response, statespace
+from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
+from cablestudy.control.winch import Loop
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import windrms
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.system.superelement import Superelement
+
+AIR = "wind.aerodynamic_damping=true"
+C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
+CORNER = 1.0
+
+
+@cache
+def case_of(*sets):
+    return Case(scene(*sets))
+
+
+def on_spring(mass, stiffness, damping):
+    """A rigid gondola on a massless, undamped spring in the air."""
+    spring = np.zeros((6, 6))
+    spring[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
+    cable = Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), spring, np.zeros((6, 6)))
+    return Loop(cable, mass, damping=damping)
+
+
+@pytest.mark.parametrize("damping", [1e-3, 5.0, 200.0, 1000.0])
+def test_a_rigid_gondola_on_a_massless_cable_is_the_textbook_s_oscillator(damping):
+    mass, stiffness = 50.0, 1025.0
+    loop = on_spring(mass, stiffness, damping)
+    half = damping / (2 * mass)
+    expected = -half + np.sqrt(complex(half**2 - stiffness / mass))
+    assert np.abs(loop.open_poles - expected).min() < 1e-12 * abs(expected)
+    s = 2j * np.pi * np.array([0.1, 0.7, 3.0])
+    assert loop.compliances(s)[0] == pytest.approx(1 / (mass * s**2 + damping * s + stiffness), rel=1e-13)
+    # white noise of a one-sided spectrum S: variances S/(4 c k) and S/(4 c M)
+    found = windrms.respond(loop, lambda frequency: 2.0 + 0 * frequency, CORNER)
+    assert found.open_displacement == pytest.approx(np.sqrt(2.0 / (4 * damping * stiffness)), rel=1e-6)
+    # of the velocity the range of frequencies lacks a little
+    assert found.open_velocity == pytest.approx(np.sqrt(2.0 / (4 * damping * mass)), rel=1e-3)
+
+
+LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", AIR)
+
+
+@pytest.mark.parametrize("model", ["{elements: 10}", "{accuracy: 1e-6}"])
+@pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0}", "{model: kelvin_voigt, time: 0}"])
+@pytest.mark.parametrize("speed", [0.001, 6.0, 200.0])
+def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
+    sets = (*LIGHT, f"cable.damping={damping}", f"model={model}", f"wind.speed={speed} m/s", "gondola.mass=50 kg")
+    found = cells(scene(*sets), "gondola_damping_ratio", "end_stiffness")
+    ratio = C * speed / 6.0 / (2 * np.sqrt(50.0 * found["end_stiffness"]))
+    assert found["gondola_damping_ratio"] == pytest.approx(ratio, rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [1e-4, 1.0, 50.0, 400.0])
+@pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])
+def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping):
+    amount = {"hysteretic": "loss_factor: 0.02", "kelvin_voigt": "time: 4 ms"}[law]
+    case = case_of(f"cable.damping={{model: {law}, {amount}}}")
+    plant = replace(case.plant, damping=damping, known={})
+    pole = plant.gondola_pole
+    stiffness = ComplexStiffness(case.excited, case.frame[:, 0])
+    value = float(amount.split()[1]) / (1 if law == "hysteretic" else 1000)
+    found = damping_ratio(stiffness, plant.mass, 2 * np.pi * case.gondola_frequency, law, value, damping)
+    assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
+
+
+def test_an_overdamped_gondola_creeps_back():
+    stiffness = ComplexStiffness(case_of("cable.damping={loss_factor: 0.02}").excited, np.array([1.0, 0, 0]))
+    assert damping_ratio(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 1e-2])
+@pytest.mark.parametrize("gain", [0.0, 0.1, 0.5])
+@pytest.mark.parametrize("damping", [0.3, C, 100.0])
+def test_the_loop_is_that_of_the_dense_matrix(ratio, gain, damping):
+    bare = loop_with(ratio, 0.1)
+    loop = replace(bare, damping=damping)
+    loop = replace(loop, gain=gain * loop.largest_gain)
+    A, B = loop_matrix.matrices(loop, loop.gain)
+    poles = np.linalg.eigvals(A)
+    closed = loop.closed_poles if loop.gain else loop.open_poles
+    main = closed[np.argmin(np.abs(closed - loop.gondola_pole))]
+    assert np.abs(poles - main).min() < 1e-5 * abs(main)
+    if not gain:
+        A, B = A[:-3, :-3], B[:-3]
+    P = scipy.linalg.solve_continuous_lyapunov(A, -np.outer(B, B) * 3.0 / 2)
+    place = 2 * len(loop.cable.omega)
+    found = windrms.respond(loop, lambda frequency: 3.0 + 0 * frequency, CORNER)
+    assert found.displacement == pytest.approx(np.sqrt(P[place, place]), rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.3, 100.0])
+def test_the_largest_gain_is_that_of_the_dense_matrix(damping):
+    loop = replace(loop_with(0.01, 0.1), damping=damping)
+    limit = loop.largest_gain
+    for part in (0.5, 1 - 1e-6):
+        assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() <= 0
+    for part in (1 + 1e-6, 2.0):
+        assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() > 0
+    tried = replace(loop, gain=2 * limit)
+    assert not tried.stable
+
+
+@pytest.mark.parametrize("location", ["ground", "gondola"])
+def test_state_spaces_have_it_too(location):
+    case = case_of(AIR, f"winch.location={location}")
+    assert case.gondola_air_damping == pytest.approx(C, rel=1e-14)
+    frequency = np.array([0.05, 0.71, 1.6, 5.0])
+    s = 2j * np.pi * frequency
+    closed = statespace.closed(case.loop).response(s)[:, 0, 0]
+    assert closed == pytest.approx(case.loop.compliances(s)[1], rel=1e-8)
+    coupled = statespace.coupled(case.end_model, 50.0, location, damping=C).response(s)
+    assert coupled[:, 0, 1] == pytest.approx(case.loop.compliances(s)[0], rel=1e-8)
+    winch = response.winch_to_gondola(case.end_model, 50.0, C, location, frequency)
+    assert coupled[:, 0, 0] == pytest.approx(winch, rel=1e-8)
+    with_loop = run("ssm", CARLINA, "--set", AIR, "--set", f"winch.location={location}", "--with", "loop",
+                    "--response", "0.1Hz:5Hz:3", "--format", "csv").out  # fmt: skip
+    amplitude = [float(line.split(",")[1]) for line in with_loop.splitlines()[1:]]
+    s = 2j * np.pi * np.geomspace(0.1, 5, 3)
+    assert amplitude == pytest.approx(np.abs(case.loop.compliances(s)[1]), rel=1e-8)
+
+
+def test_without_it_the_numbers_are_as_before_and_the_default_has_it():
+    on, off = (cells(scene(*sets), "gondola_rms", "gondola_damping_ratio", "gondola_rms_cable_wind")
+               for sets in ((AIR,), ()))  # fmt: skip
+    assert off["gondola_rms"] == pytest.approx(18.805478230887665, rel=1e-9)  # of release 0.4, without it
+    assert on["gondola_rms"] < 0.5 * off["gondola_rms"]
+    # about c/(2 M w) more
+    more = C / (2 * 50.0 * 2 * np.pi * 0.7188)
+    assert on["gondola_damping_ratio"] - off["gondola_damping_ratio"] == pytest.approx(more, rel=0.01)
+    assert on["gondola_rms_cable_wind"] < off["gondola_rms_cable_wind"]
+    data = load_scene(CARLINA)[1]
+    assert not data.wind.aerodynamic_damping
+    assert type(data.wind).model_fields["aerodynamic_damping"].default
+
+
+def test_an_undamped_cable_is_damped_by_the_air():
+    sets = ("cable.damping={model: modal, ratio: 0}", "winch.controller.gain=0")
+    row = cells(scene(*sets, AIR), "gondola_rms", "gondola_damping_ratio")
+    assert row["gondola_damping_ratio"] == pytest.approx(C / (2 * 50.0 * 2 * np.pi * 0.7188), rel=0.01)
+    outcome = run("windrms", CARLINA, *(part for one in sets for part in ("--set", one)), code=3)
+    assert "undamped" in outcome.err
+
+
+@pytest.mark.parametrize("model", ["{elements: 40}", "{accuracy: 1e-4}"])
+def test_rows_in_several_winds_are_as_alone(model):
+    names = ("gondola_rms", "gondola_rms_open_loop", "gondola_rms_all_wind", "gain_margin", "gondola_damping_ratio")
+    columns = [find(name) for name in names]
+    damping = "cable.damping={model: hysteretic, loss_factor: 0.02, viscous: 1e-3}"
+    sets = (AIR, f"model={model}", damping, "winch.controller.gain=0.05")
+    winds = ("wind.speed=3 m/s", "wind.speed=6 m/s", "wind.air_density=0.6", "gondola.drag_coefficient=2")
+    scenes = [scene(*sets, wind) for wind in winds]
+    together = [row.cells for row in evaluate_cases(scenes, columns)]
+    assert together == [evaluate(one, columns).cells for one in scenes]
+    assert len({row["gondola_rms_mm"] for row in together}) == len(winds)
+    assert len({row["gondola_damping_ratio"] for row in together}) == 3  # half the speed and half the air are alike
+
+
+def test_explain_says_what_is_damped():
+    err = run("windrms", CARLINA, "--set", AIR, "--explain").err
+    assert "aerodynamic damping: 5.054 N s/m on the gondola; 0.007995 N s/m^2 on the cable too" in err
+    assert "aerodynamic" not in run("windrms", CARLINA, "--explain").err
+
+
+def test_the_winch_at_rest_beside_an_unstable_loop():
+    sets = ("--set", AIR, "--set", "winch.controller.gain=60")
+    names = "gondola_rms_open_loop_all_wind_mm", "gondola_rms_open_loop_cable_wind_mm"
+    row = table_of("windrms", CARLINA, *sets, "--on", "both", "--quiet", code=3)[0]
+    stable = table_of("windrms", CARLINA, "--set", AIR, "--on", "both", "--quiet")[0]
+    for name in names:
+        assert row[name] == pytest.approx(stable[name], rel=1e-5)

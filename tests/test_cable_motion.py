@@ -1,0 +1,297 @@
+"""A cable with fixed ends in the wind: dense matrices, closed forms of the taut string, statics of its neighbours."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from cables import full_stiffness
+from command import rows_of, run, study_file, table_of
+from scenes import cells
+from scipy.integrate import quad
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import Scene, load_scene
+from cablestudy.study import cable_motion
+from cablestudy.study.case import Case
+
+TEXT = """
+cable:
+  ends: [[0, 0, 0], [185.8 m, 0, 0]]
+  elastic_modulus: 70.3 GPa
+  density: 1440 kg/m^3
+  area: 2.69 mm^2
+  unstretched_length: 184.4883 m
+  damping: {model: modal, ratio: 0.01}
+wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m, spectrum: von_karman_exact}
+model: {elements: 40}
+"""
+DRAG, SIGMA = 1.2 * 1.2 * np.sqrt(4 * 2.69e-6 / np.pi) * 6.0, 0.9  # rho C_d d v [N s/m^2], RMS of the speed [m/s]
+WHOLE, SLOW = "wind.coherence_length=1e12 m", "wind.length_scale=1e6 m"
+ACCURATE = "model={accuracy: 1e-6}"
+INCLINED = "cable.ends=[[0, 0, 0], [160 m, 0, 95 m]]"
+VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 185.8]]"
+SAGGING = "cable.unstretched_length=186.5 m"
+ASIDE = "cable.loads=[{at: 60 m, force: [0, 30 N, -10 N]}]"
+HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
+VISCOUS = "cable.damping={model: kelvin_voigt, time: 4.4 ms, viscous: 1e-3}"
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory):
+    path = tmp_path_factory.mktemp("bare") / "bare.yaml"
+    path.write_text(TEXT)
+    return str(path)
+
+
+@cache
+def loaded(path, *sets):
+    return load_scene(path, sets)[1]
+
+
+def motion(path, *sets):
+    row = cells(loaded(path, *sets), "midspan_rms", "tension_rms")
+    return row["midspan_rms"] / 1e3, row["tension_rms"]
+
+
+# dense matrices
+
+
+def dense(case, frequency, direction):
+    """Spectra of mid-span along the chord frame and of the tensions at both ends, shape (5, m).
+
+    All nodes in the chord frame, all at once, each frequency; two Gauss points to a bar, the covariance of all.
+    """
+    state, span, scene_ = case.state, case.span, case.scene
+    force, length, nodes, mesh = state.force, float(span.unstretched_length), state.mesh.nodes, state.mesh
+    K, E, M = (np.zeros((3 * nodes, 3 * nodes)) for _ in range(3))
+    for system in case.dynamics.systems:
+        index = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
+        shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
+        K[np.ix_(index, index)] = full_stiffness(system) * force / length
+        E[np.ix_(index, index)] = system.elastic_energy(shapes) * force / length
+        M[np.ix_(index, index)] = system.full_mass().toarray() * float(span.mass) * length
+    inner = np.arange(3, 3 * nodes - 3)
+    C, damping = np.zeros_like(K), scene_.cable.damping
+    if damping.model == "modal":
+        root = np.sqrt(np.diagonal(M)[inner])
+        value, vector = np.linalg.eigh(K[np.ix_(inner, inner)] / np.outer(root, root))
+        C[np.ix_(inner, inner)] = (vector * 2 * damping.ratio * np.sqrt(value)) @ vector.T * np.outer(root, root)
+    C += damping.viscous / float(span.mass) * M
+    t = np.array([0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)])
+    sizes = mesh.sizes * state.stretch[:, 0] * length
+    start = np.concatenate([[0.0], np.cumsum(sizes)])[:-1]
+    place, weight = (start[:, None] + sizes[:, None] * t).ravel(), np.repeat(sizes / 2, 2)
+    tangent = np.repeat(state.direction[:, 0], 2, axis=0)
+    wind = np.array([0.0, 0.0, 1.0]) if direction == "across" else span.frame @ np.array([1.0, 0.0, 0.0])
+    drags = np.zeros((3 * nodes, 3 * len(place)))
+    for k in range(len(place)):
+        n = wind - tangent[k] * (tangent[k] @ wind)
+        a = np.linalg.norm(n)
+        G = a * (np.eye(3) - np.outer(tangent[k], tangent[k])) / 2 + (np.outer(n, n) / a / 2 if a else 0)
+        G *= 1.2 * 1.2 * scene_.cable.section_diameter * scene_.wind.speed * weight[k]
+        first = 3 * (k // 2)
+        shape = np.kron([[1 - t[k % 2]], [t[k % 2]]], np.eye(3))
+        drags[first : first + 6, 3 * k : 3 * k + 3] = shape @ G
+        if scene_.wind.aerodynamic_damping:
+            C[first : first + 6, first : first + 6] += shape @ G @ shape.T
+    ends = case.catenary.at(np.array([0.0, 1.0]))[1]
+    ends /= np.linalg.norm(ends, axis=1)[:, None]
+    pulls = np.zeros((2, 3 * nodes))
+    pulls[0, :3], pulls[1, -3:] = ends
+    place_of_middle = float(case.results.catenary.middle[case.index])
+    middle = np.kron([np.interp(place_of_middle, mesh.node_positions, one) for one in np.eye(nodes)], np.eye(3))
+    apart, found = np.abs(place[:, None] - place), []
+    v, L = scene_.wind.speed, scene_.wind.length_scale
+    for f in frequency:
+        omega = 2 * np.pi * f
+        more = {"modal": 0, "hysteretic": 1j * (damping.loss_factor or 0),
+                "kelvin_voigt": 1j * omega * (damping.time or 0)}[damping.model]  # fmt: skip
+        A = K + more * E + 1j * omega * C - omega**2 * M
+        moved = np.zeros((3 * nodes, drags.shape[1]), dtype=complex)
+        moved[inner] = np.linalg.solve(A[np.ix_(inner, inner)], drags[inner])
+        # the cable pulls the ends with what the drag leaves there and what holds them back
+        h = np.concatenate([middle @ moved, pulls @ (drags - A @ moved)]).reshape(5, -1, 3)
+        given = scene_.wind.coherence_length
+        decay = 1 / given if given else 12 * np.hypot(f / v, 0.12 / L)
+        spectrum = scene_.wind.turbulence**2 * 4 * L / v / (1 + 70.78012763381717 * (f * L / v) ** 2) ** (5 / 6)
+        found.append(spectrum * np.einsum("oka,kl,ola->o", h.conj(), np.exp(-decay * apart), h).real)
+    return np.array(found).T
+
+
+def spectra_of(case, frequency, direction):
+    """What `dense` gives, by the program."""
+    moving = cable_motion._Cable(case)
+    size = DRAG * case.scene.wind.speed / 6.0 * case.scene.wind.turbulence * moving.length
+    found = (moving.spectra(part, direction)[0] for part in moving.parts)
+    return size**2 * sum(one(frequency) for one in found if one is not None)
+
+
+@pytest.mark.parametrize("direction", ["across", "along"])
+@pytest.mark.parametrize("damping", [None, HYSTERETIC, VISCOUS, "wind.aerodynamic_damping=false"])
+@pytest.mark.parametrize("form", [None, INCLINED, VERTICAL, SAGGING, ASIDE])
+def test_spectra_are_those_of_the_dense_matrices(bare, form, damping, direction):
+    case = Case(loaded(bare, WHOLE, *filter(None, (form, damping))))
+    frequency = np.array([0.01, 0.3, 1.0, 1.58, 3.2, 9.0])
+    expected = dense(case, frequency, direction)
+    # drag of less than 1e-9 of the largest is left out, and a floor of as much added
+    most = np.repeat([expected[:3].max(), (DRAG * SIGMA * 185.8) ** 2], [3, 2])[:, None]
+    error = np.abs(spectra_of(case, frequency, direction) - expected)
+    np.testing.assert_array_less(error, 2e-7 * expected + 1e-15 * most)
+
+
+@pytest.mark.parametrize("form", [None, INCLINED, SAGGING])
+def test_spectra_under_partial_coherence(bare, form):
+    case = Case(loaded(bare, "wind.coherence_length=60 m", *filter(None, (form,))))
+    frequency = np.array([0.01, 0.3, 1.0, 1.58, 3.2, 4.7])
+    expected = dense(case, frequency, "across")
+    # two points to a bar see the corner of exp(-r/l) with an error (h/l)^2/6 of the sum
+    assert spectra_of(case, frequency, "across") == pytest.approx(expected, rel=0.02, abs=1e-9 * expected.max())
+
+
+# closed forms
+
+
+def test_a_slow_wind_moves_a_taut_string_as_a_steady_one(bare):
+    # of uniform load q: q L^2/(8 T) at the middle, and the tension does not change
+    sets = ("gravity=0", WHOLE, SLOW, ACCURATE)
+    row = cells(loaded(bare, *sets), "midspan_rms", "tension_rms", "preload", "stretched_length")
+    expected = DRAG * SIGMA * row["stretched_length"] ** 2 / (8 * row["preload"])
+    assert row["midspan_rms"] / 1e3 == pytest.approx(expected, rel=2e-4)
+    assert row["tension_rms"] == 0.0
+
+
+def test_one_mode_of_a_taut_string_in_a_fast_wind(bare):
+    """Modes of a string, typed in; the drag across the wind is uniform, so that no two modes are joined."""
+    row = cells(loaded(bare, "gravity=0"), "preload", "stretched_length", "unstretched_length")
+    T, L, mass = row["preload"], row["stretched_length"], 1440 * 2.69e-6 * row["unstretched_length"]
+    odd = np.arange(1, 200, 2)
+    omega = odd * np.pi * np.sqrt(T / (mass * L))
+    # q'' + (2 zeta W + c/m) q' + W^2 q = (phi, drag); phi = sqrt(2/M) sin(k pi s/L)
+    load, middle = np.sqrt(2 / mass) * 2 * L / (odd * np.pi), np.sqrt(2 / mass) * np.sin(odd * np.pi / 2)
+
+    def spectrum(f):
+        s = 2j * np.pi * f
+        moved = (middle * load / (s**2 + (0.02 * omega + DRAG * L / mass) * s + omega**2)).sum()
+        turbulence = SIGMA**2 * 4 * 25 / 6 / (1 + 70.78012763381717 * (f * 25 / 6) ** 2) ** (5 / 6)
+        return abs(moved * DRAG) ** 2 * turbulence
+
+    marks = [0.1, 1.0, 1.5, 1.59, 1.7, 2.5, 4.5, 4.77, 5.0, 8.0, 20.0]
+    variance = sum(quad(spectrum, a, b, limit=200)[0] for a, b in zip([0, *marks], [*marks, 200.0], strict=True))
+    found, _ = motion(bare, "gravity=0", WHOLE, ACCURATE)
+    assert found == pytest.approx(np.sqrt(variance), rel=1e-4)
+
+
+def test_a_slow_wind_changes_the_tension_as_statics_do(bare):
+    """Wind across: vertical turbulence is a load of half rho C_d d v u', of which what is normal counts."""
+    row = cells(loaded(bare, ACCURATE), "preload", "stretched_length", "unstretched_length")
+    count, step = 40, 1e-3
+    place = (np.arange(count) + 0.5) / count
+    slope = 1440 * 2.69e-6 * 9.81 * row["unstretched_length"] * (place - 0.5) / row["preload"]
+    normal = np.array([-slope, np.zeros(count), np.ones(count)]).T / (1 + slope**2)[:, None]
+    tension = []
+    for sign in (-1, 1):
+        force = sign * step / count * normal
+        loads = ", ".join(
+            f"{{at: {s}, force: {list(map(float, one))}}}"
+            for s, one in zip(place * row["unstretched_length"], force, strict=True)
+        )
+        tension.append(cells(loaded(bare, ACCURATE, f"cable.loads=[{loads}]"), "max_tension")["max_tension"])
+    rate = abs(tension[1] - tension[0]) / (2 * step)
+    expected = rate * DRAG / 2 * SIGMA * row["stretched_length"]
+    assert motion(bare, WHOLE, SLOW, ACCURATE)[1] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_vertical_cable_moves_alike_in_any_wind(bare):
+    case = Case(loaded(bare, VERTICAL))
+    moving = cable_motion._Cable(case)
+    across, along = (
+        np.sum([moving.variances(part, direction)[0] for part in moving.parts], axis=0)
+        for direction in ("across", "along")
+    )
+    assert across[[1, 2]] == pytest.approx(along[[2, 1]], rel=1e-6)
+
+
+# what it depends on
+
+
+def test_proportional_to_turbulence_and_without_overflow(bare):
+    expected = np.array(motion(bare))
+    assert motion(bare, "wind.turbulence_rms=0.09 m/s") == pytest.approx(0.1 * expected, rel=1e-6)
+    assert motion(bare, "wind.turbulence_intensity=1e-12") == pytest.approx(expected * 1e-12 / 0.15, rel=1e-6)
+
+
+def test_air_damps_the_cable(bare):
+    still, damped = motion(bare, "wind.aerodynamic_damping=false"), motion(bare)
+    assert damped[0] < 0.99 * still[0]
+    assert damped[1] < still[1]
+
+
+@pytest.mark.parametrize("sets", [(), (HYSTERETIC, INCLINED), (SAGGING,)])
+def test_accuracy_is_that_of_many_bars(bare, sets):
+    accurate = cells(loaded(bare, *sets, "model={accuracy: 1e-4}"), "midspan_rms", "tension_rms", "error_estimate")
+    assert accurate["error_estimate"] <= 1e-4
+    bars = cells(loaded(bare, *sets, "model={elements: 80}"), "midspan_rms", "tension_rms")
+    for name in bars:
+        assert accurate[name] == pytest.approx(bars[name], rel=1e-3), name
+
+
+def test_an_undamped_cable_without_air_is_refused(bare):
+    scene = loaded(bare, "cable.damping={model: modal, ratio: 0}", "wind.aerodynamic_damping=false")
+    with pytest.raises(NoSolutionError, match=r"^undamped: the damping ratio of the cable's mode of 1\.59"):
+        _ = Case(scene).cable_motion
+
+
+def test_a_cable_with_a_gondola_is_refused(bare, tmp_path):
+    data = loaded(bare).model_dump(exclude_unset=True) | {"gondola": {"mass": 50}}
+    with pytest.raises(NoSolutionError, match="fixed ends: leave out the gondola"):
+        _ = Case(Scene.model_validate(data)).cable_motion
+    study = study_file(tmp_path, "columns: [midspan_rms, tension_rms]\n")
+    outcome = run("sweep", study, "--no-write", code=2)
+    assert len(outcome.lines) == 2
+    assert all("is of a cable with fixed ends: the scene must not have the key gondola" in one for one in outcome.lines)
+
+
+# the command
+
+
+def test_windrms_of_a_bare_cable(bare):
+    coarse = "model={accuracy: 1e-2}"
+    row = table_of("windrms", bare, "--quiet", "--set", coarse)[0]
+    found = motion(bare, coarse)
+    assert row["midspan_rms_mm"] == pytest.approx(1e3 * found[0], rel=1e-12)
+    assert row["tension_rms_N"] == pytest.approx(found[1], rel=1e-12)
+    assert rows_of(run("windrms", bare, "--quiet", "--on", "cable", "--format", "csv", "--set", coarse).out, "csv") == [
+        row
+    ]
+    explained = run("windrms", bare, "--explain", "--set", coarse).err
+    assert "aerodynamic damping: the drag of the cable damps its motion" in explained
+    assert "the cable sheds vortices" in explained
+    (line,) = run("windrms", bare, "--on", "gondola", code=2).lines
+    assert "gondola.mass: missing key" in line
+    (line,) = run("windrms", bare, "--plot", "x.svg", code=2).lines
+    assert line.endswith("--plot: no effect: the scene has no gondola")
+
+
+def test_a_sweep_of_bare_cables_is_each_alone(bare, tmp_path):
+    study = tmp_path / "study.yaml"
+    study.write_text(f"base: {bare}\nvary: [{{wind.speed: [3 m/s, 6 m/s]}}]\ncolumns: [midspan_rms, tension_rms]\n")
+    rows = table_of("sweep", study, "--no-write")
+    for row, speed in zip(rows, (3, 6), strict=True):
+        midspan, tension = motion(bare, f"wind.speed={speed} m/s")
+        assert (row["midspan_rms_mm"], row["tension_rms_N"]) == (1e3 * midspan, tension)
+
+
+def test_poles_that_meet_are_refused_in_words():
+    omega = np.array([1.0, 2.0])
+    with pytest.raises(NoSolutionError, match="rounding spoils"):
+        cable_motion._System(omega, np.diag([2.0, 0.1]), np.zeros((2, 2)))  # critically damped
+    with pytest.raises(NoSolutionError, match="rounding spoils"):
+        cable_motion._System(omega, np.full((2, 2), np.inf), np.zeros((2, 2)))
+
+
+def test_the_middle_is_interpolated():
+    mesh = SimpleNamespace(edges=np.array([0.0, 0.4, 1.0]), sizes=np.array([0.4, 0.6]), elements=2, order=1,
+                           element_nodes=np.array([[0, 1], [1, 2]]))  # fmt: skip
+    shapes = np.array([0.0, 4.0, 10.0])[:, None, None] * np.ones((1, 3, 1))
+    assert cable_motion._at(mesh, 0.5, shapes) == pytest.approx(5.0 * np.ones((3, 1)))

@@ -1,0 +1,188 @@
+"""Mean displacement and peak of a gondola, and its motion within exposures and behind a mirror, in the wind."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import CARLINA, run, study_file, table_of
+from scenes import cells, scene
+from test_windrms import CORNER, brute, force, loop_with
+
+from cablestudy.study import windrms
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate_cases
+from cablestudy.wind.peak import peak_factor
+
+EXPOSURE, MIRROR = "exposure=10 ms", "correction={bandwidth: 20 Hz, delay: 1 ms}"
+STEADY = 1.2 / 2 * 1.17 * 0.6 * 6.0**2  # drag of the mean wind in configs/carlina.yaml [N]
+
+
+def exposed(frequency, exposure=0.01):
+    return 1 - np.sinc(frequency * exposure) ** 2
+
+
+def corrected(frequency, bandwidth=20.0, delay=1e-3):
+    s = 2j * np.pi * frequency
+    return np.abs(1 / (1 + 2 * np.pi * bandwidth / s * np.exp(-s * delay))) ** 2
+
+
+@pytest.mark.parametrize("model", ["{elements: 40}", "{accuracy: 1e-8}"])
+def test_mean_displacement_is_the_drag_over_the_stiffness(model):
+    found = cells(scene(f"model={model}"), "mean_displacement", "end_stiffness")
+    assert found["mean_displacement"] == pytest.approx(1e3 * STEADY / found["end_stiffness"], rel=1e-12)
+    assert found["mean_displacement"] == pytest.approx(14.8, abs=0.1)
+    assert cells(scene("wind.mean=false"), "mean_displacement")["mean_displacement"] == 0.0
+
+
+def test_mean_displacement_of_many_cases_is_that_of_each():
+    sets = [("wind.speed=3 m/s",), ("wind.mean=false",), ("gondola.area=1 m^2", "cable.preload=2 kN")]
+    scenes = [scene("model={accuracy: 1e-8}", *one) for one in sets]
+    columns = [find("mean_displacement")]
+    together = [row.cells["mean_displacement_mm"] for row in evaluate_cases(scenes, columns)]
+    assert together == [cells(one, "mean_displacement")["mean_displacement"] for one in scenes]
+
+
+@pytest.mark.parametrize("sets", [(), ("winch.controller.gain=0",), ("winch=null",), ("wind.duration=60 s",)])
+def test_peak_is_the_mean_and_davenport_s_factor(sets):
+    row = cells(scene(*sets), "peak", "mean_displacement", "gondola_rms_open_loop", "gondola_rms_velocity_open_loop")
+    rms, velocity = row["gondola_rms_open_loop"], row["gondola_rms_velocity_open_loop"]
+    if not sets or "duration" in sets[0]:
+        closed = cells(scene(*sets), "gondola_rms", "gondola_rms_velocity")
+        rms, velocity = closed["gondola_rms"], closed["gondola_rms_velocity"]
+    duration = 60.0 if sets and "duration" in sets[0] else 600.0
+    mode = np.sqrt(2 * np.log(velocity / rms / (2 * np.pi) * duration))
+    expected = row["mean_displacement"] + (mode + 0.5772156649 / mode) * rms
+    assert row["peak"] == pytest.approx(expected, rel=1e-8)
+    without = cells(scene(*sets, "wind.mean=false"), "peak")["peak"]
+    assert without == pytest.approx(expected - row["mean_displacement"], rel=1e-8)
+
+
+@pytest.mark.parametrize(("damping", "clusters"), [(200.0, 0.1), (0.0, 0.8)])
+def test_peak_of_records_in_time(damping, clusters):
+    """Records made of the spectrum of the gondola: their largest values in units of the RMS."""
+    loop = replace(loop_with(0.01, 0.0), damping=damping)
+    found = windrms.respond(loop, force, CORNER)
+    step, count, records = 0.1, 2**13, 400
+    frequency = np.fft.rfftfreq(count, step)[1:]
+    spectrum = force(frequency) * np.abs(loop.compliances(2j * np.pi * frequency)[0]) ** 2
+    draw = np.random.default_rng(5).standard_normal((2, records, len(frequency)))
+    amplitude = (draw[0] + 1j * draw[1]) * np.sqrt(spectrum * count / (4 * step))
+    record = np.fft.irfft(np.concatenate([np.zeros((records, 1)), amplitude], axis=1), count)
+    assert record.std() == pytest.approx(found.open_displacement, rel=0.03)
+    rate = found.open_velocity / found.open_displacement / (2 * np.pi)
+    factor = peak_factor(rate, step * count)
+    # up-crossings of a lightly damped motion come in clusters, and its largest values are smaller
+    assert 0 < factor - (record.max(axis=1) / record.std()).mean() < clusters
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3])
+@pytest.mark.parametrize("gain", [0.0, 0.3])
+def test_what_is_seen_is_a_fine_integration(ratio, gain):
+    loop, scene_ = loop_with(ratio, gain), scene(EXPOSURE, MIRROR)
+    weights = windrms.weights_of(scene_)
+    mirror = windrms.mirror_poles(scene_.correction)
+    found = windrms.respond(loop, force, CORNER, cable=True, weights=weights, mirror=mirror)
+    factors = {"exposure": exposed, "corrected": corrected,
+               "corrected_exposure": lambda f: exposed(f) * corrected(f)}  # fmt: skip
+    for name, factor in factors.items():
+        expected = brute(loop, loop.gain, lambda f, factor=factor: force(f) * factor(f))[0]
+        assert found.imaged[name] == pytest.approx(expected, rel=2e-5), name
+    assert found.displacement == pytest.approx(brute(loop, loop.gain, force)[0], rel=1e-5)
+
+
+def test_mirror_poles():
+    for bandwidth, delay in ((20.0, 0.0), (20.0, 1e-3), (20.0, 12e-3)):
+        (pole,) = windrms.mirror_poles(scene(f"correction={{bandwidth: {bandwidth}, delay: {delay}}}").correction)
+        assert abs(pole + 2 * np.pi * bandwidth * np.exp(-pole * delay)) < 1e-10 * abs(pole)
+    assert windrms.mirror_poles(None) == []
+
+
+def test_limits_of_exposure_and_mirror():
+    row = cells(scene(), "gondola_rms", "gondola_rms_velocity")
+    rms, velocity = row["gondola_rms"] * 1e3, row["gondola_rms_velocity"] * 1e3  # um, um/s
+    seen = cells(
+        scene("exposure=1e6 s", "correction={bandwidth: 1e-6 Hz}"), "exposure", "corrected", "corrected_exposure"
+    )
+    assert list(seen.values()) == pytest.approx([rms] * 3, rel=1e-4)
+    seen = cells(scene("exposure=1 us", "correction={bandwidth: 1e6 Hz}"), "exposure", "corrected")
+    # a straight path of v t has the RMS v t/sqrt(12); the mirror lags by v/(2 pi b)
+    assert seen["exposure"] == pytest.approx(velocity * 1e-6 / np.sqrt(12), rel=1e-4)
+    assert seen["corrected"] == pytest.approx(velocity / (2 * np.pi * 1e6), rel=1e-4)
+
+
+@pytest.mark.parametrize("mirror", ["{bandwidth: 20 Hz, delay: 12.49 ms}", "{bandwidth: 0.7 Hz, delay: 0.3 s}"])
+def test_a_mirror_that_is_hardly_stable(mirror):
+    loop, scene_ = loop_with(0.01, 0.0), scene(f"correction={mirror}")
+    one = scene_.correction
+    found = windrms.respond(loop, force, CORNER, cable=True, weights=windrms.weights_of(scene_),
+                            mirror=windrms.mirror_poles(one))  # fmt: skip
+    frequency = np.unique(
+        np.concatenate([np.geomspace(1e-4, 300, 400_000), one.bandwidth * np.linspace(0.9, 1.1, 200_001)])
+    )
+    square = np.abs(loop.compliances(2j * np.pi * frequency)[0]) ** 2
+    value = square * force(frequency) * corrected(frequency, one.bandwidth, one.delay)
+    assert found.imaged["corrected"] == pytest.approx(np.sqrt(np.trapezoid(value, frequency)), rel=1e-4)
+
+
+def test_other_columns_do_not_notice_the_telescope():
+    names = "gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "peak", "gain_margin"
+    bare, seen = cells(scene(), *names), cells(scene(EXPOSURE, MIRROR), *names)
+    for name in names:
+        assert seen[name] == pytest.approx(bare[name], rel=1e-6)
+
+
+def test_accuracy_is_that_of_many_bars():
+    sets = (EXPOSURE, MIRROR, "cable.damping={loss_factor: 0.02, viscous: 1e-3}", "wind.aerodynamic_damping=true",
+            "winch.controller.gain=0.05")  # fmt: skip
+    names = "exposure", "corrected", "corrected_exposure", "peak"
+    accurate = cells(scene(*sets, "model={accuracy: 1e-4}"), *names)
+    bars = cells(scene(*sets, "model={elements: 80}"), *names)
+    for name in names:
+        assert accurate[name] == pytest.approx(bars[name], rel=1e-3), name
+
+
+def test_windrms_shows_them():
+    row = table_of("windrms", CARLINA, "--quiet")[0]
+    assert row["mean_displacement_mm"] == pytest.approx(14.8, abs=0.1)
+    assert {"peak_mm"} < set(row)
+    assert not {"exposure_um", "corrected_um", "corrected_exposure_um"} & set(row)
+    seen = table_of("windrms", CARLINA, "--quiet", "--set", EXPOSURE, "--set", MIRROR)[0]
+    assert {"exposure_um", "corrected_um", "corrected_exposure_um"} < set(seen)
+    assert seen["corrected_exposure_um"] < min(seen["exposure_um"], seen["corrected_um"])
+    assert "exposure_um" in table_of("windrms", CARLINA, "--quiet", "--set", EXPOSURE)[0]
+    assert "mean_displacement_mm" not in table_of("windrms", CARLINA, "--quiet", "--set", "wind.mean=false")[0]
+    assert "peak_mm" not in table_of("windrms", CARLINA, "--quiet", "--on", "cable")[0]
+
+
+def test_an_unstable_mirror_is_refused_in_one_line(tmp_path):
+    (line,) = run("windrms", CARLINA, "--set", "correction={bandwidth: 20 Hz, delay: 20 ms}", code=2).lines
+    assert line.endswith(
+        "correction.bandwidth: an unstable mirror: with this delay it must be below 1/(4 delay) = 12.5 Hz"
+    )
+    study = study_file(
+        tmp_path,
+        "set: {correction: {bandwidth: 10 Hz, delay: 1 ms}}\n"
+        "vary: [{correction.bandwidth: [10 Hz, 300 Hz]}]\ncolumns: [corrected]\n",
+    )
+    assert "an unstable mirror" in run("sweep", study, "--no-write", code=None).err
+
+
+def test_columns_need_their_keys(tmp_path):
+    study = study_file(tmp_path, "columns: [exposure, corrected, corrected_exposure]\n")
+    lines = run("sweep", study, "--no-write", code=2).lines
+    assert [line.rpartition("needs the key ")[2] for line in lines] == [
+        "exposure, which the scene does not have",
+        "correction, which the scene does not have",
+        "exposure, which the scene does not have",
+    ]
+
+
+def test_a_case_of_the_trapezoidal_rule_has_them_too():
+    from cablestudy.study.trade_models import by_trapezoids
+
+    case = Case(scene(EXPOSURE, MIRROR, "winch.controller.gain=0"))
+    frequency = np.unique(np.concatenate([np.geomspace(1e-4, 200, 40_000), np.linspace(0.6, 0.84, 20_000)]))
+    found = by_trapezoids(case, case.loop, frequency)
+    for name, number in case.response.imaged.items():
+        assert found.imaged[name] == pytest.approx(number, rel=1e-3)

@@ -1,0 +1,369 @@
+"""The loop of several winches, reaction masses and wheels against dense matrices made here, and closed forms."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.optimize
+from references import bar_suspension
+from references.straight_suspension import Straight
+from scipy.optimize import brentq
+from straight_scenes import (
+    ACTUATORS,
+    FOUR_WINCHES,
+    LOOP,
+    NOTCH,
+    case_of,
+    everything,
+    movement_of,
+    one_axis,
+    platform,
+    two_bodies,
+)
+
+from cablestudy.control.pose_loop import PoseLoop
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.suspension.columns import find
+
+TURN = 2 * np.pi
+FAST = 1e4  # poles above are those of cables without mass to speak of [rad/s]
+EA = 1e5
+
+
+def slow(poles):
+    """Those below FAST, in order; the integrals of winches beyond what is measured are left out."""
+    poles = poles[np.abs(poles) < FAST]
+    return poles[np.lexsort((poles.imag.round(6), poles.real.round(6)))]
+
+
+def agree(found, expected, tolerance):
+    """Whether two sets of poles are the same, each to a tolerance of its size."""
+    found, expected = slow(found), slow(expected)
+    assert len(found) == len(expected)
+    apart = np.abs(found[:, None] - expected[None]) / np.maximum(np.abs(expected), 1e-3)
+    rows, columns = scipy.optimize.linear_sum_assignment(apart)
+    assert apart[rows, columns].max() < tolerance
+
+
+def motion_poles(movement):
+    """Poles with the winches at rest."""
+    return PoseLoop(movement.motion, None, 0.0, ()).open_poles
+
+
+def value(text, column):
+    """The number in a column."""
+    found = find(column).compute(case_of(text))
+    return found[0] if isinstance(found, tuple) else found
+
+
+# ------------------------------------------------------------------------------------------------------- the poles
+
+SIX_WINCHES = {f"f{i}": {"end": "to"} if i == 2 else {} for i in range(6)}
+TWO = two_bodies(winches=SIX_WINCHES | {"s1": {}}, control=LOOP | {"body": "first", "allocation": None},
+                 actuators={"spin": ACTUATORS["wheel"] | {"body": "second"},
+                            "damp": ACTUATORS["mass_x"] | {"body": "second"}})  # fmt: skip
+CASES = {
+    "all": everything(),
+    "no notch": everything(control__notch="none"),
+    "no actuators": everything(actuators={}),
+    "position only": everything(control=LOOP | {"measured": ["x", "z"], "notch": "none", "gain": 1.5}),
+    "pose of six": two_bodies(winches=SIX_WINCHES, control={"body": "first", "gain": 0.3, "notch": NOTCH}),
+    "two bodies": TWO,
+    "hardly damped": platform(
+        time=2e-5, winches={"c4": {}, "c6": {}}, control={"measured": ["z"], "gain": 0.005, "notch": NOTCH}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_closed_loop_poles_are_the_eigenvalues_of_a_dense_model(name):
+    text = CASES[name]
+    movement, own = movement_of(text), Straight(text)
+    agree(movement.loop.poles, np.linalg.eigvals(own.closed()), 2e-7)
+    assert movement.allocation.shares == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
+    s = np.array([0.3j, 5j, 1 + 20j])
+    expected = own.unit_gain(s)
+    assert np.abs(movement.loop.unit_gain(s) - expected).max() < 2e-7 * np.abs(expected).max()
+
+
+def test_closed_loop_poles_on_heavy_cables_are_those_of_dense_bars():
+    """Winches that move ends with mass and damping, on the ground and on board: v' and v'' act too."""
+    time, viscous, mass = 2e-3, 0.05, 0.1
+    text = platform(
+        winches=FOUR_WINCHES, control=LOOP | {"notch": "none", "gain": 0.3}, cable__density=mass * 1e3, actuators={},
+        cable__damping={"model": "kelvin_voigt", "time": time, "viscous": viscous},
+        model={"elements": 4, "order": 1, "mass": "lumped"},
+    )  # fmt: skip
+    text["cables"]["c4"]["unstretched_length"] *= 1.004  # one that sags
+    movement = case_of(text).in_wind.movement_of(200)
+    state = movement.equilibrium
+    bars = bar_suspension.dense(state, 4)
+    n, rate = len(bars.K), viscous / mass
+    # per m/s^0, m/s and m/s^2 of each winch
+    forces, C = np.zeros((3, n, 4)), time * bars.elastic
+    for cable, ((stiff, inert, elastic), move) in enumerate(zip(bars.cables, bars.maps, strict=True)):
+        C = C + rate * move.T @ inert @ move
+        for place, (name, winch) in enumerate(FOUR_WINCHES.items()):
+            if name != f"c{cable}":
+                continue
+            end = 1 if winch.get("end") == "to" else 0
+            pull = state.end_forces[cable, end]
+            tension = np.linalg.norm(pull)
+            rows = slice(-3, None) if end else slice(0, 3)
+            imposed = np.zeros(len(stiff))
+            imposed[rows] = -pull / tension * (1 + tension / EA)
+            for order, matrix in enumerate((stiff, time * elastic + rate * inert, inert)):
+                forces[order, :, place] -= move.T @ matrix @ imposed
+            forces[0, :, place] += move[rows].T @ [0, 0, mass * 9.81]
+    measured = np.eye(n)[-6:-3]
+    inverse = np.diag([1.0, 1 / 3.0, 1.0, 1.0])  # of the weights
+    G = measured @ np.linalg.solve(bars.K, forces[0])
+    shares = 0.3 * inverse @ G.T @ np.linalg.inv(G @ inverse @ G.T)
+    z, speed, summed = np.split(np.eye(2 * n + 3), [n, 2 * n])
+    force = -bars.K @ z - C @ speed - forces[0] @ shares @ summed
+    force -= forces[1] @ shares @ measured @ z + forces[2] @ shares @ measured @ speed
+    expected = np.linalg.eigvals(np.concatenate([speed, np.linalg.solve(bars.M, force), measured @ z]))
+    found = movement.loop.poles
+    assert len(found) == len(expected)
+    apart = np.abs(found[:, None] - expected[None]) / np.abs(expected)
+    rows, columns = scipy.optimize.linear_sum_assignment(apart)
+    assert apart[rows, columns].max() < 1e-7
+
+
+def test_rotations_and_displacements_are_corrected_without_error_at_rest():
+    """Six winches, six measured coordinates: L tends to gain/s times the unit matrix."""
+    loop = movement_of(CASES["pose of six"]).loop
+    s = np.array([1e-7j])
+    assert np.abs(s[0] * loop.unit_gain(s)[0] - np.eye(6)).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"), [("all", 0.5), ("all", 1.5), ("all", 20.0), ("no notch", 20.0), ("two bodies", 20.0)]
+)
+def test_unstable_poles_are_the_encirclements_of_the_loop_gain(name, factor):
+    """The change of the argument of det(I + L) from below to above the real axis, past the pole at 0 on its right."""
+    text, own = CASES[name], Straight(CASES[name])
+    movement = movement_of(text)
+    gain = factor * movement.largest_gain
+    small, k = 1e-6, len(own.measured)
+    along = 1j * np.geomspace(small, 1e5, 10_000)
+    around = small * np.exp(1j * np.linspace(0, np.pi / 2, 200))
+
+    def determinants(s):
+        return np.linalg.det(np.eye(k) + gain * own.unit_gain(s))
+
+    path = np.concatenate([determinants(around), determinants(along)])
+    turned = np.diff(np.unwrap(np.angle(path))).sum() / np.pi  # half of the path, in half turns
+    # det(I + L) has no pole to the right: zeros there are encirclements, clockwise
+    poles = movement.loop.with_gain(gain).poles
+    assert (
+        (poles.real > 1e-6 * np.abs(poles)).sum()
+        == round(-turned)
+        == (np.linalg.eigvals(own.closed(gain)).real > 1e-9).sum()
+    )
+    assert abs(turned - round(turned)) < 0.01
+    assert (round(-turned) > 0) == (factor > 1)
+
+
+# --------------------------------------------------------------------------------------------------------- margins
+
+
+def limit_of(own, start=0.5, gains=None, place=None):
+    """The least gain, or factor of the gain of one coordinate, with growth: by steps of 2 % and bisection."""
+    fixed, scaled = (own.closed(gain) for gain in (0.0, 1.0))
+    if gains is not None:
+        fixed = own.closed(gains=gains * (np.arange(len(gains)) != place))
+        scaled = own.closed(gains=gains) - fixed
+    else:
+        scaled = scaled - fixed
+
+    def growth(factor):
+        return np.linalg.eigvals(fixed + np.asarray(factor)[..., None, None] * scaled).real.max(axis=-1)
+
+    factors = start * 1.02 ** np.arange(-150, 400)
+    place = np.argmax(growth(factors) > 1e-9)
+    return brentq(growth, factors[place - 1], factors[place], xtol=1e-12 * start, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "hardly damped"])
+def test_the_largest_gain_is_where_the_first_pole_crosses(name):
+    text, own = CASES[name], Straight(CASES[name])
+    limit = limit_of(own)
+    movement = movement_of(text)
+    assert movement.largest_gain == pytest.approx(limit, rel=1e-6)
+    gain = text["control"]["gain"]
+    assert value(text, "gain_margin") == pytest.approx(20 * np.log10(limit / gain), abs=1e-5)
+
+
+@pytest.mark.parametrize("name", ["all", "two bodies"])
+def test_the_limit_of_one_loop_alone(name):
+    text, own = CASES[name], Straight(CASES[name])
+    gain, k = text["control"]["gain"], len(own.measured)
+    found = movement_of(text).single_limits
+    expected = [limit_of(own, 2.0, np.full(k, gain), place) for place in range(k)]
+    assert list(found.values()) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["all", "two bodies"])
+def test_the_peak_of_the_sensitivity(name):
+    text, own = CASES[name], Straight(CASES[name])
+    gain, k = text["control"]["gain"], len(own.measured)
+
+    def size(omega):
+        return np.linalg.norm(np.linalg.inv(np.eye(k) + gain * own.unit_gain(1j * omega)), 2, axis=(-2, -1))
+
+    poles = np.linalg.eigvals(own.closed())
+    beside = [abs(p.imag) + step * abs(p.real) for p in poles for step in np.linspace(-2, 2, 21)]
+    grid = np.unique(np.concatenate([np.geomspace(1e-3, 1e3, 3000), np.clip(beside, 1e-3, 1e3)]))
+    best = np.clip(np.argmax(size(grid)), 1, len(grid) - 2)
+    found = scipy.optimize.minimize_scalar(lambda w: -size(w), bounds=grid[[best - 1, best + 1]], method="bounded")
+    peak = max(-found.fun, size(grid).max())
+    assert value(text, "sensitivity_peak") == pytest.approx(peak, rel=1e-5)
+
+
+def test_an_automatic_gain_has_the_margin_that_it_was_asked_for():
+    text = everything(control__gain={"auto": {"gain_margin": 8.0}})
+    limit = limit_of(Straight(text))
+    assert value(text, "gain") == pytest.approx(limit / 10 ** (8 / 20), rel=1e-6)
+    assert value(text, "largest_gain") == pytest.approx(limit, rel=1e-6)
+
+
+# ------------------------------------------------------------------------------------------------------ what grows
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"control__gain": 50.0}, "the loop is unstable at 50 rad/s: mode"),
+        ({"actuators__mass_z__velocity_gain": -400.0}, "unstable without winches (actuators): "),
+        ({"actuators__wheel__rate_gain": -80.0}, "unstable without winches (actuators): "),
+    ],
+)
+def test_what_grows_is_refused_by_name(changes, words):
+    text = everything(**changes)
+    del text["wind"], text["bodies"]["gondola"]["wind"]
+    own = Straight(text)
+    A = own.closed(0.0) if "actuators" in words else own.closed()
+    values = np.linalg.eigvals(A)
+    place = np.argmax(values.real)
+    assert values[place].real > 0
+    with pytest.raises(NoSolutionError) as caught:
+        case_of(text).in_wind.movement  # noqa: B018
+    message = str(caught.value)
+    assert message.startswith(words)
+    assert f"grows by {values[place].real:.3g}/s at {abs(values[place].imag) / TURN:.4g} Hz" in message
+    if "actuators" not in words:
+        limit = limit_of(own)
+        assert f"stable below {limit:.4g} rad/s" in message
+
+
+def test_a_loop_that_is_stable_for_every_gain_has_no_limit():
+    """One winch, one coordinate, much damping: the dense model is stable up to 1e6 rad/s."""
+    changes = {"cable__density": 1e-7, "cable__damping__time": 0.5, "winches": {"west": {}}}
+    text = one_axis(control={"gain": 0.01, "notch": "none"}, **changes)
+    own = Straight(text)
+    poles = [np.linalg.eigvals(own.closed(gain)).real.max() for gain in np.geomspace(1e-3, 1e6, 60)]
+    assert max(poles) < 1e-9
+    assert movement_of(text).largest_gain is None
+    assert value(text, "gain_margin") is None
+
+
+# ------------------------------------------------------------------------------------------------------- actuators
+
+K = 2 * EA / 9.9  # of `one_axis` along x
+
+
+def test_a_reaction_mass_on_one_coordinate_is_a_pair_of_masses():
+    """(M - m) x'' + K x = k q + c q' - F, m (x'' + q'') = -k q - c q' + F, F = g x' + p x."""
+    M, m, f, ratio, g, p = 20.0, 3.0, 4.0, 0.2, 35.0, 600.0
+    own = {"axis": [2, 0, 0], "mass": m, "frequency": f, "damping_ratio": ratio, "velocity_gain": g, "position_gain": p,
+           "stroke": 1.0, "force": 1.0}  # fmt: skip
+    k, c = m * (TURN * f) ** 2, 2 * ratio * m * TURN * f
+    # body: x, mass: y = x + q
+    balance = np.array([
+        [M - m, c + g, K + k + p], [0.0, -c, -k],
+        [0.0, -c - g, -k - p], [m, c, k],
+    ])  # fmt: skip
+    determinant = np.polysub(np.polymul(balance[0], balance[3]), np.polymul(balance[1], balance[2]))
+    agree(motion_poles(movement_of(one_axis(actuators={"mass": own}))), np.roots(determinant), 1e-8)
+
+
+def test_the_best_passive_mass_after_den_hartog():
+    """m/(M - m) = mu, tuned to 1/(1 + mu): both fixed points of |x| are equally high, sqrt(1 + 2/mu) static ones."""
+    M, mu = 20.0, 0.1
+    m = M * mu / (1 + mu)
+    main = np.sqrt(K / (M - m))
+    own = {"axis": [1, 0, 0], "mass": m, "frequency": main / (1 + mu) / TURN, "damping_ratio": 0.0, "stroke": 1.0,
+           "force": 1.0}  # fmt: skip
+    fixed = np.sqrt((1 + np.array([-1, 1]) * np.sqrt(mu / (2 + mu))) / (1 + mu)) * main
+    heights = []
+    for ratio in (0.05, 0.3, 2.0):
+        motion = movement_of(one_axis(actuators={"mass": own | {"damping_ratio": ratio}})).motion
+        row = motion.moved[0][0]
+        dynamic = motion.dynamic_stiffness(1j * fixed)
+        heights.append([abs(row @ np.linalg.solve(one, row)) * K for one in dynamic])
+    assert np.array(heights) == pytest.approx(np.sqrt(1 + 2 / mu), rel=1e-7)
+
+
+def test_a_mass_with_a_high_pass_filter():
+    """With a soft spring and F = g h x' the body alone has M' x'' + g h x' + K x = 0, h = s/(s + w)."""
+    M, m, g, corner = 20.0, 2.0, 40.0, 3.0
+    own = {"axis": [1, 0, 0], "mass": m, "frequency": 1e-6, "damping_ratio": 0.0, "velocity_gain": g, "stroke": 1.0,
+           "force": 1.0, "high_pass": corner / TURN}  # fmt: skip
+    body = np.roots(np.polyadd(np.polymul([M - m, 0.0, K], [1.0, corner]), [g, 0.0, 0.0]))
+    found = motion_poles(movement_of(one_axis(actuators={"mass": own})))
+    found = found[(np.abs(found) < FAST) & (np.abs(found) > 1e-3)]
+    agree(found, body, 1e-8)
+
+
+def test_a_reaction_wheel():
+    """A body that may only turn about x, (I - J) r'' + g h r' + k r = 0: J turns freely."""
+    inertia, J, g, corner, radius = 4.0, 0.8, 2.5, 0.7, 0.5
+    body = {
+        "attachments": {"up": [0, 0, radius], "down": [0, 0, -radius]},
+        "free": ["roll"],
+        "inertia": [inertia, 5, 6],
+    }
+    text = one_axis(**{f"bodies__gondola__{key}": part for key, part in body.items()})
+    text["cables"] = {
+        f"{side}{end}": {"from": [0.0, sign * 10.0, z], "to": f"gondola.{end}", "unstretched_length": 9.9}
+        for side, sign in (("w", -1), ("e", 1)) for end, z in (("up", radius), ("down", -radius))
+    }  # fmt: skip
+    wheel = {
+        "axis": [-3, 0, 0],
+        "inertia": J,
+        "rate_gain": g,
+        "high_pass": corner / TURN,
+        "momentum": 1.0,
+        "torque": 1.0,
+    }
+    tension = EA * 0.1 / 9.9
+    stiffness = 4 * EA / 9.9 * radius**2 + 0 * tension  # along y, two pairs; the pull of each pair cancels
+    found = motion_poles(movement_of(text | {"actuators": {"wheel": wheel}}))
+    agree(found, np.roots([inertia - J, (inertia - J) * corner + g, stiffness, stiffness * corner]), 1e-8)
+
+
+def test_the_weight_of_a_mass_turns_the_body_that_tilts():
+    """A mass at x = q cos + h sin, z = h cos - q sin of the pitch: kinetic m (q' + h p')^2/2, potential -m g q p."""
+    m, h, f, g, pitch_inertia, radius = 2.0, 0.6, 1.3, 9.81, 5.0, 0.5
+    text = one_axis(gravity=g, free=["pitch"])
+    text["bodies"]["gondola"]["attachments"] = {"up": [0, 0, radius], "down": [0, 0, -radius]}
+    text["cables"] = {
+        f"{side}{end}": {"from": [sign * 10.0, 0.0, z], "to": f"gondola.{end}", "unstretched_length": 9.9}
+        for side, sign in (("w", -1), ("e", 1)) for end, z in (("up", radius), ("down", -radius))
+    }  # fmt: skip
+    own = {
+        "at": [0, 0, h],
+        "axis": [1, 0, 0],
+        "mass": m,
+        "frequency": f,
+        "damping_ratio": 0.0,
+        "stroke": 1.0,
+        "force": 1.0,
+    }
+    K2 = np.array([[4 * EA / 9.9 * radius**2, -m * g], [-m * g, m * (TURN * f) ** 2]])
+    M2 = np.array([[pitch_inertia, m * h], [m * h, m]])
+    omega = np.sqrt(scipy.linalg.eigvalsh(K2, M2))
+    found = slow(motion_poles(movement_of(text | {"actuators": {"mass": own}})))
+    assert np.sort(found.imag)[2:] == pytest.approx(omega, rel=1e-8)
+    wrong = np.sqrt(scipy.linalg.eigvalsh(np.abs(K2), M2))
+    assert np.abs(wrong / omega - 1).max() > 1e-3  # the sign of the weight shows

@@ -1,0 +1,166 @@
+"""Searches for poses and lengths that used to end without an answer, and what refusals say (`system/failure.py`)."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from random_suspensions import scene_data
+from scipy.optimize import minimize_scalar
+from suspensions import body, cable, point, suspension, trifilar
+
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.span import Span
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.system import lengths, stated, statics
+from cablestudy.system.failure import explain
+
+G = 9.81
+
+
+def chain(count, start, slack, stiffness):
+    """A cable of 0.1 kg/m between two anchors at 30 m, cut in pieces at free points that begin at `start`."""
+    places = start(np.linspace(0, 30, count + 2)[1:-1])
+    points = [point(f"p{i}", place) for i, place in enumerate(places)]
+    ends = [(0.0, 0.0, 0.0), *(p["name"] for p in points), (30.0, 0.0, 0.0)]
+    own = 30 * (1 + slack) / (count + 1)
+    return suspension([], [cable(*pair, stiffness, 0.1, value=own) for pair in pairwise(ends)], points)
+
+
+def scattered(x):
+    return np.stack([x, 0 * x, 0 * x], axis=-1) + np.random.default_rng(1).normal(size=(len(x), 3)) * 3
+
+
+def deep(x):
+    return np.stack([x, 0 * x, -3 * np.sin(np.pi * x / 30)], axis=-1)
+
+
+@pytest.mark.parametrize(("start", "slack", "stiffness"), [(scattered, 0.1, 1e5), (deep, -1e-3, 1e8)])
+def test_a_chain_of_300_points(start, slack, stiffness):
+    """Its points lie on the catenary of the cable that is not cut."""
+    found = statics.pose(chain(300, start, slack, stiffness))
+    assert found.record.converged
+    assert found.stability.stable
+    whole = solve(Span.between(np.zeros(3), [30, 0, 0], stiffness, 0.1, G, 30 * (1 + slack)))
+    share = np.arange(1, 301) / 301
+    moved, _ = whole.at(share)
+    along = (1 + whole.span.chord_strain) * share[:, None] * np.array([1.0, 0, 0]) + moved
+    np.testing.assert_allclose(found.position, whole.span.unstretched_length * along @ whole.span.frame, atol=1e-7)
+
+
+def test_a_mechanism_beside_stiff_cables_is_passed():
+    """Five cables of EA/T from 1e6 to 1e9 hold four free motions; the others are those of a flat valley."""
+    found = SuspensionCase(SuspensionScene.model_validate(scene_data(10043))).equilibrium
+    own = found.suspension
+    weight = np.array([0, 0, -own.mass[0] * own.gravity])
+    net = found.end_forces[:, 1].sum(axis=0) + weight
+    np.testing.assert_allclose(net[[0, 2]], 0, atol=1e-7 * -weight[2])
+
+
+def test_a_dead_moment_that_cables_cannot_hold():
+    """Twisted wires of 20 m hold m g r^2 sin(angle)/drop: 15.8 N m at most."""
+    turned = statics.pose(trifilar(stiffness=1e7, moment=(0, 0, 20.0)))
+    assert not turned.record.converged
+    assert "about z are left on disk, whose dead moment may be more than the cables can hold" in explain(turned)
+
+
+def topheavy(**more):
+    """A disk on three wires whose weight is above them: upright it balances, and falls over."""
+    return trifilar(below=-3.0, height=20.0, radius=0.2, stiffness=1e5, line=1e-3, **more)
+
+
+def test_a_search_that_begins_on_a_saddle():
+    found = statics.pose(topheavy())
+    assert found.record.converged
+    assert found.stability.stable
+    assert (found.rotation[0] @ found.suspension.center[0])[2] < -1
+
+
+def test_a_body_that_only_tilts_falls_to_the_lowest_place():
+    """Held but for its pitch, on cables at its reference point: upright it is unstable, upside down it is at rest."""
+    free = (False, False, False, False, True, False)
+    lines = [cable((x, 0, 5), ("b", (0, 0, 0)), 1e6, 0.1, value=7.0) for x in (-5, 5)]
+    found = statics.pose(suspension([body("b", (0, 0, 0), 4.0, center=(0, 0, 0.5), free=free)], lines))
+    assert found.stability.stable
+    np.testing.assert_allclose(found.rotation[0] @ [0, 0, 0.5], [0, 0, -0.5], atol=1e-9)
+
+
+def test_a_free_attitude_is_a_stable_one():
+    """The same disk where it shall be, its attitude and lengths from equilibrium."""
+    scene = topheavy()
+    found, problems = lengths.solve(replace(scene, given=(None,) * 3))
+    assert problems == ""
+    assert found.stability.stable
+    np.testing.assert_allclose(found.position[0], 0, atol=1e-9)
+    assert (found.rotation[0] @ scene.center[0])[2] < -1
+    net = found.end_forces[:, 1].sum(axis=0) - [0, 0, 50 * G]
+    np.testing.assert_allclose(net, 0, atol=1e-7)
+
+
+@pytest.mark.parametrize("way", [(10.0, 0, 0), (0, 0, -10.0), (0, 0, 10.0)])
+def test_the_least_tension_of_a_cable(way):
+    """Of the weight of its chord (u + sinh u cosh u)/(4 u sinh u) if level and stiff, a half if it is vertical."""
+
+    def level(u):
+        return (u + np.sinh(u) * np.cosh(u)) / (4 * u * np.sinh(u))
+
+    share = minimize_scalar(level, bounds=(0.5, 3.0), method="bounded").fun if way[0] else 0.5
+    span = Span.between(np.zeros(3), np.array([way]), 1e9, 2.0, G, np.array([10.0]))
+    assert stated.least_preload(span)[0] == pytest.approx(share * 2.0 * G * 10, rel=stated.LEAST_ERROR)
+
+
+def heavy_robot(line):
+    """A body of 50 kg between twelve cables, each from 30 m away, without bounds of their tensions."""
+    rng = np.random.default_rng(4)
+    anchors = rng.normal(size=(12, 3))
+    anchors *= 30 / np.linalg.norm(anchors, axis=-1)[:, None]
+    places = rng.uniform(-0.7, 0.7, (12, 3))
+    lines = [cable(tuple(a), ("b", tuple(p)), 1e6, line, given=None) for a, p in zip(anchors, places, strict=True)]
+    return suspension([body("b", (0, 0, 0), 50.0)], lines)
+
+
+@pytest.mark.parametrize("line", [1e-3, 0.02, 0.2])
+def test_no_tension_below_what_its_own_weight_gives_a_cable(line):
+    """The least tensions of all: some cables hang as slack as the search allows; forces and moments balance."""
+    found, problems = lengths.solve(heavy_robot(line), "least")
+    assert problems == ""
+    force, arm = found.end_forces[:, 1], found.arms[:, 1]
+    np.testing.assert_allclose(force.sum(axis=0), [0, 0, 50 * G], atol=1e-6)
+    np.testing.assert_allclose(np.cross(arm, force).sum(axis=0), 0, atol=1e-6)
+    least = stated.least_preload(found.catenary.span)
+    ratio = found.catenary.mean_tension / least
+    assert ratio.min() >= 1
+    assert ratio.min() < 2.01
+
+
+@pytest.mark.parametrize(("mass", "stiffness", "line"), [(5.5e-3, 2e9, 3e-9), (5.5e-3, 2e9, 3e-5), (50.0, 1e7, 0.0)])
+def test_lengths_of_a_trifilar_pendulum_of_thin_wires(mass, stiffness, line):
+    """Each wire has a third of the weight, and half of its own at mid-length."""
+    scene = replace(trifilar(mass=mass, stiffness=stiffness, line=line, height=10.5), given=(None,) * 3)
+    found, problems = lengths.solve(scene, "least")
+    assert problems == ""
+    np.testing.assert_allclose(found.catenary.mean_tension, (mass / 3 + line * 10.5 / 2) * G, rtol=1e-6)
+
+
+def test_a_preload_below_the_least_is_named():
+    """A level cable of 1 kg/m and 10 m has 49.8 N at least (see above), and 3 N are asked for."""
+    held = body("b", (10, 0, 0), 1.0, free=(False,) * 5 + (True,))
+    lines = [
+        cable((0, 0, 0), ("b", (0, 0, 0)), 1e6, 1.0, given="preload", value=3.0),
+        cable((10, 5, 0), ("b", (0, 0.3, 0)), 1e6, 0.1, value=4.6),
+        cable((10, -5, 0), ("b", (0, -0.3, 0)), 1e6, 0.1, value=4.6),
+    ]
+    found = statics.pose(suspension([held], lines))
+    assert not found.record.converged
+    reason = explain(found)
+    assert "c0 has a preload of" in reason
+    assert "instead of 3 N; its own weight gives it at least 49.8" in reason
+
+
+def test_cables_without_any_tension_are_a_mechanism():
+    """Without gravity a stretched cable pulls a point until nothing is left: no force, and nothing that holds it."""
+    line = cable((0, 0, 0), ("b", (0.3, 0, 0.1)), 1e2, 1e-4, value=4.0)
+    found = statics.pose(suspension([body("b", (3, 2, 3.5), 1e-3)], [line], gravity=0.0))
+    assert found.record.converged
+    assert found.stability.reason().startswith("nothing holds b")

@@ -1,0 +1,814 @@
+"""Suspensions in the wind against closed forms, dense matrices made here, Lyapunov's equation and a time record."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.signal
+import suspensions
+from references import bar_suspension, bars
+from references.straight_suspension import Straight
+from scenes import PAPER, cells
+from scipy.spatial.transform import Rotation
+from straight_scenes import (
+    ACTUATORS,
+    BODY_WIND,
+    LOOP,
+    NOTCH,
+    WIND,
+    case_of,
+    everything,
+    movement_of,
+    one_axis,
+    two_bodies,
+    with_changes,
+)
+
+from cablestudy.control.pose_loop import PoseLoop
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.suspension import response
+from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.system import statics
+from cablestudy.wind import gusts
+from cablestudy.wind.mean import Drag, cable_loads
+from cablestudy.wind.spectrum import speed_spectrum
+
+TURN = 2 * np.pi
+EA, G = 1e5, 9.81
+RHO = 1.2
+STRONG = WIND | {"mean": True, "direction": 0.7, "speed": 30.0}
+
+
+def value(case, column):
+    """The number in a column."""
+    found = find(column).compute(case)
+    return found[0] if isinstance(found, tuple) else found
+
+
+def variance(case, output, state=0, kind="value"):
+    """Of an output; with the loop (0) or with the winches at rest (1)."""
+    found = case.in_wind.response.variances
+    return getattr(found, kind)[state, found.rows[output]]
+
+
+# ------------------------------------------------------------------------------------------------------- mean wind
+
+
+def test_a_body_on_straight_cables_in_the_mean_wind():
+    """Forces that turn with the body and act at its center of pressure, against an equilibrium found here."""
+    text = everything(wind=STRONG, bodies__gondola__attitude=[0.1, -0.2, 0.3])
+    own, case = Straight(text), case_of(text)
+    still = Straight({key: part for key, part in text.items() if key != "wind"})
+    (at, turned), (before, unturned) = own.place(0, own.pose), still.place(0, still.pose)
+    shift = at - before
+    assert np.linalg.norm(shift) > 5e-3
+    focus = shift + (turned - unturned) @ text["bodies"]["gondola"]["markers"]["focus"]
+    for name, expected in (("gondola", shift), ("gondola.focus", focus)):
+        found = [value(case, f"{name}.mean_{axis}") for axis in "xyz"]
+        assert found == pytest.approx(1e3 * expected, abs=1e-6 * 1e3 * np.linalg.norm(shift))
+    tensions = [case.in_wind.mean_tensions(name)[1] for name in text["cables"]]
+    assert tensions == pytest.approx(own.tensions, rel=1e-6)
+
+
+def test_a_pendulum_in_the_mean_wind():
+    """The cable points along the sum of weight and drag."""
+    mass, area, speed, length = 3.0, 0.7, 12.0, 5.0
+    body = {"at": [0.0, 0.0, -length], "mass": mass, "free": ["x", "y", "z"], "attachments": {"a": [0.0, 0.0, 0.0]},
+            "wind": {"area": area, "drag_coefficient": 1.1}}  # fmt: skip
+    text = one_axis(wind=WIND | {"mean": True, "speed": speed, "direction": np.pi / 2})
+    text |= {"gravity": G, "bodies": {"bob": body}}
+    text["cables"] = {"c": {"from": [0.0, 0.0, 0.0], "to": "bob.a", "unstretched_length": length}}
+    case = case_of(text)
+    drag = RHO / 2 * 1.1 * area * speed**2
+    pull = np.hypot(drag, mass * G)
+    hangs = length * (1 + pull / EA)
+    aside, below = hangs * drag / pull, hangs * mass * G / pull - length * (1 + mass * G / EA)
+    found = [value(case, f"bob.mean_{axis}") for axis in "xyz"]
+    assert found == pytest.approx([0, 1e3 * aside, -1e3 * below], abs=1e-4)
+    assert case.in_wind.mean_tensions("c") == pytest.approx([pull, pull], rel=1e-8)
+
+
+def test_the_mean_wind_can_be_left_out():
+    text = everything(wind=STRONG | {"mean": False})
+    case = case_of(text)
+    assert [value(case, f"gondola.mean_{axis}") for axis in "xyz"] == [0, 0, 0]
+    assert case.in_wind._equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
+    # the gusts keep the mean speed: the same damping as Straight, whose equilibrium is the calm one
+    own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind.movement_of(40).motion
+    found = PoseLoop(motion, None, 0.0, ()).poles
+    expected = np.linalg.eigvals(own.closed())
+    assert np.sort(found.real[np.abs(found) < 1e4]).sum() == pytest.approx(expected.real.sum(), rel=1e-6)
+
+
+def test_a_uniform_load_aslant_is_that_of_a_turned_scene():
+    """Sagging cables in gravity and wind: turn the sum of both to the vertical, and nothing else changes."""
+    load = np.array([4.0, -3.0, -9.0])  # per mass
+    size = np.linalg.norm(load)
+    turn = Rotation.align_vectors([[0, 0, -1.0]], [load / size])[0].as_matrix()
+    anchors = np.array([[9.0, 1, 8], [-8, 5, 9], [-1, -9, 7], [0, 2, -9]])
+    mass = np.array([0.3, 0.2, 0.5, 0.1])
+
+    def knot(places, gravity, wind):
+        cables = [
+            suspensions.cable(tuple(place), "knot", 2e5, m, value=14.0) for place, m in zip(places, mass, strict=True)
+        ]
+        model = suspensions.suspension([], cables, [suspensions.point("knot", (0, 0, 0), 0.0)], gravity=gravity)
+        return statics.pose(model if wind is None else replace(model, cable_wind=wind))
+
+    aslant = knot(anchors, 9.0, mass[:, None] * np.add(load, [0, 0, 9.0]))
+    upright = knot(anchors @ turn.T, size, None)
+    assert aslant.record.converged
+    assert aslant.position @ turn.T == pytest.approx(upright.position, abs=1e-10)
+    assert aslant.end_forces @ turn.T == pytest.approx(upright.end_forces, rel=1e-9, abs=1e-9)
+    assert turn @ aslant.stiffness @ turn.T == pytest.approx(upright.stiffness, rel=1e-8, abs=1e-6)
+    # energy decides where a search from afar ends: from a bad start too
+    far = replace(aslant.suspension, position=np.add(aslant.position, [3.0, -4.0, 2.0]))
+    assert statics.pose(far).position == pytest.approx(aslant.position, abs=1e-9)
+
+
+def heavy(free=("x", "y", "z"), to=(30.0, 0.0, 5.0), **changes):
+    """A body on two cables of some mass, in one line at first."""
+    to = np.array(to)
+    text = one_axis(free, gravity=G, cable__density=1500.0, cable__area=1e-4, cable__elastic_modulus=1e9)
+    length = float(np.linalg.norm(to)) * 0.99
+    text["cables"] = {
+        "west": {"from": (-to).tolist(), "to": "gondola.a", "unstretched_length": length},
+        "east": {"from": to.tolist(), "to": "gondola.a", "unstretched_length": length},
+    }
+    return with_changes(text, wind=WIND | {"on": "cables", "mean": True, "speed": 25.0}, **changes)
+
+
+def test_the_drag_of_a_cable_by_hand():
+    """rho/2 C d |U_n| U_n per stretched length, U_n across the chord; both ends together carry it and the weight."""
+    text = heavy(wind__direction=0.4, free=["z"])
+    case = case_of(text)
+    found = case.in_wind._equilibrium
+    ends = found.suspension.ends(found.position, found.rotation)
+    wind = 25.0 * np.array([np.cos(0.4), np.sin(0.4), 0.0])
+    diameter = np.sqrt(4 * 1e-4 / np.pi)
+    for cable in (0, 1):
+        along = ends[cable, 1] - ends[cable, 0]
+        along /= np.linalg.norm(along)
+        across = wind - along * (along @ wind)
+        forces, length = found.end_forces[cable], found.lengths[cable]
+        mean = np.linalg.norm(forces, axis=1).mean()
+        stretched = length * (1 + mean / 1e5)
+        drag = RHO / 2 * 1.2 * diameter * np.linalg.norm(across) * across * stretched
+        # the mean tension is not exactly that of both ends
+        assert forces.sum(axis=0) == pytest.approx(drag - [0, 0, 0.15 * G * length], rel=1e-4)
+    # and exactly with the mean tension that the solver states
+    drag = Drag(wind, np.array(RHO), np.full(2, 1.2 * diameter), np.zeros((1, 3)), np.zeros((1, 3)))
+    weight = np.array([0, 0, -0.15 * G])
+    load = cable_loads(drag, found.catenary) + weight
+    assert found.end_forces.sum(axis=1) == pytest.approx(load * found.lengths[:, None], rel=1e-9)
+
+
+def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
+    """The static response to a winch, against equilibria on cables a little longer and shorter in the same loads."""
+    text = heavy(wind__direction=0.9, wind__speed=40.0, wind__air_density=4.0, winches={"east": {"end": "to"}})
+    movement = movement_of(text)
+    found = movement.equilibrium
+    motion, step = movement.motion, 1e-3
+    moved = np.linalg.solve(motion.stiffness, motion.driven[0])
+    shown = motion.moved[0] @ moved + motion.follow[0]
+    places, pulls = [], []
+    for sign in (1, -1):
+        lengths = found.lengths - sign * step * np.array([0, 1.0])
+        state = statics.pose(replace(found.suspension, value=lengths, position=found.position))
+        places.append(state.position[0])
+        pulls.append(np.linalg.norm(state.end_forces, axis=-1))
+    rates = np.concatenate([places[0] - places[1], (pulls[0] - pulls[1]).ravel()]) / (2 * step)
+    names = [
+        *(f"gondola.{axis}" for axis in "xyz"),
+        *(f"{c}.tension_{e}" for c in ("west", "east") for e in ("from", "to")),
+    ]
+    rows = [movement.outputs[name] for name in names]
+    assert shown[rows, 0] == pytest.approx(rates, rel=1e-5, abs=1e-5 * np.abs(rates[:3]).max())
+
+
+# ---------------------------------------------------------------------------------------------- aerodynamic damping
+
+
+def damped(text):
+    """2 zeta w of each mode by its pole, in order of frequency, and the modes."""
+    movement = movement_of(text)
+    poles = PoseLoop(movement.motion, None, 0.0, ()).poles
+    poles = poles[poles.imag > 0]
+    return -2 * poles.real[np.argsort(np.abs(poles))], movement
+
+
+def test_a_body_on_one_cable_is_damped_by_its_drag():
+    """rho U C A along the wind, half of it across; a pendulum on a cable without mass swings so in both directions."""
+    body = {"at": [0.0, 0.0, -5.0], "mass": 3.0, "free": ["x", "y"], "attachments": {"a": [0.0, 0.0, 0.0]},
+            "wind": {"area": [0.7, 0.7, 0.2], "drag_coefficient": 1.1}}  # fmt: skip
+    text = one_axis(wind=WIND | {"speed": 8.0}) | {"gravity": G, "bodies": {"bob": body}}
+    text["cables"] = {"c": {"from": [0.0, 0.0, 0.0], "to": "bob.a", "unstretched_length": 4.99}}
+    rates = np.sort(damped(text)[0][:2])
+    along = RHO * 8.0 * 1.1 * 0.7 / 3.0
+    assert rates == pytest.approx([along / 2, along], rel=1e-7)
+    off = damped(with_changes(text, wind__aerodynamic_damping=False))[0][:2]
+    assert off == pytest.approx([0, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("direction", "shares"), [(np.pi / 2, (1.0, 0.5)), (np.pi / 6, (0.5, 0.25)), (0.0, (0.0, 0.0))]
+)
+def test_a_taut_cable_is_damped_by_its_drag(direction, shares):
+    """rho C d U_n over its mass per stretched length: in the direction of the wind across it; half in the other."""
+    text = heavy(free=[], gravity=0.0, to=(30.0, 0.0, 0.0), cable__damping={"ratio": 0.0}, wind__mean=False,
+                 wind__direction=direction)  # fmt: skip
+    rates, _ = damped(text)
+    strain = 1 / 0.99 - 1
+    whole = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * 25.0 / (0.15 / (1 + strain))
+    # four modes of the lowest frequency: two planes of two cables
+    assert np.sort(rates[:4]) == pytest.approx(whole * np.sort([*shares, *shares]), rel=1e-6, abs=1e-9)
+
+
+# ------------------------------------------------------------------------------------ covariance of the gusts
+
+
+def gusts_of(text, count=12):
+    return case_of(text).in_wind.movement_of(count)
+
+
+def exponential(kappa, shape, other, ends, others, points=400):
+    """Double integral of shape(s) other(t) exp(-kappa distance), s and t along two straight cables of given ends."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    nodes, weights = (nodes + 1) / 2, weights / 2
+    lengths = [np.linalg.norm(np.subtract(*pair)) for pair in (ends, others)]
+    places = [np.array(pair[0]) + nodes[:, None] * np.subtract(pair[1], pair[0]) for pair in (ends, others)]
+    apart = np.linalg.norm(places[0][:, None] - places[1][None], axis=-1)
+    return lengths[0] * lengths[1] * (weights * shape(nodes)) @ np.exp(-kappa * apart) @ (weights * other(nodes))
+
+
+def sine_alone(kappa, length):
+    """Double integral of the first shape of a string with itself: exact, from the solution of the rod's equation."""
+    k = np.pi / length
+    return kappa * length / (k**2 + kappa**2) + 2 * k**2 * (1 + np.exp(-kappa * length)) / (k**2 + kappa**2) ** 2
+
+
+@pytest.mark.parametrize("kappa_length", [1e-3, 0.3, 3.0, 30.0])
+def test_the_force_of_gusts_on_the_first_shape_of_a_cable(kappa_length):
+    """(rho C d U)^2 S times the double integral of the shape with exp(-kappa r), of one taut cable."""
+    text = heavy(free=[], gravity=0.0, to=(30.0, 0.0, 0.0), cable__damping={"ratio": 0.01}, wind__mean=False,
+                 wind__direction=np.pi / 2, wind__turbulence_intensity=[0.2, 0.0, 0.0])  # fmt: skip
+    movement = gusts_of(text)
+    decay, speed, length = text["wind"].get("coherence_decay", 10.0), 25.0, 30.0
+    frequency = np.array([kappa_length / length * speed / decay])
+    # the variance of the force on all coordinates that are half waves along y of one cable
+    response_ = first_shapes(movement)
+    found = movement.gusts.variance_spectra(frequency, response_[None].astype(complex))[0]
+    drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed
+    spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
+    own = sine_alone(kappa_length / length, length)
+    ends = [(-30.0, 0, 0), (0.0, 0, 0)], [(30.0, 0, 0), (0.0, 0, 0)]
+
+    def half(s):
+        return np.sin(np.pi * s)
+
+    both = exponential(kappa_length / length, half, half, *ends)
+    assert exponential(1e-3, half, half, ends[0], ends[0]) == pytest.approx(sine_alone(1e-3, 30.0), rel=1e-6)
+    # west, east, and their sum
+    expected = drag**2 * spectrum * np.array([own, own, 2 * own + 2 * both])
+    assert found == pytest.approx(expected, rel=2e-4)
+
+
+def first_shapes(movement):
+    """Combinations of coordinates: a half wave of amplitude 1 along y of the first cable, of the second, of both."""
+    strips = movement.gusts.strips
+    wanted = []
+    for chosen in ((1, 0), (0, 1), (1, 1)):
+        rows, values = [], []
+        for strip, on in zip(strips, chosen, strict=True):
+            along = np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0
+            rows.append(strip.shapes[:, 1])
+            values.append(on * np.sin(np.pi * along))
+        rows, values = np.concatenate(rows), np.concatenate(values)
+        found, *_ = np.linalg.lstsq(rows, values, rcond=None)
+        assert np.abs(rows @ found - values).max() < 1e-5
+        wanted.append(found)
+    return np.array(wanted).T
+
+
+def on_one_body(movement):
+    """Combination of coordinates that moves the body by 1 along x, shape (m, 1)."""
+    moved = movement.layout.displaced(movement.layout.bodies(movement.motion.shapes))
+    wanted = np.zeros(moved[:, :3].size // moved.shape[-1])
+    wanted[0] = 1.0
+    found, *_ = np.linalg.lstsq(moved[:, :3].reshape(len(wanted), -1), wanted, rcond=None)
+    return found[:, None]
+
+
+@pytest.mark.parametrize("on", ["bodies", "both"])
+@pytest.mark.parametrize("decay", [0.0, 10.0, 1e6])
+def test_the_force_of_gusts_on_a_body_does_not_depend_on_coherence(on, decay):
+    """(rho C A U)^2 chi S, and of cables nothing where the wind is incoherent: at all frequencies."""
+    text = heavy(free=["x"], gravity=0.0, to=(0.0, 30.0, 0.0), bodies__gondola__wind=BODY_WIND, wind__mean=False,
+                 wind__on=on, wind__coherence_decay=decay, wind__turbulence_intensity=[0.2, 0.0, 0.0])  # fmt: skip
+    frequency, speed, area = np.array([1e-3, 0.1, 3.0, 100.0]), 25.0, 0.6
+    admitted = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    spectrum = von_karman(frequency, speed, 0.2 * speed, 25.0)
+    movement = gusts_of(text)
+    found = movement.gusts.variance_spectra(frequency, np.tile(on_one_body(movement), (4, 1, 1)).astype(complex))[:, 0]
+    expected = (RHO * 1.17 * area * speed) ** 2 * admitted * spectrum
+    if on == "both" and decay < 1e6:
+        assert (found > 1.0001 * expected).all()  # the cables add to it
+    else:
+        assert found == pytest.approx(expected, rel=1e-4)
+
+
+def von_karman(frequency, speed, rms, length):
+    """The paper's spectrum, one-sided."""
+    x = frequency * length / speed
+    return 4 * rms**2 * length / speed / (1 + 70.7 * x**2) ** (5 / 6)
+
+
+def side_by_side(apart=6.0, **changes):
+    """Two equal bodies, free along x on cables of their own, a taut cable along y between them."""
+    text = one_axis(time=2e-3)
+    body = text["bodies"].pop("gondola") | {"wind": {"area": 0.5, "drag_coefficient": 1.0}}
+    text["cables"] = {}
+    for name, y in (("first", 0.0), ("second", apart)):
+        text["bodies"][name] = body | {"at": [0.0, y, 0.0]}
+        for side in (-10.0, 10.0):
+            ends = {"from": [side, y, 0.0], "to": f"{name}.a", "unstretched_length": 9.9}
+            text["cables"][f"{name}{side:+.0f}".replace("+", "e").replace("-", "w")] = ends
+    text["cables"]["link"] = {"from": "first.a", "to": "second.a", "unstretched_length": apart * 0.8}
+    return with_changes(text, wind=WIND | {"speed": 9.0, "turbulence_intensity": 0.2}, **changes)
+
+
+@pytest.fixture
+def white(monkeypatch):
+    """The speed has a flat one-sided spectrum of 1 (m/s)^2/Hz times its variance, without admittance."""
+    monkeypatch.setattr(gusts, "speed_spectrum", lambda frequency, *_: np.ones_like(frequency))
+    monkeypatch.setattr(gusts, "admittance", lambda frequency, *_: np.ones_like(frequency))
+
+
+@pytest.mark.usefixtures("white")
+@pytest.mark.parametrize(("decay", "coherence"), [(0.0, 1.0), (1e-9, 1.0), (1e6, 0.0)])
+def test_two_bodies_in_coherent_and_incoherent_white_wind(decay, coherence):
+    """Sum and difference of their motions are two oscillators: variance S F^2 (1 +- coherence)/(4 c k) of each."""
+    text = side_by_side(wind__coherence_decay=decay, model={"accuracy": 1e-7})
+    own, link = 2 * EA / 9.9, EA * (6.0 - 4.8) / 4.8 / 6.0
+    drag = RHO * 9.0 * 0.5
+    c, variance = 2 * EA / 9.9 * 2e-3 + drag, (0.2 * 9.0) ** 2
+    total = drag**2 * variance * (1 + coherence) / (4 * c * own)
+    difference = drag**2 * variance * (1 - coherence) / (4 * c * (own + 2 * link))
+    case = case_of(text)
+    for name in ("first", "second"):
+        assert value(case, f"{name}.rms_x") == pytest.approx(1e3 * np.sqrt((total + difference) / 2), rel=1e-6)
+
+
+def test_the_force_on_two_bodies_together_at_a_distance():
+    """2 F^2 chi S (1 + exp(-C f d/U)) for the sum of both."""
+    movement = gusts_of(side_by_side())
+    frequency = np.array([1e-3, 0.05, 0.2, 1.0])
+    moved = movement.layout.displaced(movement.layout.bodies(movement.motion.shapes))[:, 0]
+    both, *_ = np.linalg.lstsq(moved, np.ones(2), rcond=None)
+    found = movement.gusts.variance_spectra(frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
+    admitted = 1 / (1 + (frequency * 2 * np.sqrt(0.5) / 9.0) ** (4 / 3))
+    one = (RHO * 9.0 * 0.5) ** 2 * admitted * von_karman(frequency, 9.0, 1.8, 25.0)
+    assert found == pytest.approx(2 * one * (1 + np.exp(-10 * frequency * 6.0 / 9.0)), rel=1e-5)
+
+
+# --------------------------------------------------------------------------------------------- variances by Lyapunov
+
+WINCHES = {f"f{i}": {"end": "to"} if i == 2 else {} for i in range(6)} | {"s1": {}}
+PAIR = two_bodies(
+    winches=WINCHES, control=LOOP | {"body": "first", "allocation": None},
+    actuators={"spin": ACTUATORS["wheel"] | {"body": "second"}, "damp": ACTUATORS["mass_x"] | {"body": "second"}},
+    bodies__first__wind=BODY_WIND, bodies__second__wind=BODY_WIND | {"area": 0.3},
+    wind=WIND | {"direction": 0.7, "speed": 12.0},
+)  # fmt: skip
+FORCES = ("tension", "force", "torque")
+
+
+def by_lyapunov(own, gain):
+    """Variance of each output and of its rate in coherent white wind; the rate of a force is infinite."""
+    states = own.states(gain)
+    A, keep = states["A"], np.ones(len(states["A"]), dtype=bool)
+    if gain == 0:
+        keep[-len(own.measured) :] = False  # integrals that nothing reads
+    B = own.gusts_into(A).reshape(len(A), -1, 3).sum(axis=1) * own.turbulence
+    A, B = A[np.ix_(keep, keep)], B[keep]
+    P = scipy.linalg.solve_continuous_lyapunov(A, -B @ B.T / 2)
+    found = {}
+    for name, row in own.outputs(states).items():
+        rate = row[keep] @ A
+        variances = row[keep] @ P @ row[keep], rate @ P @ rate
+        found[name] = variances[:1] if any(word in name for word in FORCES) else variances
+    return found
+
+
+@pytest.mark.usefixtures("white")
+@pytest.mark.parametrize("gain", [None, 0.0])
+@pytest.mark.parametrize("name", ["one body", "two bodies"])
+def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, monkeypatch):
+    """Displacements, rotations, markers, tensions, strokes, forces, momenta and torques; with the loop and without."""
+    monkeypatch.setattr(response, "HIGHEST", 1e7)
+    text = everything(wind=WIND | {"direction": 0.7, "speed": 12.0}, control__gain=1.0) if name == "one body" else PAIR
+    text = with_changes(text, wind__coherence_decay=0, model={"accuracy": 1e-6})
+    case, state = case_of(text), 0 if gain is None else 1
+    for output, expected in by_lyapunov(Straight(text), gain).items():
+        numbers = [variance(case, output, state, kind) for kind in ("value", "rate")][: len(expected)]
+        assert numbers == pytest.approx(expected, rel=2e-6), output
+
+
+@pytest.mark.usefixtures("white")
+def test_a_resonance_of_a_mass_that_is_hardly_damped_is_not_missed():
+    mass = ACTUATORS["mass_x"] | {"damping_ratio": 1e-5, "velocity_gain": 0.0, "position_gain": 0.0, "frequency": 0.077}
+    text = everything(wind=WIND | {"coherence_decay": 0}, actuators={"mass_x": mass})
+    del text["control"]
+    case = case_of(text)
+    for output, expected in by_lyapunov(Straight(text), None).items():
+        assert variance(case, output) == pytest.approx(expected[0], rel=1e-4), output
+
+
+# --------------------------------------------------------------------------------------------- spectra and a record
+
+
+def by_frequencies(own, frequency):
+    """Spectra of all outputs at frequencies, shape (f,) each, in turbulence with von Karman's spectrum."""
+    states = own.states()
+    A, B = states["A"], own.gusts_into(states["A"])
+    eigenvalues, vectors = np.linalg.eig(A)
+    s = 2j * np.pi * frequency
+    moved = vectors @ ((np.linalg.solve(vectors, B))[None] / (s[:, None, None] - eigenvalues[:, None]))
+    speed, length = own.wind["speed"], own.wind["length_scale"]
+    direction = own.blowing / speed
+    shares, places = [], []
+    for number, body in enumerate(own.bodies):
+        at, turned = own.place(number, own.pose)
+        areas, center = np.ones(3) * body["wind"]["area"], body["wind"].get("center_of_pressure", (0, 0, 0))
+        area = areas @ (turned.T @ direction) ** 2
+        shares.append(1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3)))
+        places.append(at + turned @ np.array(center))
+    apart = np.linalg.norm(np.array(places)[:, None] - np.array(places)[None], axis=-1)
+    coherence = np.exp(-own.wind.get("coherence_decay", 10.0) * frequency[:, None, None] * apart / speed)
+    spectra = coherence * np.array(shares).T[:, :, None] * np.array(shares).T[:, None, :]
+    found = {}
+    for name, row in own.outputs(states).items():
+        response_ = (row @ moved).reshape(len(frequency), -1, 3)
+        total = np.einsum("fak,fab,fbk,k->f", response_, spectra, response_.conj(), own.turbulence**2).real
+        found[name] = total * von_karman(frequency, speed, 1.0, length)
+    return found
+
+
+FREQUENCY = np.geomspace(1e-5, 2e3, 6000)
+
+
+def integral(spectrum):
+    """Over frequency from zero, flat below the lowest one."""
+    return np.trapezoid(spectrum * FREQUENCY, np.log(FREQUENCY)) + spectrum[0] * FREQUENCY[0]
+
+
+def test_variances_of_two_bodies_in_partly_coherent_wind():
+    """Von Karman's spectrum, Vickery's admittance, Davenport's coherence; exposure and mirror by the same spectra."""
+    time, bandwidth, delay = 0.05, 3.0, 0.02
+    text = PAIR | {"exposure": time, "correction": {"marker": "first.focus", "bandwidth": bandwidth, "delay": delay},
+                   "model": {"accuracy": 1e-6}}  # fmt: skip
+    text = with_changes(text, bodies__first__markers={"focus": [0.1, 0.2, -0.5]})
+    own, case = Straight(text), case_of(text)
+    spectra = by_frequencies(own, FREQUENCY)
+    for output, spectrum in spectra.items():
+        assert variance(case, output) == pytest.approx(integral(spectrum), rel=1e-4), output
+    s = 2j * np.pi * FREQUENCY
+    weights = {
+        "": 1.0,
+        "rms_velocity": (TURN * FREQUENCY) ** 2,
+        "exposure": 1 - np.sinc(FREQUENCY * time) ** 2,
+        "corrected": np.abs(1 / (1 + TURN * bandwidth / s * np.exp(-s * delay))) ** 2,
+    }
+    weights["corrected_exposure"] = weights["exposure"] * weights["corrected"]
+    for name in ("first.focus", "second"):
+        spectrum = sum(spectra[f"{name}.{axis}"] for axis in "xyz")
+        numbers = {key: np.sqrt(integral(weight * spectrum)) for key, weight in weights.items()}
+        assert value(case, f"{name}.rms") == pytest.approx(1e3 * numbers[""], rel=1e-4)
+        assert value(case, f"{name}.rms_velocity") == pytest.approx(1e3 * numbers["rms_velocity"], rel=1e-4)
+        for column in ("exposure", "corrected", "corrected_exposure"):
+            assert value(case, f"{name}.{column}") == pytest.approx(1e6 * numbers[column], rel=1e-4)
+
+
+def synthesised(own, count, step, rng):
+    """Speeds along, across and vertical at two bodies with Davenport's coherence, shape (6, count), admitted ones."""
+    frequency = np.fft.rfftfreq(count, step)[1:]
+    speed = own.wind["speed"]
+    places, shares = [], []
+    for number, body in enumerate(own.bodies):
+        at, turned = own.place(number, own.pose)
+        area = np.ones(3) * body["wind"]["area"] @ (turned.T @ own.blowing / speed) ** 2
+        places.append(at + turned @ np.array(body["wind"].get("center_of_pressure", (0, 0, 0))))
+        shares.append(1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3)))
+    coherence = np.exp(
+        -own.wind.get("coherence_decay", 10.0) * frequency * np.linalg.norm(places[0] - places[1]) / speed
+    )
+    amplitude = np.sqrt(von_karman(frequency, speed, 1.0, own.wind["length_scale"]) * count / (4 * step))
+    found = np.zeros((2, 3, count))
+    for component, rms in enumerate(own.turbulence):
+        noise = rng.normal(size=(2, 2, len(frequency)))
+        one, other = noise[0] + 1j * noise[1]
+        both = one, coherence * one + np.sqrt(1 - coherence**2) * other
+        for body in (0, 1):
+            parts = np.concatenate([[0], rms * amplitude * shares[body] * both[body]])
+            found[body, component] = np.fft.irfft(parts, count)
+    return found.reshape(6, count)
+
+
+def test_a_record_of_200000_steps_has_these_variances():
+    """The closed loop step by step in synthesised wind; each RMS within the scatter of 40 parts of the record."""
+    own, case = Straight(PAIR), case_of(PAIR)
+    count, step = 210_000, 8e-3
+    wind = synthesised(own, count, step, np.random.default_rng(20))
+    states = own.states()
+    A, B, outputs = states["A"], own.gusts_into(states["A"]), own.outputs(states)
+    outputs = {name: row for name, row in outputs.items() if "tension" not in name or name.startswith(("link", "f2"))}
+    rows = np.array(list(outputs.values()))
+    A, B, rows, direct, _ = scipy.signal.cont2discrete((A, B, rows, np.zeros((len(rows), 6))), step, "foh")
+    values, vectors = np.linalg.eig(A)
+    into, out = np.linalg.solve(vectors, B), rows @ vectors
+    record = direct @ wind
+    for pole, given, shown in zip(values, into, out.T, strict=True):
+        if pole.imag >= 0:  # its conjugate does the same
+            moved = scipy.signal.lfilter([0, 1], [1, -pole], given @ wind)
+            record += (2 if pole.imag else 1) * (np.outer(shown.real, moved.real) - np.outer(shown.imag, moved.imag))
+    squares = (record[:, 10_000:] ** 2).reshape(len(rows), 40, -1).mean(axis=2)
+    mean, scatter = squares.mean(axis=1), squares.std(axis=1, ddof=1) / np.sqrt(40)
+    assert (scatter < 0.1 * mean).all()
+    for output, found, error in zip(outputs, mean, scatter, strict=True):
+        assert abs(found - variance(case, output)) < 4 * error, output
+
+
+def test_wind_on_sagging_cables_and_a_body_against_dense_bars():
+    """All nodes and the body at once: drag and aerodynamic damping of each, exp(-C f d/U) between any two."""
+    n, viscous, decay, speed, turbulence = 8, 0.05, 1.0, 12.0, np.array([0.2, 0.15, 0.1])
+    text = heavy(("x", "y", "z"), cable__damping={"viscous": viscous}, bodies__gondola__wind=BODY_WIND)
+    text = with_changes(
+        text, model={"elements": n, "order": 1, "mass": "lumped"},
+        wind={"speed": speed, "direction": 0.5, "turbulence_intensity": turbulence.tolist(), "length_scale": 25.0,
+              "coherence_decay": decay, "mean": False, "cable_drag_coefficient": 3.0},
+    )  # fmt: skip
+    for cable, longer in (("west", 1.013), ("east", 1.02)):
+        text["cables"][cable]["unstretched_length"] *= longer
+    case = case_of(text)
+    state = case.equilibrium
+    dense = bar_suspension.dense(state, n)
+    size, rate = len(dense.K), viscous / 0.15
+    along = np.array([np.cos(0.5), np.sin(0.5), 0.0])
+    directions = np.array([along, [-along[1], along[0], 0.0], [0, 0, 1.0]])
+    # places, matrices of force per speed on them, and how they move, of all nodes and the body
+    places, drags, moves = [], [], []
+    C = np.zeros((size, size))
+    ends = state.suspension.ends(state.position, state.rotation)
+    for cable, ((_, inert, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
+        C += rate * move.T @ inert @ move
+        length = float(state.lengths[cable])
+        chain = bars.solve_spatial(ends[cable, 1] - ends[cable, 0], length, EA, 0.15 * G, n)
+        unit = chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
+        stretched = length * (1 + float(state.catenary.mean_tension[cable]) / EA) / n
+        for node in range(n + 1):
+            tangent = unit[max(node - 1, 0)] + unit[min(node, n - 1)]
+            tangent /= np.linalg.norm(tangent)
+            normal = along - tangent * (tangent @ along)
+            across = np.linalg.norm(normal)
+            matrix = across * (np.eye(3) - np.outer(tangent, tangent)) + np.outer(normal, normal) / across
+            width = stretched * (0.5 if node in (0, n) else 1.0)
+            places.append(ends[cable, 0] + chain.nodes[node])
+            drags.append(RHO / 2 * 3.0 * np.sqrt(4e-4 / np.pi) * speed * width * matrix)
+            moves.append(move[3 * node : 3 * node + 3])
+    areas = np.array(BODY_WIND["area"])
+    places.append(state.position[0] + BODY_WIND["center_of_pressure"])
+    drags.append(RHO / 2 * 1.17 * speed * areas[:, None] * (np.eye(3) + np.outer(along, along)))
+    moves.append(np.eye(size)[-3:])
+    places, moves, drags = np.array(places), np.array(moves), np.array(drags)
+    C += np.einsum("kin,kij,kjm->nm", moves, drags, moves)
+    forces = np.einsum("kin,kij,cj->ckn", moves, drags, directions)
+    apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    frequency = np.geomspace(1e-4, 60.0, 2500)
+    s = (2j * np.pi * frequency)[:, None, None]
+    area = areas @ along**2
+    admitted = np.ones((len(frequency), len(places)))
+    admitted[:, -1] = 1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    seen = np.linalg.solve(np.swapaxes(s**2 * dense.M + s * C + dense.K, 1, 2), np.eye(size)[:, -3:])
+    coherence = np.exp(-decay * frequency[:, None, None] * apart / speed)
+    spectrum = np.zeros((len(frequency), 3))
+    for component in range(3):
+        pushed = np.einsum("kn,fno->fko", forces[component], seen) * admitted[:, :, None]
+        spectrum += turbulence[component] ** 2 * ((coherence @ pushed) * pushed.conj()).real.sum(axis=1)
+    spectrum *= (von_karman(frequency, speed, 1.0, 25.0) * speed**2)[:, None]
+    expected = np.trapezoid(spectrum * frequency[:, None], np.log(frequency), axis=0) + spectrum[0] * frequency[0]
+    assert [variance(case, f"gondola.{axis}") for axis in "xyz"] == pytest.approx(expected, rel=1e-3)
+
+
+# ------------------------------------------------------------------------------------------------------------- limits
+
+
+def test_an_undamped_motion_that_the_wind_excites_is_refused_by_name():
+    text = side_by_side(cable__damping__time=0.0, wind__aerodynamic_damping=False)
+    with pytest.raises(
+        NoSolutionError, match=r"undamped: mode 1 \((first|second) x, .* Hz\).*RMS in the wind is not finite"
+    ):
+        value(case_of(text), "first.rms_x")
+
+
+def test_an_undamped_motion_that_nothing_excites_is_no_obstacle():
+    """Kelvin and Voigt damp no motion across straight cables: y and z of the body, which wind along x does not move."""
+    text = one_axis(("x", "y", "z"), time=1e-3, bodies__gondola__wind=BODY_WIND | {"center_of_pressure": [0, 0, 0]})
+    text = with_changes(text, wind=WIND | {"turbulence_intensity": 0.1, "aerodynamic_damping": False})
+    alone = with_changes(text, bodies__gondola__free=["x"])
+    case = case_of(text)
+    assert value(case, "gondola.rms_x") == pytest.approx(value(case_of(alone), "gondola.rms_x"), rel=1e-6)
+    assert value(case, "gondola.rms_y") == 0
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"wind__turbulence_intensity": 0.0}, {"bodies__gondola__wind": {"area": 0.0, "drag_coefficient": 1.0}}],
+)
+def test_without_turbulence_or_area_nothing_moves(changes):
+    case = case_of(everything(**changes))
+    assert [value(case, f"gondola.{column}") for column in ("rms", "rms_velocity", "peak", "rms_rx")] == [0, 0, 0, 0]
+
+
+# ------------------------------------------------------------------------------------------------- one cable, one winch
+
+ONE = ("gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "gondola_rms_velocity_open_loop", "largest_gain",
+       "gain_margin")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("damping", "end", "place"),
+    [("{time: 4.4e-3}", "from", "ground"), ("{time: 4.4e-3}", "to", "gondola"), ("{viscous: 0.05}", "from", "ground"),
+     ("{ratio: 0.01}", "from", "ground")],
+)  # fmt: skip
+def test_one_cable_with_one_winch_is_the_scene_of_one_cable(damping, end, place):
+    """Without weight the winch moves the end along x in both. The same elements, so that the modes are the same."""
+    model = {"elements": 2, "order": 8, "mass": "consistent"}
+    scene = PAPER.scene(
+        "gravity=0", f"cable.damping={damping}", f"winch.location={place}", "winch.controller.gain=0.03",
+        "winch.controller.notch.frequency=0.8 Hz", "wind.aerodynamic_damping=false", "wind.mean=false",
+        *(f"model.{key}={part}" for key, part in model.items()),
+    )  # fmt: skip
+    stiffness, length, chord = PAPER.stiffness, PAPER.length, PAPER.chord
+    key, amount = damping.strip("{}").split(": ")
+    body = {"at": [chord, 0.0, 0.0], "mass": 50.0, "free": ["x"], "attachments": {"a": [0.0, 0.0, 0.0]},
+            "force": [stiffness * (chord - length) / length, 0.0, 0.0],
+            "wind": {"area": 0.6, "drag_coefficient": 1.17}}  # fmt: skip
+    text = {
+        "gravity": 0.0, "bodies": {"gondola": body}, "winches": {"c": {"end": end}}, "model": model,
+        "cable": {"elastic_modulus": 70.3e9, "density": 1440.0, "area": 2.69e-6,
+                  "damping": {key: float(amount)}},
+        "cables": {"c": {"from": [0.0, 0.0, 0.0], "to": "gondola.a", "unstretched_length": length}},
+        "control": {"gain": 0.03, "notch": NOTCH | {"frequency": 0.8}},
+        "wind": {"speed": 6.0, "turbulence_intensity": 0.15, "length_scale": 25.0, "on": "bodies", "mean": False,
+                 "aerodynamic_damping": False},
+    }  # fmt: skip
+    case = case_of(text)
+    expected = cells(scene, *ONE)
+    for name in ONE:
+        assert value(case, name.replace("gondola_", "gondola.")) == pytest.approx(expected[name], rel=1e-8), name
+
+
+# --------------------------------------------------------------------------------------------------------- invariances
+
+HEAVY_CABLES = {
+    "cable__density": 200.0, "cable__area": 5e-5, "cable__elastic_modulus": 2e9, "cable__damping": {"ratio": 0.01},
+    "wind__on": "both", "wind__mean": True, "model": {"elements": 1, "order": 2, "mass": "consistent"},
+}  # fmt: skip
+
+
+def turned_about_the_vertical(text, angle):
+    """The whole scene, with its wind; actuators, masses and attachments in body axes turn with the body."""
+    text = with_changes(text, wind__direction=text["wind"].get("direction", 0.0) + angle)
+    turn = Rotation.from_rotvec([0, 0, angle])
+    for body in text["bodies"].values():
+        body["at"] = turn.apply(body["at"]).tolist()
+        body["attitude"] = [0.0, 0.0, angle]
+    for cable in text["cables"].values():
+        cable["from"] = turn.apply(cable["from"]).tolist()
+    return text
+
+
+def variances_of(case):
+    """Name of each output -> its variance with the loop."""
+    return {name: variance(case, name) for name in case.in_wind.response.variances.rows}
+
+
+WHOLE = everything(**HEAVY_CABLES, control__gain=0.2, wind__direction=0.3)
+
+
+@cache
+def whole(angle=0.0):
+    """The case of WHOLE, turned."""
+    return case_of(turned_about_the_vertical(WHOLE, angle))
+
+
+def test_a_quarter_turn_swaps_the_axes_and_changes_nothing_else():
+    first, second = whole(), whole(np.pi / 2)
+    one, two = variances_of(first), variances_of(second)
+    swapped = {"x": "y", "y": "x", "rx": "ry", "ry": "rx"}
+    for name, variance in one.items():
+        owner, _, quantity = name.rpartition(".")
+        assert two[f"{owner}.{swapped.get(quantity, quantity)}"] == pytest.approx(variance, rel=1e-6), name
+    assert value(second, "gondola.mean_y") == pytest.approx(value(first, "gondola.mean_x"), rel=1e-8)
+
+
+@pytest.mark.parametrize("angle", [0.6, np.pi / 2])
+def test_any_turn_about_the_vertical_changes_no_total(angle):
+    columns = (
+        "gondola.rms", "gondola.rms_velocity", "gondola.focus.rms", "gondola.rms_rz", "gondola.rms_open_loop",
+        "gondola.peak", "c1.rms_tension", "c2.least_tension", "mass_x.rms_stroke", "wheel.rms_torque",
+    )  # fmt: skip
+    for column in columns:
+        assert value(whole(angle), column) == pytest.approx(value(whole(), column), rel=1e-6), column
+    limits = [whole(turn).in_wind.movement.largest_gain for turn in (0.0, angle)]
+    assert limits[1] == pytest.approx(limits[0], rel=1e-7)
+
+
+def two_in_one(apart=300.0):
+    """A scene of WHOLE and of another suspension that has nothing to do with it, and that one alone."""
+    first = WHOLE
+    second = one_axis(("x", "y", "z"), gravity=G, bodies__gondola__wind=BODY_WIND)
+    second = {key: first[key] for key in ("cable", "wind", "model")} | {
+        key: second[key] for key in ("bodies", "cables")
+    }
+    body = second["bodies"]["other"] = second["bodies"].pop("gondola")
+    body["at"] = [apart, 0.0, 0.0]
+    for cable in second["cables"].values():
+        cable |= {"from": np.add(cable["from"], [apart, 0, 0]).tolist(), "to": "other.a"}
+    both = with_changes(first, control__body="gondola")
+    for one in both["actuators"].values():
+        one["body"] = "gondola"
+    both["bodies"] |= second["bodies"]
+    both["cables"] |= second["cables"]
+    return both, second
+
+
+def test_two_independent_suspensions_in_one_scene_are_each_as_alone():
+    both, other = map(case_of, two_in_one())
+    alone = whole(), other
+    together = variances_of(both)
+    for case in alone:
+        for name, variance in variances_of(case).items():
+            assert together[name] == pytest.approx(variance, rel=1e-5), name
+        for body in case.scene.bodies:
+            for axis in "xyz":
+                expected = value(case, f"{body}.mean_{axis}")
+                assert value(both, f"{body}.mean_{axis}") == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    for number in ("largest_gain", "sensitivity_peak"):
+        assert value(both, number) == pytest.approx(value(alone[0], number), rel=1e-5)
+
+
+# ------------------------------------------------------------------------------------------------------------- columns
+
+
+def factor(rate, duration):
+    """Davenport's, of many crossings."""
+    root = np.sqrt(2 * np.log(rate * duration))
+    return root + 0.577215664901533 / root
+
+
+def test_peaks_and_least_tensions_by_hand():
+    text = everything(wind=STRONG | {"duration": 900.0})
+    own, case = Straight(text), case_of(text)
+    spectra = by_frequencies(own, FREQUENCY)
+    square = (TURN * FREQUENCY) ** 2
+
+    def peak(*names):
+        spectrum = sum(spectra[name] for name in names)
+        rms = np.sqrt(integral(spectrum))
+        return factor(np.sqrt(integral(square * spectrum)) / rms / TURN, 900.0) * rms
+
+    still = Straight({key: part for key, part in text.items() if key != "wind"})
+    shift = own.place(0, own.pose)[0] - still.place(0, still.pose)[0]
+    expected = np.linalg.norm(shift) + peak("gondola.x", "gondola.y", "gondola.z")
+    assert value(case, "gondola.peak") == pytest.approx(1e3 * expected, rel=1e-4)
+    for place, name in enumerate(text["cables"]):
+        rms = np.sqrt(integral(spectra[f"{name}.tension_to"]))
+        assert value(case, f"{name}.rms_tension") == pytest.approx(rms, rel=1e-4)
+        least = own.tensions[place] - peak(f"{name}.tension_to")
+        assert value(case, f"{name}.least_tension") == pytest.approx(least, rel=3e-4)
+    for name, quantity, unit in (
+        ("mass_x", "stroke", 1e3),
+        ("mass_z", "force", 1),
+        ("wheel", "momentum", 1),
+        ("wheel", "torque", 1),
+    ):
+        expected = unit * peak(f"{name}.{quantity}")
+        assert value(case, f"{name}.peak_{quantity}") == pytest.approx(expected, rel=3e-4)
+
+
+def test_a_limit_that_is_passed_is_a_status():
+    """Just above the limit of the stroke and below that of the force."""
+    text = one_axis(wind=WIND, bodies__gondola__wind=BODY_WIND, actuators={"mass_x": ACTUATORS["mass_x"]})
+    case = case_of(text)
+    stroke, force = value(case, "mass_x.peak_stroke") / 1e3, value(case, "mass_x.peak_force")
+    columns = [find("gondola.rms"), find("mass_x.rms_stroke")]
+    passed = with_changes(text, actuators__mass_x__stroke=0.99 * stroke, actuators__mass_x__force=1.01 * force)
+    kept = with_changes(passed, actuators__mass_x__stroke=1.01 * stroke)
+    rows = evaluate_suspensions([one.scene for one in map(case_of, (passed, kept))], columns)
+    words = f"mass_x: its stroke reaches {1e3 * stroke:.4g} mm, above its limit of {990 * stroke:.4g}"
+    assert words in rows[0].cells["status"]
+    assert rows[1].cells["status"] == "ok"
