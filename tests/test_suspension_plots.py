@@ -126,9 +126,8 @@ def test_an_ellipse_is_that_of_its_covariance():
         assert (direction @ points).max() == pytest.approx(np.sqrt(direction @ covariance @ direction), rel=1e-3)
 
 
-def test_actuators_are_drawn_with_and_without(tmp_path):
+def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
     case = case_of(tmp_path, CONTROLLED + DAMPED)
-    without = case_of(tmp_path, CONTROLLED)
     figure = whole(plots.suspension_wind(case))
     names = [f"gondola.{axis}" for axis in "xyz"]
 
@@ -136,8 +135,8 @@ def test_actuators_are_drawn_with_and_without(tmp_path):
         return f"{1e3 * one.in_wind.rms(names, 'value', open_loop)[0]:.3g} mm RMS"
 
     assert legend(figure.axes[1]) == [
-        f"winches at rest, no actuators: {rms(without, True)}",
-        f"loop, no actuators: {rms(without, False)}",
+        f"winches at rest, no actuators: {rms(controlled, True)}",
+        f"loop, no actuators: {rms(controlled, False)}",
         f"loop and actuators: {rms(case, False)}",
     ]
 
