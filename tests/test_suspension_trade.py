@@ -178,11 +178,11 @@ def test_table_files_and_picture(pendulum, tmp_path):
 
 
 def test_a_suspension_without_equilibrium_has_nothing_to_compare(pendulum):
-    """Its center of mass is above the eye about which it may roll."""
-    body = "free: [roll], inertia: [1, 1, 1], center_of_mass: [0, 0, 9]"
+    """It may turn about its only cable."""
+    body = "free: [x, y, z, yaw], inertia: [1, 1, 1]"
     pendulum.write_text(PENDULUM.replace("free: [x, y, z]", body), encoding="utf-8")
     outcome = run("trade", pendulum, code=3)
-    assert (outcome.lines, outcome.out) == ([f"{pendulum}: unstable: bob roll"], "")
+    assert (outcome.lines, outcome.out) == ([f"{pendulum}: nothing holds bob yaw"], "")
 
 
 def test_a_column_without_value_leaves_the_others():

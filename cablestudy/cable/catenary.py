@@ -170,8 +170,6 @@ class Catenary(SegmentedCable):
         which = (position[..., None] > edges[..., None, :-1]).sum(axis=-1)
 
         def pick(values):
-            if edges.shape[-1] == 1:
-                return values
             return np.take_along_axis(np.broadcast_to(values, edges.shape), which, axis=-1)
 
         whole = pick(self.segments.fraction)

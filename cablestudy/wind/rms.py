@@ -100,7 +100,7 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     return kept
 
 
-def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=MAX_PANELS):
+def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=None):
     """Integral over frequency of one or several non-negative spectra.
 
     Parameters
@@ -115,8 +115,8 @@ def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=MAX
         Integrals with the same number have the tolerance of the largest of them.
     scale : ndarray, shape (r,), optional
         Factors that make integrals comparable: what is below NOTHING of the largest of all needs no accuracy.
-    most : int
-        Panels. Where more would be needed, or rounding leaves more than the tolerance, the result says so by its
+    most : int, optional
+        Panels, MAX_PANELS by default. Where more would be needed, or rounding leaves more than the tolerance, the result says so by its
         errors; without groups that is refused.
 
     Returns
@@ -128,7 +128,7 @@ def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=MAX
     ConvergenceError
         The tolerance was not reached, or a value is not finite.
     """
-    edges = np.log(edges)
+    edges, most = np.log(edges), MAX_PANELS if most is None else most
     low, high = edges[:-1], edges[1:]
     value, error, noise = _panels(function, low, high)
     evaluations = len(low) * len(NODES)
