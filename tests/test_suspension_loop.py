@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.optimize
+from command import CONFIGS
 from references import bar_suspension
 from references.straight_suspension import Straight
 from scipy.optimize import brentq
@@ -25,6 +26,8 @@ from straight_scenes import (
 from cablestudy.control import pose_margins
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 
 TURN = 2 * np.pi
@@ -387,3 +390,15 @@ def test_the_weight_of_a_mass_turns_the_body_that_tilts():
     assert np.sort(found.imag)[2:] == pytest.approx(omega, rel=1e-8)
     wrong = np.sqrt(scipy.linalg.eigvalsh(np.abs(K2), M2))
     assert np.abs(wrong / omega - 1).max() > 1e-3  # the sign of the weight shows
+
+
+def test_the_loop_is_judged_with_the_modes_that_it_drives():
+    """With winches on board modes near 19 Hz decide, above the 64 of the model; a model of 250 has them all."""
+    names = ("u1", "u2", "u3", "d1", "d2", "d3")
+    sets = [f"winches.{name}.end=to" for name in names]
+    path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
+    found = SuspensionCase(load_scene(path, sets, suspensions=True)[1]).in_wind
+    assert len(found.movement.modes) < 100
+    assert found.movement.modes.frequency[-1] > 18
+    assert found.movement.largest_gain == pytest.approx(found.movement_of(250).largest_gain, rel=0.03)
+    assert found.movement_of(64).largest_gain > 10

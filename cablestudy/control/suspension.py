@@ -138,8 +138,7 @@ def second_order(layout, kept, winches=(), markers=()):
     if np.iscomplexobj(stiffness):
         damping, stiffness = damping + _equivalent_viscous(mass, stiffness), stiffness.real
     lifted = _lifted(equilibrium, winches)
-    driven = [-_dense(part).real for part in system.driven]
-    driven[0][modal:] += layout.moved.T @ lifted
+    driven = _winch_forces(layout, system, modal, lifted)
     loads = np.eye(free + modal)[:, modal:]
     driven = [np.concatenate([part, loads * (order == 0)], axis=1) for order, part in enumerate(driven)]
     moved, follow = outputs(layout, kept, imposed, lifted, markers)
@@ -161,6 +160,29 @@ def second_order(layout, kept, winches=(), markers=()):
         names,
         SecondOrder(mass, damping, stiffness, coordinates),
     )
+
+
+def winch_forces(layout, kept, winches):
+    """Forces on the coordinates by the lengths that winches reel in, their first and their second derivatives.
+
+    Parameters
+    ----------
+    layout, kept, winches
+        As for `second_order`.
+
+    Returns
+    -------
+    tuple of 3 ndarray, shape (n, i)
+    """
+    modal = sum(len(one.element.omega) for one in kept)
+    system = layout.system([one.element for one in kept], reeled(layout.equilibrium, winches))
+    return tuple(_winch_forces(layout, system, modal, _lifted(layout.equilibrium, winches)))
+
+
+def _winch_forces(layout, system, modal, lifted):
+    driven = [-_dense(part).real for part in system.driven]
+    driven[0][modal:] += layout.moved.T @ lifted
+    return driven
 
 
 def _dense(matrix):

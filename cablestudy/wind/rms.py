@@ -116,8 +116,8 @@ def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=Non
     scale : ndarray, shape (r,), optional
         Factors that make integrals comparable: what is below NOTHING of the largest of all needs no accuracy.
     most : int, optional
-        Panels, MAX_PANELS by default. Where more would be needed, or rounding leaves more than the tolerance, the result says so by its
-        errors; without groups that is refused.
+        Panels, MAX_PANELS by default. Where more would be needed, or rounding leaves more than the tolerance, the
+        result says so by its errors; without groups that is refused.
 
     Returns
     -------

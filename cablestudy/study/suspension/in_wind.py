@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.pose_margins import largest_gain
+from cablestudy.study.suspension.driven_modes import with_driven_modes
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 
@@ -57,6 +58,9 @@ class InWind:
                 break
             if movement.stable and response.moving_error <= 2 * self._accuracy:
                 break
+        wider = with_driven_modes(movement) if movement.loop is not None and self._model is None else movement
+        if wider is not movement:
+            movement, response = wider, Response(wider) if self._drag is not None else None
         movement.check_stable()
         return movement, response
 

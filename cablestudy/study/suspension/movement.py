@@ -96,21 +96,32 @@ class Movement:
         In the mean wind, of this case.
     drag : Drag or None
         Of this case; None without wind.
-    modes : int
-        Coupled modes in the model.
+    modes : int or CoupledModes
+        Coupled modes in the model, or how many.
     accuracy : float
         Relative, of their frequencies. [-]
     model : FixedModel, optional
     """
 
     def __init__(self, scene, equilibrium, drag=None, modes=FEWEST, accuracy=1e-4, model=None):
-        self.scene, self.equilibrium, self.drag = scene, equilibrium, drag
-        damping = [cable.damping for cable in scene.cables.values()]
-        self.modes = coupled_modes(equilibrium, modes, accuracy, damping, model).damped
+        self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
+        if isinstance(modes, int):
+            damping = [cable.damping for cable in scene.cables.values()]
+            modes = coupled_modes(equilibrium, modes, accuracy, damping, model).damped
+        self.modes = modes
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
+
+    def with_modes(self, modes):
+        """The same with other modes, `CoupledModes`."""
+        return Movement(self.scene, self.equilibrium, self.drag, modes, self.accuracy, self.model)
+
+    @property
+    def free_count(self):
+        """How many displacements are free."""
+        return len(self.layout.free)
 
     @cached_property
     def outputs(self):
@@ -202,7 +213,7 @@ class Movement:
         """
         control, suspension = self.scene.control, self.equilibrium.suspension
         names = list(control.measured or self.free)
-        moved = self.layout.displaced(self.layout.bodies(self.motion.shapes))[self.body]
+        moved = self._of_body(self.motion.shapes)
         rows = np.zeros((6, len(self.motion)))
         rows[:, : moved.shape[1]] = moved
         on, end = np.nonzero(suspension.owner == self.body)
@@ -221,6 +232,14 @@ class Movement:
                 raise NoSolutionError(f"control.measured: no winch moves {which} of {body}")
         names = [name for name, does in zip(names, moves, strict=True) if does]
         return names, rows[moves], sizes[moves]
+
+    def _of_body(self, shapes):
+        """Displacements of the controlled body in shapes of the suspension, shape (6, r)."""
+        return self.layout.displaced(self.layout.bodies(shapes))[self.body]
+
+    def measured_of(self, shapes):
+        """What is measured of shapes of the suspension, shape (k, r)."""
+        return self._of_body(shapes)[[MOTIONS.index(name) for name in self.measured]]
 
     @property
     def measured(self):
