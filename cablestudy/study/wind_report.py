@@ -63,14 +63,7 @@ def wind_table(document, scene, on=None, estimate=False):
     if scene.gondola is None and on in (None, "cable"):
         return _bare_cable_table(document, scene, estimate)
     on = on or "gondola"
-    parts = PARTS[on]
-    names = [name + part for part in parts for name in OPEN] + list(GONDOLA)
-    if scene.winch is not None and scene.winch.controller is not None:
-        names = [name + part for part in parts for name in CLOSED] + list(LOOP) + names
-    if "" in parts:
-        names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
-        names += ["peak", *weights_of(scene)]
-    columns, row = _evaluated(document, scene, names, estimate)
+    columns, row = _evaluated(document, scene, _names(scene, PARTS[on]), estimate)
     fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
     if not row.failed:
         response = _response(row.case, on)
@@ -84,6 +77,17 @@ def wind_table(document, scene, on=None, estimate=False):
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
+
+
+def _names(scene, parts):
+    """Names of the columns of `wind_table`, for some of what the wind acts on."""
+    names = [name + part for part in parts for name in OPEN] + list(GONDOLA)
+    if scene.winch is not None and scene.winch.controller is not None:
+        names = [name + part for part in parts for name in CLOSED] + list(LOOP) + names
+    if "" in parts:
+        names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
+        names += ["peak", *weights_of(scene)]
+    return names
 
 
 def _bare_cable_table(document, scene, estimate):

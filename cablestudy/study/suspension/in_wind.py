@@ -97,14 +97,18 @@ class InWind:
     @cached_property
     def loop_error(self):
         """Estimated relative error of the numbers of the loop. [-]"""
-        return self._gain_error(self.movement)
+        return self._gain_error(self.movement) if self._model is None else np.nan
 
     def rms(self, names, variance, open_loop):
-        """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held."""
+        """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.
+
+        Not a number for an exact choice of elements, whose own error is not known.
+        """
         found, state = self.response.variances, OPEN if open_loop else CLOSED
         rows = [found.rows[name] for name in names if name in found.rows]
         total = getattr(found, variance)[state, rows].sum()
-        return np.sqrt(total), found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
+        error = found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
+        return np.sqrt(total), error if self._model is None else np.nan
 
     def mean_displacement(self, name):
         """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""

@@ -59,14 +59,18 @@ def _of_wind(case):
         damped = "with" if wind.aerodynamic_damping else "without"
         yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {about}, {damped} aerodynamic damping"
     if movement.loop is not None:
-        yield f"loop of {counted(len(movement.winches), 'cable')} for {', '.join(movement.measured)}"
-        if wind is not None and wind.mean:
-            yield "displacements by the mean wind are those with the winches at rest; the loop takes them back in time"
-        if case.scene.control.measured is None and len(movement.measured) < len(movement.free):
-            left = [name for name in movement.free if name not in movement.measured]
-            yield f"not measured, as no winch moves it to speak of: {', '.join(left)}"
+        yield from _of_loop(movement, wind)
     if any(cable.damping.model == "modal" and cable.damping.ratio for cable in case.scene.cables.values()):
         yield "modal damping grows with the number of modes of a cable; hysteretic, kelvin_voigt and viscous do not"
+
+
+def _of_loop(movement, wind):
+    yield f"loop of {counted(len(movement.winches), 'cable')} for {', '.join(movement.measured)}"
+    if wind is not None and wind.mean:
+        yield "displacements by the mean wind are those with the winches at rest; the loop takes them back in time"
+    if movement.scene.control.measured is None and len(movement.measured) < len(movement.free):
+        left = [name for name in movement.free if name not in movement.measured]
+        yield f"not measured, as no winch moves it to speak of: {', '.join(left)}"
 
 
 def _of_modes(modes):
