@@ -182,6 +182,19 @@ def state_of(span, elements=6, order=1, mass="lumped"):
     return equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))[0]
 
 
+def matrices_of_all_nodes(case):
+    """Stiffness, its elastic part and mass of all nodes of the cable of a case, chord frame, dense."""
+    nodes, length = case.state.mesh.nodes, float(case.span.unstretched_length)
+    K, E, M = (np.zeros((3 * nodes, 3 * nodes)) for _ in range(3))
+    for system in case.dynamics.systems:
+        index = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
+        shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
+        K[np.ix_(index, index)] = full_stiffness(system) * case.state.force / length
+        E[np.ix_(index, index)] = system.elastic_energy(shapes) * case.state.force / length
+        M[np.ix_(index, index)] = system.full_mass().toarray() * float(case.span.mass) * length
+    return K, E, M
+
+
 def full_stiffness(system):
     """K_E + K_G of all nodes of one cable, dense, in units of force over length, shape (nodes d, nodes d). [-]"""
     state = system.state

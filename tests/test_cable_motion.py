@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cables import full_stiffness
+from cables import matrices_of_all_nodes
 from command import rows_of, run, study_file, table_of
 from scenes import cells
 from scipy.integrate import quad
@@ -63,14 +63,8 @@ def dense(case, frequency, direction):
     All nodes in the chord frame, all at once, each frequency; two Gauss points to a bar, the covariance of all.
     """
     state, span, scene_ = case.state, case.span, case.scene
-    force, length, nodes, mesh = state.force, float(span.unstretched_length), state.mesh.nodes, state.mesh
-    K, E, M = (np.zeros((3 * nodes, 3 * nodes)) for _ in range(3))
-    for system in case.dynamics.systems:
-        index = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
-        shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
-        K[np.ix_(index, index)] = full_stiffness(system) * force / length
-        E[np.ix_(index, index)] = system.elastic_energy(shapes) * force / length
-        M[np.ix_(index, index)] = system.full_mass().toarray() * float(span.mass) * length
+    length, nodes, mesh = float(span.unstretched_length), state.mesh.nodes, state.mesh
+    K, E, M = matrices_of_all_nodes(case)
     inner = np.arange(3, 3 * nodes - 3)
     C, damping = np.zeros_like(K), scene_.cable.damping
     if damping.model == "modal":

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cables import full_stiffness
+from cables import matrices_of_all_nodes
 from command import CARLINA, rows_of, run, table_of
 from scenes import cells, scene
 from scipy.integrate import trapezoid
@@ -172,15 +172,9 @@ def dense(case, frequency, direction):
     Global axes, ends held but for x of end 2; damping in the matrices; covariance of Gauss points, two to an element.
     """
     state, span, scene_ = case.state, case.span, case.scene
-    force, length = state.force, float(span.unstretched_length)
+    length = float(span.unstretched_length)
     nodes, mesh = state.mesh.nodes, state.mesh
-    K, E, M = (np.zeros((3 * nodes, 3 * nodes)) for _ in range(3))
-    for system in case.dynamics.systems:
-        index = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
-        shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
-        K[np.ix_(index, index)] = full_stiffness(system) * force / length
-        E[np.ix_(index, index)] = system.elastic_energy(shapes) * force / length
-        M[np.ix_(index, index)] = system.full_mass().toarray() * float(span.mass) * length
+    K, E, M = matrices_of_all_nodes(case)
     turn = np.kron(np.eye(nodes), span.frame)
     K, E, M = (turn.T @ matrix @ turn for matrix in (K, E, M))
     # modal damping of the modes with fixed ends, of absolute movement: 2 zeta M sqrt(M^-1 K) inside

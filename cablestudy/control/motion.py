@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.control.second_order import SecondOrderSystem
+from cablestudy.control.second_order import SecondOrderSystem, polynomial
 from cablestudy.system.damping import ritz
 from cablestudy.system.rigid import cross_matrix
 
@@ -123,9 +123,7 @@ class Motion:
 
     def pulled(self, s):
         """Forces on the coordinates per length that winches reel in, shape (f, m, i)."""
-        s = np.asarray(s)[:, None, None]
-        zeroth, first, second = self.driven
-        return zeroth + s * first + s**2 * second
+        return polynomial(self.driven, s)
 
     def within(self, space):
         """The same in a space of its coordinates.

@@ -159,16 +159,18 @@ class SecondOrderSystem:
         return np.concatenate([self._response(output, input_, 2j * np.pi * piece) for piece in pieces])
 
     def _response(self, output, input_, s):
-        def polynomial(parts, pick):
-            zeroth, first, second = (pick(part)[None] for part in parts)
-            powers = s.reshape(-1, *[1] * (zeroth.ndim - 1))
-            return zeroth + powers * first + powers**2 * second
-
-        dynamic = polynomial((self.stiffness, self.damping, self.mass), np.asarray)
-        right = polynomial(self.driven, lambda part: part[:, input_])
-        seen = polynomial(self.moved, lambda part: part[output])
-        direct = polynomial(self.follow, lambda part: part[output, input_])
+        dynamic = polynomial((self.stiffness, self.damping, self.mass), s)
+        right = polynomial([part[:, input_] for part in self.driven], s)
+        seen = polynomial([part[output] for part in self.moved], s)
+        direct = polynomial([part[output, input_] for part in self.follow], s)
         return (seen * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
+
+
+def polynomial(parts, s):
+    """a + s b + s^2 c of three arrays of one shape (...), for each s of shape (f,): shape (f, ...)."""
+    zeroth, first, second = parts
+    s = np.reshape(s, (-1, *[1] * np.ndim(zeroth)))
+    return zeroth + s * first + s**2 * second
 
 
 def solved(matrices, right):

@@ -36,7 +36,11 @@ def evaluate_tables(tables, columns, explain=False):
             found.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
     evaluate = evaluate_suspensions if suspensions else evaluate_cases
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain), strict=True):
-        errors = {name: error for name, error in row.errors.items() if error is None or error > ROUNDING}
         numbers = [row.cells[header] for header in headers]
-        found[case] = numbers, row.cells["status"], errors, row.notes if explain else ()
+        found[case] = numbers, row.cells["status"], _beyond_rounding(row.errors), row.notes if explain else ()
     return found
+
+
+def _beyond_rounding(errors):
+    """Those estimated errors that are above rounding, or not known."""
+    return {name: error for name, error in errors.items() if error is None or error > ROUNDING}

@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.pose_margins import largest_gain
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.suspension.driven_modes import with_driven_modes
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
@@ -42,15 +43,15 @@ class InWind:
         return Movement(self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
 
     @cached_property
-    def _found(self):
-        """Movement, response to the wind, and estimated error of the largest gain.
+    def _outcome(self):
+        """Movement and response to the wind, or the error that says why there are none: computed once for a row."""
+        try:
+            return self._settled()
+        except (NoSolutionError, ConvergenceError) as error:
+            return error
 
-        Raises
-        ------
-        NoSolutionError
-            What moves is unstable.
-        ConvergenceError
-        """
+    def _settled(self):
+        """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
         for count in COUNTS:
             movement = self.movement_of(count)
             response = Response(movement) if self._drag is not None else None
@@ -67,7 +68,13 @@ class InWind:
     @property
     def solved(self):
         """Whether the motion was computed."""
-        return "_found" in self.__dict__
+        return "_outcome" in self.__dict__ and not isinstance(self._outcome, Exception)
+
+    @property
+    def _found(self):
+        if isinstance(self._outcome, Exception):
+            raise self._outcome
+        return self._outcome
 
     @property
     def movement(self):

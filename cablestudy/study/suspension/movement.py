@@ -21,6 +21,7 @@ from cablestudy.wind.strips import strips
 TURN = 2 * np.pi
 FEWEST = 40  # modes of the linear model at first
 FEWER = 0.7  # of the modes, with which the error by those left out is estimated
+LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
 DEPENDENT = 1e-10  # size of a static response over the largest, below which it is rounding
 
 
@@ -295,19 +296,23 @@ class Movement:
         control = self.scene.control
         if control is None:
             return None
-        loop = PoseLoop(self.motion, self.allocation, 0.0, self.notches)
         if isinstance(control.gain, (int, float)):
-            return loop.with_gain(float(control.gain))
-        self._largest = largest_gain(loop.with_gain(1e-6 * self.modes.solution.omega[0]))
-        if self._largest is None:
+            return self._given_loop
+        if self.largest_gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
-        return loop.with_gain(self._largest / 10 ** (control.gain.auto.gain_margin / 20))
+        return self._given_loop.with_gain(self.largest_gain / 10 ** (control.gain.auto.gain_margin / 20))
+
+    @cached_property
+    def _given_loop(self):
+        """The loop with its gain, or with next to none where the gain follows from a margin."""
+        gain = self.scene.control.gain
+        given = float(gain) if isinstance(gain, (int, float)) else LITTLE * self.modes.solution.omega[0]
+        return PoseLoop(self.motion, self.allocation, given, self.notches)
 
     @cached_property
     def largest_gain(self):
         """Below it the loop is stable; None where it always is. [rad/s]"""
-        loop = self.loop
-        return self.__dict__.get("_largest") or largest_gain(loop)
+        return largest_gain(self._given_loop)
 
     @cached_property
     def sensitivity_peak(self):
@@ -365,10 +370,7 @@ class Movement:
         shape = np.linalg.svd(dynamic)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2
         place = int(np.argmax(energy))
-        count = len(self.modes)
         rate = f"grows by {pole.real:.3g}/s at {abs(pole.imag) / TURN:.4g} Hz"
-        if place < count:
-            return f"{self.mode_name(place)} {rate}"
         strokes = [one.name for one in self.actuators if not one.wheel]
         stroke = place - (len(self.motion) - len(strokes))
-        return f"{strokes[stroke]} {rate}" if stroke >= 0 else f"a motion above the modes of the model {rate}"
+        return f"{strokes[stroke] if stroke >= 0 else self.mode_name(place)} {rate}"

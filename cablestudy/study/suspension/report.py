@@ -34,29 +34,52 @@ def static_tables(case, only=None):
     """
     suspension = case.equilibrium.suspension
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
+
+    def columns_of_cable(name):
+        strong = case.scene.cables[name].strength is not None
+        return [column for column in cable_columns(name) if strong or not column.key]
+
     makers = {
-        "bodies": lambda: _listed(case, bodies, body_columns("")[:-1], body_columns),
-        "points": lambda: _listed(case, points, point_columns("")[:-1], point_columns),
-        "cables": lambda: _listed(case, suspension.cable_names, cable_columns(""), cable_columns),
+        "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
+        "points": lambda: listed(case, points, lambda name: point_columns(name)[:-1], point_columns("")[:-1]),
+        "cables": lambda: listed(case, suspension.cable_names, columns_of_cable, cable_columns("")),
         "stiffness": lambda: _stiffness_table(case),
     }
     return {name: make() for name, make in makers.items() if only in (None, name)}
 
 
-def _listed(case, names, kinds, columns_of):
-    """One row for each name, with the columns of `kinds` that its scene has the keys for."""
-    fields = [Field("name", "name")]
-    fields += [Field(kind.header[1:], kind.name[1:].replace("_", " "), kind.unit) for kind in kinds]
+def listed(case, names, columns_of, kinds=()):
+    """A table with one row for each name.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    names : sequence of str
+    columns_of : callable
+        Name -> columns that it has: list of Column, whose names begin with it and a dot.
+    kinds : sequence of Column
+        Those of the name "" in the order of the table, in which a name may lack some; by default the first name's.
+    """
+    fields = {kind.header[1:]: _field(kind, "") for kind in kinds}
     rows, errors = [], []
     for name in names:
-        found = {}
-        for column, field in zip(columns_of(name), fields[1:], strict=False):
-            if not column.key or case.scene.cables[name].strength is not None:
-                found[field.name] = value(case, column)
-        rows.append({"name": name, **{header: number for header, (number, _) in found.items()}})
-        errors.append({header: error for header, (_, error) in found.items() if error is not None})
-    fields = [field for field in fields if not rows or any(field.name in row for row in rows)]
-    return Table(tuple(fields), rows, errors=lambda: iter(errors))
+        cells, stated = {"name": name}, {}
+        for column in columns_of(name):
+            field = _field(column, name)
+            fields.setdefault(field.name, field)
+            cells[field.name], error = value(case, column)
+            if error is not None:
+                stated[field.name] = error
+        rows.append(cells)
+        errors.append(stated)
+    used = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
+    return Table((Field("name", "name"), *used), rows, errors=lambda: iter(errors))
+
+
+def _field(column, name):
+    """The `Field` of a column whose name begins with that of a body or cable and a dot."""
+    begin = len(name) + 1
+    return Field(column.header[begin:], column.name[begin:].replace("_", " "), column.unit)
 
 
 def _stiffness_table(case):

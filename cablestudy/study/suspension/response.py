@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.pose_loop import PoseLoop
+from cablestudy.control.second_order import polynomial
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind import rms
 from cablestudy.wind.imaging import correction_weight, exposure_weight
@@ -91,9 +92,7 @@ class Response:
     def shown(self, s):
         """All outputs by the coordinates with the winches at rest, shape (f, o, m)."""
         motion = self.movement.motion
-        powers = s[:, None, None]
-        zeroth, first, second = motion.moved
-        shown = zeroth + powers * first + powers**2 * second
+        shown = polynomial(motion.moved, s)
         stroke, more = len(motion) - sum(not one.wheel for one in self.movement.actuators), []
         for one, feedback in zip(self.movement.actuators, motion.feedback, strict=True):
             force = feedback.gain(s)[:, None] * feedback.measured
@@ -137,8 +136,7 @@ class Response:
         pulled = motion.pulled(s)
         # what is measured, and what is shown, by a movement of the winches; then by what is measured
         loop_gain = np.swapaxes(seen, -1, -2) @ pulled @ winches
-        zeroth, first, second = motion.follow
-        follow = zeroth + s[:, None, None] * first + s[:, None, None] ** 2 * second
+        follow = polynomial(motion.follow, s)
         driven = np.swapaxes(at_rest, -1, -2) @ pulled
         driven[:, : follow.shape[1]] += follow
         inverse = np.linalg.inv(np.eye(loop_gain.shape[-1]) - loop_gain)

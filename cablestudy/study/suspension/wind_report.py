@@ -9,6 +9,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import lacks
 from cablestudy.study.suspension.notes import LISTED
+from cablestudy.study.suspension.report import listed
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -80,21 +81,8 @@ def _actuator_columns(scene):
 
 
 def _listed(case, names, columns_of):
-    """One row for each name; without columns that the scene lacks the keys for, or that repeat others."""
-    fields, rows, errors = {}, [], []
-    for name in names:
-        cells, stated = {"name": name}, {}
-        for column in columns_of(name):
-            if lacks(case.scene, column):
-                continue
-            header = column.header[len(name) + 1 :]
-            word = column.name[len(name) + 1 :].replace("_", " ")
-            fields.setdefault(header, Field(header, word, column.unit))
-            cells[header], error = value(case, column)
-            stated[header] = error
-        rows.append(cells)
-        errors.append({header: error for header, error in stated.items() if error is not None})
-    return Table((Field("name", "name"), *fields.values()), rows, errors=lambda: iter(errors))
+    """One row for each name, without the columns that the scene lacks the keys for."""
+    return listed(case, names, lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)])
 
 
 def _loop_table(case):
