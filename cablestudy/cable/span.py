@@ -235,12 +235,17 @@ class Span:
         length = np.asarray(other.unstretched_length)[..., None]
         places = np.where(np.isnan(self.load_fractions), self.load_positions, self.load_fractions * length)
         order = np.argsort(places, axis=-1, kind="stable")
+
+        def ascending(values):
+            return np.take_along_axis(np.broadcast_to(values, places.shape), order, axis=-1)
+
+        forces = np.broadcast_to(self.load_forces, (*places.shape, 3))
         return replace(
             other,
-            load_positions=np.take_along_axis(places, order, axis=-1),
-            load_forces=np.take_along_axis(self.load_forces, order[..., None], axis=-2),
-            load_fractions=np.take_along_axis(self.load_fractions, order, axis=-1),
-            load_masses=None if self.load_masses is None else np.take_along_axis(self.load_masses, order, axis=-1),
+            load_positions=ascending(places),
+            load_forces=np.take_along_axis(forces, order[..., None], axis=-2),
+            load_fractions=ascending(self.load_fractions),
+            load_masses=None if self.load_masses is None else ascending(self.load_masses),
         )
 
     def without_loads(self):
