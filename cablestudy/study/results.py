@@ -12,7 +12,7 @@ from cablestudy.cable.span import Span
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
+from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
@@ -42,8 +42,8 @@ class Results:
         positions, forces = values.loads
         span = Span.between(
             *values.ends,
-            values.given("cable.axial_stiffness"),
-            values.given("cable.mass_per_length"),
+            values.given("cable.section_axial_stiffness"),
+            values.given("cable.section_mass"),
             values.given("gravity"),
             load_positions=positions,
             load_forces=forces,
@@ -84,12 +84,12 @@ class Results:
     @cached_property
     def broken(self):
         """Case -> NoSolutionError of a case whose stress is above its strength."""
-        strength = self.given("cable.strength")
+        strength = self.given("cable.section_breaking_force")
         if np.isnan(strength).all():
             return {}
-        stress = stress_of(self)
-        places = np.flatnonzero(stress > strength).tolist()
-        return {case: NoSolutionError(breaking(float(stress[case]), float(strength[case]))) for case in places}
+        tension, area = self.statics.max_tension, self.given("cable.section_area")
+        places = np.flatnonzero(tension > strength).tolist()
+        return {case: NoSolutionError(breaking(tension[case], strength[case], area[case])) for case in places}
 
     @cached_property
     def statics(self):
@@ -227,7 +227,7 @@ def _chord_strain(span, values):
     given = np.isfinite(length)
     strain[given] = (span.chord[given] - length[given]) / length[given]
     for key, search, search_one in (
-        ("cable.preload", initial_length.strains_for_tension, initial_length.closer_strain_for_tension),
+        ("cable.stated_preload", initial_length.strains_for_tension, initial_length.closer_strain_for_tension),
         ("cable.sag", initial_length.strains_for_sag, initial_length.no_strain_for_sag),
     ):
         target = values.given(key)
