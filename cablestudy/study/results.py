@@ -12,7 +12,7 @@ from cablestudy.cable.element import pieces
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
+from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking
 from cablestudy.study.load_cases import bare_spans, loaded_spans, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
@@ -96,12 +96,12 @@ class Results:
     @cached_property
     def broken(self):
         """Case -> NoSolutionError of a case whose stress is above its strength."""
-        strength = self.given("cable.strength")
+        strength = self.given("cable.section_breaking_force")
         if np.isnan(strength).all():
             return {}
-        stress = stress_of(self)
-        places = np.flatnonzero(stress > strength).tolist()
-        return {case: NoSolutionError(breaking(float(stress[case]), float(strength[case]))) for case in places}
+        tension, area = self.statics.max_tension, self.given("cable.section_area")
+        places = np.flatnonzero(tension > strength).tolist()
+        return {case: NoSolutionError(breaking(tension[case], strength[case], area[case])) for case in places}
 
     @cached_property
     def statics(self):
@@ -257,9 +257,9 @@ def _chord_strain(span, values):
 def _searches(values):
     """What cables may state instead of a length: values, shape (n,), search of many, search of one or its refusal."""
     found = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
-    stated = [(values.given("cable.preload"), "mean")]
+    stated = [(values.given("cable.stated_preload"), "mean")]
     places = values.words("cable.tension.at")
-    stated += [(np.where(places == at, values.given("cable.tension.value"), np.nan), at) for at in set(places) - {""}]
+    stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
     for tension, at in stated:
         many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
         found.append((tension, partial(many, at=at), partial(one, at=at)))

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, stress_of
+from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.movement import drag_of
@@ -74,8 +74,8 @@ class CableResults:
 
     @property
     def utilisation(self):
-        """Largest stress over strength of each cable, shape (n, c), not a number without a strength. [-]"""
-        return stress_of(self) / self.given("cable.strength")
+        """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
+        return utilisation_of(self)
 
     def given(self, path):
         """A number that each cable states, shape (n, c), not a number where it states none."""
