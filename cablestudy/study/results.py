@@ -13,7 +13,7 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking
-from cablestudy.study.load_cases import bare_spans, loaded_spans, with_loads
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
@@ -164,6 +164,11 @@ class Results:
         least = self.statics.min_tension
         balanced = EPSILON * self.statics.max_tension / np.where(least > 0, least, np.inf)
         return np.maximum(balanced, self.length_rounding)
+
+    @cached_property
+    def drag_error(self):
+        """Relative error of all results in a steady wind, shape (n,). [-] See `load_cases.drag_errors`."""
+        return drag_errors(self.values, self.catenary)
 
     @cached_property
     def sag_rounding(self):
