@@ -8,7 +8,9 @@ For a mode of frequency W far above the gondola's, the winch moves the pole by a
 at most, with F the forces of the mode, of unit modal mass, on the ends along x. A wave that runs to and fro along the
 cable has F^2 = 2 W^2 Z n^2/t, Z being the impedance of the end (sqrt(T m) across, sqrt(EA m) along the cable), n the
 direction cosine and t the travel time from end to end. Beyond the frequency where this falls below the decay that
-damping guarantees (strain damping for waves along the cable, viscous damping for all), no mode can be driven.
+damping guarantees (strain damping for waves along the cable, viscous damping for all), no mode can be driven. Masses
+on the cable reflect waves: t is then the time from an end to the nearest of them, and viscous damping, which does not
+act on them, guarantees nothing.
 
 Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is
 not called instability: no material is known to be that undamped. A mode whose damping ratio without control is below
@@ -53,12 +55,15 @@ class Waves:
         sqrt(T m) (1 - n^2) and sqrt(EA m) n^2, n the cosine between cable and x, the larger of both ends. [kg/s]
     time_across, time_along : float
         From end to end. [s]
+    part : float
+        Of these times from an end to the nearest mass on the cable. [-]
     """
 
     across: float
     along: float
     time_across: float
     time_along: float
+    part: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -116,8 +121,8 @@ def driven_up_to(plant, waves, gain):
         Infinite where there is none. [rad/s]
     """
     omega = np.geomspace(plant.main, 1e9 * plant.main, 721)
-    strain, viscous = plant.cable.strain, plant.cable.viscous / 2
-    push = 2 * gain * np.abs(plant.controller(1j * omega)) / (plant.mass * omega)
+    strain, viscous = plant.cable.strain, plant.cable.least_viscous_decay
+    push = 2 * gain * np.abs(plant.controller(1j * omega)) / (plant.mass * omega * waves.part)
     loss = np.zeros_like(omega) if strain is None else np.abs(strain.factor(1j * omega)) * omega / 2
     floor = viscous / SAFETY + NEGLIGIBLE * omega
     driven = (push * waves.across / waves.time_across > floor) | (

@@ -260,7 +260,10 @@ def _waves(case):
     across = np.sqrt(tension * span.mass) * np.maximum(1 - cosine**2, 0.0)
     along = np.sqrt(span.axial_stiffness * span.mass) * cosine**2
     time = float(span.unstretched_length * np.sqrt(span.mass / span.axial_stiffness))
-    return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time)
+    # masses reflect: a wave may run to and fro between an end and the nearest one
+    places = [place for place, _ in span.point_masses]
+    part = min([1.0, *places, *(1 - place for place in places)])
+    return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time, part)
 
 
 def _resolved(case, gain, limit, time):
