@@ -11,7 +11,8 @@ the displacement, m the mass matrix of an element of size h and J the integral f
 
 S being the force at a Gauss point (weight w) per force on a node, N_1 the force at the last one. In each element u is
 eliminated, all elements at once; what is left are displacement and force where elements meet, one band for the whole
-cable; a mass that is carried there adds its inertia to the force. Both are counted along each axis by the root of what the cable gives along it: all entries are of order one.
+cable; a mass that is carried there adds its inertia to the force. Both are counted along each axis by the root of what
+the cable gives along it: all entries are of order one.
 """
 
 from dataclasses import dataclass

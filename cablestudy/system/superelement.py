@@ -113,8 +113,8 @@ class Superelement:
     residual_damping : ndarray, shape (6, 6), or 0
         What the modal damping of omitted modes adds at the ends, where it was kept. [N s/m]
     carried : ndarray, shape (c, n + 6), or None
-        B: displacement of each point mass along each axis, times the root of the mass, by modes [-] and ends [sqrt(kg)];
-        None without point masses.
+        B: displacement of each point mass along each axis times the root of the mass, by modes [-] and by ends
+        [sqrt(kg)]; None without point masses.
     """
 
     omega: np.ndarray
@@ -276,8 +276,8 @@ class Superelement:
         Notes
         -----
         With g = s^2 + nu s: modal damping k + g (J - m^T m) + sum of p p^T r/(W^2 (W^2 + r)), r = g + 2 zeta W s;
-        damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m). Where viscous damping is uneven, by a
-        system of equations for each s.
+        damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
+        Where viscous damping is uneven, by a system of equations for each s.
         """
         s = np.asarray(s, dtype=complex)
         if self.strain is not None:
@@ -439,7 +439,7 @@ class Superelement:
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
 
     def _uneven_poles(self):
-        """Poles with fixed ends by an eigenvalue problem of all modes; of W q and q' the inverse, as in `_slow_poles`."""
+        """Poles with fixed ends by the eigenvalues of all modes, coupled; as in `_slow_poles` of the inverse."""
         n, slowness = len(self.omega), np.diag(1 / self.omega)
         _, damping, stiffness = (part[:n, :n] for part in self.matrices())
         give = np.linalg.inv(slowness @ stiffness @ slowness)
