@@ -8,9 +8,13 @@ For a mode of frequency W far above the gondola's, the winch moves the pole by a
 at most, with F the forces of the mode, of unit modal mass, on the ends along x. A wave that runs to and fro along the
 cable has F^2 = 2 W^2 Z n^2/t, Z being the impedance of the end (sqrt(T m) across, sqrt(EA m) along the cable), n the
 direction cosine and t the travel time from end to end. Beyond the frequency where this falls below the decay that
-damping guarantees (strain damping for waves along the cable, viscous damping for all), no mode can be driven. Masses
-on the cable reflect waves: t is then the time from an end to the nearest of them, and viscous damping, which does not
-act on them, guarantees nothing.
+damping guarantees (strain damping for waves along the cable, viscous damping for all), no mode can be driven.
+
+Masses on the cable reflect waves, and t is then that of the shortest segment between ends and masses. Viscous damping
+does not act on them. With A the amplitude of a wave of number k on a segment of length l, it has the mass
+m A^2 (l - 1/k)/2 at least; the force on a mass M is that of the waves beside it, so that M y^2 <= m (A1^2 + A2^2)/k.
+The masses have the share 4/(k l + 3) of the modal mass at most, and beyond k l = HALVED half of the viscous damping is
+guaranteed.
 
 Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is
 not called instability: no material is known to be that undamped. A mode whose damping ratio without control is below
@@ -31,6 +35,7 @@ NEGLIGIBLE = 1e-9  # growth over frequency that is not called instability: twofo
 # which modes are in the model of the loop
 DRIVEN = 0.02  # a mode is included if the gain shifts its pole by more than this share of its decay
 SAFETY = 4  # divides the guaranteed decay in the bound for the modes that are not included
+HALVED = 5.0  # phase of waves along a segment beyond which masses at its ends have at most half of the modal mass
 FEWEST = 5  # modes up to so many times the gondola's frequency are always candidates
 MOST_MODES = 300  # more are refused: one eigenvalue problem of some 600 states takes about a second
 NEEDED = 1e-4  # relative error of the poles by the other modes
@@ -56,7 +61,7 @@ class Waves:
     time_across, time_along : float
         From end to end. [s]
     part : float
-        Of these times from an end to the nearest mass on the cable. [-]
+        Of these times along the shortest segment between ends and masses on the cable. [-]
     """
 
     across: float
@@ -121,16 +126,36 @@ def driven_up_to(plant, waves, gain):
         Infinite where there is none. [rad/s]
     """
     omega = np.geomspace(plant.main, 1e9 * plant.main, 721)
-    strain, viscous = plant.cable.strain, plant.cable.least_viscous_decay
-    push = 2 * gain * np.abs(plant.controller(1j * omega)) / (plant.mass * omega * waves.part)
+    strain, part = plant.cable.strain, waves.part
+    push = 2 * gain * np.abs(plant.controller(1j * omega)) / (plant.mass * omega * part)
     loss = np.zeros_like(omega) if strain is None else np.abs(strain.factor(1j * omega)) * omega / 2
-    floor = viscous / SAFETY + NEGLIGIBLE * omega
-    driven = (push * waves.across / waves.time_across > floor) | (
-        push * waves.along / waves.time_along > floor + loss / SAFETY
+    across, along = (
+        guaranteed_decay(plant.cable, omega * part * time) / SAFETY + NEGLIGIBLE * omega
+        for time in (waves.time_across, waves.time_along)
+    )
+    driven = (push * waves.across / waves.time_across > across) | (
+        push * waves.along / waves.time_along > along + loss / SAFETY
     )
     if driven[-1]:
         return np.inf
     return float(max(omega[driven].max(initial=0.0), FEWEST * plant.main))
+
+
+def guaranteed_decay(cable, phase):
+    """Rate at which viscous damping makes waves decay at least.
+
+    Parameters
+    ----------
+    cable : Superelement
+    phase : ndarray, shape (m,)
+        Wave number times length of the shortest segment between ends and masses on the cable. [-]
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        [1/s]
+    """
+    return np.where(phase >= HALVED, 0.5, 0.0) * cable.viscous / 2 if cable.uneven else cable.viscous / 2
 
 
 def judge(plant, gain):

@@ -156,11 +156,6 @@ class Superelement:
         """Whether viscous damping acts on the cable and not on what it carries, so that it couples modes."""
         return self.carried is not None and self.viscous != 0
 
-    @property
-    def least_viscous_decay(self):
-        """Rate at which viscous damping makes any motion decay: none, where point masses may move alone. [1/s]"""
-        return 0.0 if self.uneven else self.viscous / 2
-
     def select(self, chosen):
         """The same cable with only some modes; its static stiffness stays exact.
 
