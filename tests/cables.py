@@ -57,7 +57,8 @@ def paper_span(length=PAPER_LENGTH, degrees=0.0, **other):
 
 def batch(spans):
     """Many cables with equally many loads as one `Span` of arrays."""
-    return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in CORES})
+    names = [name for name in CORES if getattr(spans[0], name) is not None]
+    return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in names})
 
 
 def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravity=G, loads=()):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cables import chord_span, matrices_of_all_nodes, state_of
+from cables import batch, chord_span, matrices_of_all_nodes, state_of
 from references import bars
 from scenes import G, Twin
 from scipy.linalg import eigh
@@ -31,6 +31,7 @@ from cablestudy.study.models import solve_models
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.ssm import nodal_forces
+from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.ends import Ends
 from cablestudy.system.superelement import Damping
 
@@ -518,3 +519,55 @@ def test_a_gondola_in_the_wind_on_the_cable_is_that_of_dense_matrices(law, direc
     expected = dense_gondola(Case(scene_), frequency, direction, CARRIED)
     found = spectrum_of(with_masses(scene_, *(mass for _, mass in CARRIED)), frequency, direction)
     assert found == pytest.approx(expected, rel=1e-6)
+
+
+# ---- cables of suspensions -------------------------------------------------------------------------------------------
+
+
+def cables_of(*spans):
+    """`Cables` of a batch, damped by the air alone."""
+    return Cables(catenary.solve(batch(spans)), Damping(viscous=0.05))
+
+
+def test_the_superelements_of_many_cables_have_their_masses():
+    """In groups of equal meshes, against one element for each piece of one cable alone; and with few of its modes."""
+    loads, masses = [(0.3, (0, 0, -30 * G)), (0.8, (0, 0, -2 * G))], [(30.0, 2.0), (30.0, 2.0), (0.0, 5.0)]
+    spans = [carrying(chord_span(100.0, 20.0, -0.01, 1e6, loads=loads), *pair) for pair in masses]
+    cables = cables_of(*spans)
+    own = spans[0].unstretched_length
+    assert cables.mass == pytest.approx([own + sum(pair) for pair in masses], rel=1e-12)
+    models = Models(cables, cables.meshes(np.full(3, 24)))
+    assert sorted(len(group.places) for group in models.groups) == [1, 2]
+    s = np.array([0.2j, 3j])
+    for span, element in zip(spans, models.elements, strict=True):
+        alone = Dynamics(spectral(span, 24).state)
+        expected = Ends(alone, span.frame, alone.dof).model(Damping(viscous=0.05))
+        assert element.inertia == pytest.approx(expected.inertia, rel=1e-9, abs=1e-9)
+        assert element.dynamic_stiffness(s) == pytest.approx(expected.dynamic_stiffness(s), rel=1e-6, abs=1e-3)
+    kinetic = models.kinetic(
+        [np.zeros((len(group.places), len(group.ends.omega[0]), 1)) for group in models.groups],
+        np.broadcast_to(np.tile([[0.0], [1.0], [0.0]], (2, 1)), (3, 6, 1)),
+    )
+    assert kinetic[:, 1, 0] == pytest.approx(cables.mass, rel=1e-12)  # all moves out of the plane
+
+
+def test_a_cable_whose_modes_are_not_all_computed_has_its_masses():
+    """Two hundred bars, of whose modes 20 are kept with six vectors for the others; against all modes of an element."""
+    span = carrying(chord_span(100.0, 20.0, -0.01, 1e6, loads=[(0.3, (0, 0, -30 * G))]), 30.0)
+    cables, slow = cables_of(span), np.array([0.2j])
+    exact = Models(cables, cables.meshes(np.full(1, 30))).elements[0].dynamic_stiffness(slow)
+    mesh = mesh_segments(cables.catenary.segments.fraction[0], 200, point_masses=span.point_masses)
+    models = Models(cables, [mesh], most=20)
+    assert not models.complete
+    found = models.elements[0].dynamic_stiffness(slow)
+    assert found == pytest.approx(exact, rel=1e-3, abs=1e-3 * np.abs(exact).max())
+
+
+def test_cables_of_suspensions_with_fixed_elements_have_their_masses():
+    span = carrying(chord_span(100.0, 20.0, -0.01, 1e6, loads=[(0.25, (0, 0, -30 * G))]), 30.0)
+    cables = cables_of(span, span)
+    found = Models(cables, fixed_meshes(cables, FixedModel(40)), fixed=True).elements[1]
+    start = catenary.solve(span)
+    mesh = mesh_segments(start.segments.fraction, 40, point_masses=span.point_masses)
+    expected = Dynamics(equilibrium.solve(start, mesh)[0]).lowest(117).frequency
+    assert found.omega == pytest.approx(2 * np.pi * expected, rel=1e-9)

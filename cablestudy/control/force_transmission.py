@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cablestudy.system.superelement import AT_ONCE, GONDOLA
+from cablestudy.system.superelement import GONDOLA
 
 
 def modal_force_transmission(model, s):
@@ -25,7 +25,7 @@ def modal_force_transmission(model, s):
     -(c R + s^2 m)^T (s^2 + W^2 + c E)^-1, as a sum over the poles of the inverse. Symbols: see `system.superelement`.
     """
     if model.uneven:
-        return _by_solving(model, s)
+        return -model.held_by_modes(s, [GONDOLA])[:, 0]
     s = np.asarray(s)[:, None]
     inertial, coupling = s**2 + model.viscous * s, model.coupling[:, GONDOLA]
     if model.strain is None:
@@ -41,12 +41,3 @@ def modal_force_transmission(model, s):
     weight = 1 / (inertial + value if model.strain.law == "hysteretic" else s - value)
     driven = factor * (model.strain.coupling[:, GONDOLA] @ left) + inertial * (coupling @ left)
     return -(driven * weight) @ right
-
-
-def _by_solving(model, s):
-    """The same by a system of equations for each s, where viscous damping couples modes."""
-    n, found = len(model.omega), [np.zeros((0, len(model.omega)), dtype=complex)]
-    for i in range(0, len(s), AT_ONCE):
-        whole = model.balance(s[i : i + AT_ONCE])
-        found.append(-np.linalg.solve(whole[:, :n, :n], whole[:, :n, n + GONDOLA, None])[..., 0])
-    return np.concatenate(found)

@@ -276,7 +276,9 @@ class Cables:
     def point_masses(self):
         """What each cable carries, see `Span.point_masses`: list of tuple."""
         span = self.catenary.span
-        return [() if span.load_masses is None else span.take(i).point_masses for i in range(self.count)]
+        if span.load_masses is None:
+            return [()] * self.count
+        return [span.take(i).point_masses if self.heavy[i] else () for i in range(self.count)]
 
     @cached_property
     def carried(self):

@@ -278,7 +278,7 @@ class Superelement:
         if self.strain is not None:
             self._check_strain()
         if self.uneven:
-            return self._eliminated(s, rows, columns)
+            return self._coupled(s, rows, columns)
         if self.strain is not None:
             return self._strained(s, rows, columns)
         inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
@@ -290,23 +290,48 @@ class Superelement:
         modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
-    def balance(self, s):
-        """M s^2 + C s + K of the modes and the six ends, complex, shape (m, n + 6, n + 6)."""
-        s = np.asarray(s, dtype=complex)
-        below = (np.imag(s) < 0)[:, None, None]
-        place = np.where(below[:, 0, 0], np.conj(s), s)[:, None, None]
-        mass, damping, stiffness = self.matrices()
-        value = place**2 * mass + place * damping + stiffness
-        return np.where(below, value.conj(), value)
+    def _coupled(self, s, rows, columns):
+        """The dynamic stiffness where viscous damping is uneven."""
+        below = np.imag(s) < 0
+        s = np.where(below, np.conj(s), s)
+        n, place = len(self.omega), s[:, None, None]
+        mass, damping, stiffness = (part[:, n:][:, columns] for part in self.matrices())
+        driven = place**2 * mass + place * damping + stiffness
+        value = driven[:, n:][:, rows] - self.held_by_modes(s, rows) @ driven[:, :n]
+        return np.where(below[:, None, None], value.conj(), value)
 
-    def _eliminated(self, s, rows, columns):
-        """The dynamic stiffness by elimination of the modes."""
-        n, found = len(self.omega), [np.zeros((0, 6, 6), dtype=complex)]
+    def held_by_modes(self, s, ends):
+        """Force on some ends that holds them per modal force, where viscous damping is uneven.
+
+        Parameters
+        ----------
+        s : ndarray, shape (m,)
+            In the upper half plane. [rad/s]
+        ends : slice or list of int
+
+        Returns
+        -------
+        ndarray, complex, shape (m, e, n)
+            The rows of s^2 M + s C + K of these ends and all modes, times the inverse of the block of the modes.
+            [sqrt(kg)]
+        """
+        s, n = np.asarray(s, dtype=complex), len(self.omega)
+        mass, damping, stiffness = (part[n:, :n][ends] for part in self.matrices())
+        force = s[:, None, None] ** 2 * mass + s[:, None, None] * damping + stiffness
+        if not n or self._pole_sum is None:
+            return self._solved(s, force)
+        poles, shapes, inverse = self._pole_sum
+        return (force @ shapes / (s[:, None, None] - poles)) @ inverse
+
+    def _solved(self, s, force):
+        """Forces, shape (m, e, n), times the inverse of the block of the modes, by a system of equations for each s."""
+        n, found = len(self.omega), [force[:0]]
+        mass, damping, stiffness = (part[:n, :n] for part in self.matrices())
         for i in range(0, len(s), AT_ONCE):
-            whole = self.balance(s[i : i + AT_ONCE])
-            moved = np.linalg.solve(whole[:, :n, :n], whole[:, :n, n:])
-            found.append(whole[:, n:, n:] - whole[:, n:, :n] @ moved)
-        return np.concatenate(found)[:, rows][:, :, columns]
+            place = s[i : i + AT_ONCE, None, None]
+            matrix = place**2 * mass + place * damping + stiffness  # symmetric
+            found.append(np.linalg.solve(matrix, force[i : i + AT_ONCE].swapaxes(1, 2)).swapaxes(1, 2))
+        return np.concatenate(found)
 
     def _modal(self, s, products):
         """Sum over the modes of r/(W^2 + r) times some products."""
@@ -422,7 +447,8 @@ class Superelement:
     def poles(self):
         """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
         if self.uneven and len(self.omega):
-            return self._uneven_poles()
+            poles = np.zeros(0, dtype=complex) if self._pole_sum is None else self._pole_sum[0]
+            return poles[poles.imag >= 0]
         if self.strain is not None and len(self.omega):
             if self.resolvent is None:
                 return np.zeros(0, dtype=complex)
@@ -433,14 +459,27 @@ class Superelement:
             return value[value.imag >= 0]
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
 
-    def _uneven_poles(self):
-        """Poles with fixed ends by the eigenvalues of all modes, coupled; as in `_slow_poles` of the inverse."""
+    @cached_property
+    def _pole_sum(self):
+        """(poles, shapes, inverse): the inverse of the block of the modes is the sum of products over s - pole.
+
+        As in `_slow_poles` of the inverse, for W q and q'; None where rounding spoils the sum.
+        """
         n, slowness = len(self.omega), np.diag(1 / self.omega)
         _, damping, stiffness = (part[:n, :n] for part in self.matrices())
-        give = np.linalg.inv(slowness @ stiffness @ slowness)
-        inverse = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
-        poles = 1 / np.linalg.eigvals(np.block(inverse))
-        return poles[poles.imag >= 0]
+        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
+        try:
+            with np.errstate(all="ignore"):  # what is not finite is not trusted
+                give = np.linalg.inv(slowness @ stiffness @ slowness)
+                matrix = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
+                value, vectors = np.linalg.eig(np.block(matrix))
+                poles, shapes, inverse = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
+                summed = (shapes / (s[:, None, None] - poles)) @ inverse
+                solved = self._solved(s, np.broadcast_to(np.eye(n), (len(s), n, n)))
+                error = (np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max()
+        except np.linalg.LinAlgError:
+            return None
+        return (poles, shapes, inverse) if error <= TRUSTED else None
 
 
 def damped_poles(omega, ratio):
