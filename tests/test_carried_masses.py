@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cables import batch, chord_span, matrices_of_all_nodes, state_of
 from references import bars
-from scenes import G, Twin
+from scenes import G, cells, scene
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from test_cable_motion import TEXT, spectra_of
@@ -225,23 +225,28 @@ def test_large_models_have_the_masses_too():
 # ---- scenes ----------------------------------------------------------------------------------------------------------
 
 LAWS = ("ratio: 0.0", "ratio: 0.02", "loss_factor: 0.02", "time: 1 ms")
-SAGGING = Twin(175.68, 60.49, 187.0, loads=((187.0 * 13 / 40, (0.0, 0.0, -20.0)), (187.0 * 30 / 40, (0.0, 0.0, -3.0))))
-CARRIED = ((13, 20.0 / G), (30, 3.0 / G))  # node of 40, mass [kg]
+SAGGING = "cable.ends=[[0, 0, 0], [175.68, 0, 60.49]]", "cable.unstretched_length=187 m"
+CARRIED = ((13, 2.0), (30, 0.3))  # node of 40, mass [kg]
 VISCOUS = 0.016
 
 
-def with_masses(scene_, *masses):
-    """The case of a scene with masses at its loads. [kg]"""
-    case = Case(scene_)
-    span, reasons = case.results._span_and_reasons
-    case.results.__dict__["_span_and_reasons"] = replace(span, load_masses=np.array([masses], dtype=float)), reasons
-    return case
+def hung(*pairs):
+    """Masses on a cable as a key of the scene, (share of its length, kg)."""
+    return f"cable.loads=[{', '.join(f'{{fraction: {share!r}, mass: {mass!r} kg}}' for share, mass in pairs)}]"
+
+
+def weighing(*pairs):
+    """The weight of these masses alone."""
+    texts = (f"{{fraction: {share!r}, force: [0, 0, {-mass * G!r}]}}" for share, mass in pairs)
+    return f"cable.loads=[{', '.join(texts)}]"
+
+
+ON_SAGGING = [(node / 40, mass) for node, mass in CARRIED]
 
 
 def loaded(*sets):
-    """The case of `SAGGING` with its masses, and of the same cable without."""
-    case = SAGGING.scene(*sets)
-    return with_masses(case, *(mass for _, mass in CARRIED)), Case(case)
+    """The case of a sagging cable with masses, and of the same cable with their weight alone."""
+    return (Case(scene(*SAGGING, *sets, loads(*ON_SAGGING))) for loads in (hung, weighing))
 
 
 def damped(law):
@@ -373,7 +378,7 @@ def test_the_state_space_answers_as_dense_bars(law):
 
 
 def test_a_selection_of_modes_keeps_masses_and_damping():
-    model = loaded(damped("time: 1 ms"))[0].end_model
+    model = next(loaded(damped("time: 1 ms"))).end_model
     mass, damping, stiffness = model.matrices()
     chosen = np.arange(10)
     kept = np.r_[chosen, np.arange(len(model.omega), len(model.omega) + 6)]
@@ -400,32 +405,40 @@ def test_eigenvalues_of_the_state_space_are_modes_and_damping():
 
 
 def test_no_mass_changes_no_digit():
-    sets = (damped("time: 1 ms"), "winch.controller.gain=0.1")
-    bare, none = Case(SAGGING.scene(*sets)), with_masses(SAGGING.scene(*sets), 0.0, 0.0)
-    assert none.model.mesh is bare.model.mesh
+    span = chord_span(100.0, 20.0, -0.01, 1e6, loads=[(0.3, (0.0, 0.0, -30.0))])
+    bare, none = (spectral(one, 20) for one in (span, carrying(span, 0.0)))
     for name in ("frequency", "shapes", "participation", "errors"):
-        one, other = (getattr(case.dynamics.modes(20), name) for case in (bare, none))
-        assert np.array_equal(one, other)
-    assert none.gondola_damping_ratio == bare.gondola_damping_ratio
-    assert none.loop.largest_gain == bare.loop.largest_gain
+        assert np.array_equal(getattr(bare.modes(20), name), getattr(none.modes(20), name))
+    one, other = (Ends(model, span.frame, model.dof).model(Damping(viscous=0.1)) for model in (bare, none))
+    assert not other.uneven
+    s = np.array([0.3j, 4j])
+    assert np.array_equal(one.dynamic_stiffness(s), other.dynamic_stiffness(s))
 
 
-def test_the_batch_and_the_accuracy():
-    """Cases with unlike masses, each as if it were alone, by bars and to an accuracy."""
-    scenes = [SAGGING.scene("model={accuracy: 1e-7}") for _ in range(3)]
-    masses = [(1.0, 2.0), (1.0, 2.0), (0.0, 30.0)]
+def test_a_mass_is_its_weight_and_its_inertia():
+    """Statics are those of the weight; modes are lower than those of the weight alone, as mode by mode they must be."""
+    case, bare = loaded("model={accuracy: 1e-8}")
+    names = ("preload", "max_tension", "sag", "end_stiffness")
+    assert cells(case.scene, *names) == pytest.approx(cells(bare.scene, *names), rel=1e-12)
+    one, other = (modes(some, 10)[1].frequency for some in (case, bare))
+    assert np.all(one < other)
+
+
+def test_cases_of_a_batch_are_as_if_they_were_alone():
+    """With unlike masses, and to an accuracy."""
+    pairs = [(1.0, 2.0), (1.0, 2.0), (0.1, 30.0)]
+    sets = (hung((0.325, one), (0.75, other)) for one, other in pairs)
+    scenes = [scene(*SAGGING, "model={accuracy: 1e-7}", one) for one in sets]
     results = Results(SceneValues(scenes))
-    span, reasons = results._span_and_reasons
-    results.__dict__["_span_and_reasons"] = replace(span, load_masses=np.array(masses)), reasons
     cases = [Case(one, results, i).refined(1, 20) for i, one in enumerate(scenes)]
     solve_models(cases)
     assert cases[0].model.mesh is cases[1].model.mesh
-    for case, carried in zip(cases, masses, strict=True):
-        alone = with_masses(case.scene, *carried)
-        assert np.array_equal(case.dynamics.modes(8).frequency, alone.refined(1, 20).dynamics.modes(8).frequency)
-        found = modes(alone, 8)[1]
-        assert found.frequency == pytest.approx(case.dynamics.modes(8).frequency, rel=3e-7)
-        assert found.errors.max() <= 1e-7
+    for case in cases:
+        found = case.dynamics.modes(8).frequency
+        assert np.array_equal(found, Case(case.scene).refined(1, 20).dynamics.modes(8).frequency)
+        exact = modes(Case(case.scene), 8)[1]
+        assert exact.frequency == pytest.approx(found, rel=3e-7)
+        assert exact.errors.max() <= 1e-7
 
 
 # ---- control and wind ------------------------------------------------------------------------------------------------
@@ -434,9 +447,8 @@ def test_the_batch_and_the_accuracy():
 @pytest.mark.parametrize(("law", "model"), [("ratio: 0.02", "elements: 20"), ("loss_factor: 0.02", "accuracy: 1e-4")])
 def test_the_loop_is_judged_as_all_modes_judge_it(law, model):
     """Gains a little below and above the one that brings a pole of all modes together to the imaginary axis."""
-    scene_ = SAGGING.scene(f"model={{{model}}}", damped(law), "winch.controller.gain=0.05")
-    case = with_masses(scene_, *(mass for _, mass in CARRIED))
-    case = case if case.level or "elements" in model else case.refined(1, 20)
+    case, _ = loaded(f"model={{{model}}}", damped(law), "winch.controller.gain=0.05")
+    case = case if "elements" in model else case.refined(1, 20)
     every = case.end_model
 
     def growth(gain):
@@ -475,50 +487,48 @@ def windy(tmp_path_factory):
     return str(path)
 
 
-BARE = "cable.loads=[{at: 64.570905 m, force: [0, 0, -20 N]}, {at: 138.366225 m, force: [0, 0, -3 N]}]"  # nodes 14, 30
-BARE_16 = (
-    "cable.loads=[{at: 46.122075 m, force: [0, 0, -20 N]}, {at: 138.366225 m, force: [0, 0, -3 N]}]"  # 4, 12 of 16
-)
-ON_BARE = (14, 20 / G), (30, 3 / G)
+ON_CABLE = (14, 2.0), (30, 0.3)  # node of 40, mass [kg]
+
+
+def blown(path, elements, *sets):
+    """Cases of a bare cable in the wind, with masses, and with their weight alone."""
+    more = "wind.coherence_length=1e12 m", f"model.elements={elements}", *sets
+    shares = [(node / 40, mass) for node, mass in ON_CABLE]
+    return (Case(load_scene(path, (*more, loads(*shares)))[1]) for loads in (hung, weighing))
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])
 @pytest.mark.parametrize("law", ["ratio: 0.01", *(f"{law}, viscous: 0.01" for law in LAWS[1:])])
 def test_a_bare_cable_in_the_wind_is_that_of_dense_matrices(windy, law, direction):
-    sets = "wind.coherence_length=1e12 m", BARE, f"cable.damping={{{law}}}"
-    case = load_scene(windy, sets)[1]
+    case, bare = blown(windy, 40, f"cable.damping={{{law}}}")
     frequency = np.array([0.01, 0.3, 1.0, 1.58, 3.2, 9.0])
-    expected = dense_cable(Case(case), frequency, direction, ON_BARE)
-    found = spectra_of(with_masses(case, *(mass for _, mass in ON_BARE)), frequency, direction)
+    expected = dense_cable(bare, frequency, direction, ON_CABLE)
+    found = spectra_of(case, frequency, direction)
     most = np.repeat([expected[:3].max(), expected[3:].max()], [3, 2])[:, None]
     np.testing.assert_array_less(np.abs(found - expected), 2e-7 * expected + 1e-12 * most)
 
 
 def test_the_rms_of_a_bare_cable_is_the_integral_of_dense_spectra(windy):
-    case = load_scene(windy, ("wind.coherence_length=1e12 m", BARE_16, "model.elements=16", "cable.damping.ratio=0.1"))[
-        1
-    ]
-    frequency = np.geomspace(1e-5, 60.0, 1200)
-    on_16 = [(4, 20 / G), (12, 3 / G)]
-    spectra = [dense_cable(Case(case), frequency, direction, on_16) for direction in ("across", "along")]
+    case, bare = blown(windy, 20, "cable.damping.ratio=0.1")
+    frequency, on_20 = np.geomspace(1e-5, 60.0, 1000), [(node // 2, mass) for node, mass in ON_CABLE]
+    spectra = [dense_cable(bare, frequency, direction, on_20) for direction in ("across", "along")]
     variance = np.max([np.trapezoid(one * frequency, np.log(frequency)) for one in spectra], axis=0)
-    found = with_masses(case, *(mass for _, mass in ON_BARE)).cable_motion
-    assert found.midspan == pytest.approx(np.sqrt(variance[:3].max()), rel=1e-3)
-    assert found.tension == pytest.approx(np.sqrt(variance[3:].max()), rel=1e-3)
+    row = cells(case.scene, "midspan_rms", "tension_rms")
+    assert row["midspan_rms"] == pytest.approx(1e3 * np.sqrt(variance[:3].max()), rel=1e-3)
+    assert row["tension_rms"] == pytest.approx(np.sqrt(variance[3:].max()), rel=1e-3)
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])
 @pytest.mark.parametrize("law", ["ratio: 0.01", "loss_factor: 0.02", "time: 1 ms"])
 def test_a_gondola_in_the_wind_on_the_cable_is_that_of_dense_matrices(law, direction):
     """The air damps the cable, and not what it carries."""
-    scene_ = SAGGING.scene(
+    case, bare = loaded(
         "winch.controller.gain=0", "wind.coherence_length=1e12 m", "wind.aerodynamic_damping=true",
         "wind.cable_drag_coefficient=1.2", f"cable.damping={{{law}}}",
     )  # fmt: skip
     frequency = np.array([0.01, 0.3, 0.7, 1.6, 3.18, 9.0])
-    expected = dense_gondola(Case(scene_), frequency, direction, CARRIED)
-    found = spectrum_of(with_masses(scene_, *(mass for _, mass in CARRIED)), frequency, direction)
-    assert found == pytest.approx(expected, rel=1e-6)
+    expected = dense_gondola(bare, frequency, direction, CARRIED)
+    assert spectrum_of(case, frequency, direction) == pytest.approx(expected, rel=1e-6)
 
 
 # ---- cables of suspensions -------------------------------------------------------------------------------------------
