@@ -10,7 +10,7 @@ from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.state import interpolate
 from cablestudy.study.case import Case
-from cablestudy.study.columns import broken
+from cablestudy.study.columns import over_strength
 
 LOADS = [(8, (0.0, 0.0, 500.0)), (20, (30.0, -70.0, -400.0)), (31, (-20.0, 10.0, 0.0))]
 CHAINS = {  # chord, degrees, unstretched length, EA, mass, loads at nodes of 40 bars
@@ -75,11 +75,11 @@ def test_a_batch_equals_a_loop():
 
 
 def test_the_strength_check_sees_the_tension_at_the_ends():
-    """Steel, 300 m: 10 bars passed a strength of 11.79 MPa by the tension in the middle of the outermost bar."""
+    """Steel, 300 m: 10 bars were below a strength of 11.79 MPa in the middle of the outermost bar."""
     steel = ("cable.density=7800", "cable.area=2.69 mm^2", "cable.unstretched_length=300 m", "cable.chord=185.8 m",
              "cable.strength=11.79 MPa", "gondola=null")  # fmt: skip
     exact = Case(scene(*steel, "model={accuracy: 1e-9}")).statics.max_tension
     for model in ("model={elements: 10}", "model={elements: 40}", "model={accuracy: 1e-6}"):
         case = Case(scene(*steel, model))
         assert case.statics.max_tension == pytest.approx(exact, rel=2e-3), model
-        assert broken(case).startswith("broken cable: stress 1"), model
+        assert over_strength(case), model

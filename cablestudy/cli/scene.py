@@ -44,12 +44,12 @@ def _suspension_tables(scene, name, style, plot, explain, quiet):
     """Print one table of a suspension, or all of them."""
     _check_one_table(name, style, TABLES)
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
     from cablestudy.study.suspension.report import static_tables
 
     case = SuspensionCase(scene)
     tables = static_tables(case, name)
-    echo_notes(notes_of(case) if explain else (), quiet)
+    echo_notes((*(notes_of(case) if explain else ()), *strength_warning(case)), quiet)
     save_plot(plot, lambda plots: plots.suspension_views(case))
     _show(tables, name, style)
 
@@ -109,12 +109,12 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
     """Print the coupled modes of a suspension, so many or all up to a frequency."""
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
     from cablestudy.study.suspension.report import mode_table
 
     case = SuspensionCase(scene)
     found = case.modes(count) if limit is None else case.modes_up_to(limit)
-    echo_notes(notes_of(case) if explain else (), quiet)
+    echo_notes((*(notes_of(case) if explain else ()), *strength_warning(case)), quiet)
     if limit is None and len(found) < count:
         echo_notes([f"the model has {len(found)} modes, not {count}"], quiet)
     asked = range(len(found)) if limit is None else found.up_to(limit)

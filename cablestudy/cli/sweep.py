@@ -129,7 +129,7 @@ def compute(work, words):
     work.compute()
     if options.explain:
         echo_notes(work.notes(), options.quiet)
-    echo_notes(work.failures(words), options.quiet)
+    echo_notes([*work.failures(words), *work.warnings()], options.quiet)
     work.check_complete()
 
 
@@ -178,5 +178,5 @@ def merge(study, sets, vary, out, style, plot, quiet):
         files.check_writable()
         words = words_of(study, sets, vary)
         with MergedRun(requested, files, words, quiet) as work:
-            echo_notes(work.failures(words), quiet)
+            echo_notes([*work.failures(words), *work.warnings()], quiet)
             return finish(work, style, plot, None, run.command(click.get_current_context().obj["words"]))

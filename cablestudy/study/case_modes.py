@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
 from cablestudy.study.case import Case
-from cablestudy.study.columns import broken
 from cablestudy.study.models import solve_models
 from cablestudy.study.refinement import AccuracyNeeds, Search, reference_scene, refine
 
@@ -34,9 +33,6 @@ def modes(case, count=None, upto=None, estimate=False):
     ------
     NoSolutionError, ConvergenceError
     """
-    reason = broken(case)
-    if reason:
-        raise NoSolutionError(reason)
 
     def found_by(other):
         if upto is not None:
@@ -62,7 +58,7 @@ def modes(case, count=None, upto=None, estimate=False):
     for error in search.failures.values():
         raise error
     finer, error = search.used, max(search.errors.values(), default=0.0)
-    return finer, found_by(finer), tuple(notes.of_refined(finer, error, search.tried)), ()
+    return finer, found_by(finer), tuple(notes.of_refined(finer, error, search.tried)), notes.strength_warning(case)
 
 
 def _about_frequencies(case, found):

@@ -76,6 +76,16 @@ def stress_of(results):
     return results.statics.max_tension / results.given("cable.section_area")
 
 
+def over_strength(results):
+    """Whether the largest stress of each cable is above its strength; False where none is stated."""
+    return utilisation(results) > 1
+
+
+def utilisation(results):
+    """Largest stress over strength of each cable, not a number without a strength. [-]"""
+    return stress_of(results) / results.given("cable.strength")
+
+
 def _unstretched_length(results):
     """As the scene states it, else computed: stated digits are kept."""
     stated = results.given("cable.unstretched_length")
@@ -181,8 +191,7 @@ COLUMNS = (
     Column("strain", "", "mean strain, mean tension over EA", "statics",
            lambda r: r.statics.mean_tension / r.given("cable.axial_stiffness")),
     Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6),
-    Column("utilisation", "", "largest stress over strength", "statics",
-           lambda r: stress_of(r) / r.given("cable.strength"), "cable.strength"),
+    Column("utilisation", "", "largest stress over strength", "statics", utilisation, "cable.strength"),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
            lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
@@ -237,7 +246,7 @@ COLUMNS = (
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
            None),
-    Column("status", "", "ok, or why cells of the row are empty", "run", None),
+    Column("status", "", "ok, over strength, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
 STATUS = COLUMNS[-1].field
@@ -314,19 +323,6 @@ def not_finite(column):
     if column.name in ("sag", "sag_ratio"):
         return NoSolutionError(f"no {column.name}: {SHAPELESS}")
     return NoSolutionError(f"{column.header} is not finite")
-
-
-def breaking(stress, strength):
-    """Why a cable breaks, or an empty text."""
-    if not stress > strength:
-        return ""
-    return f"broken cable: stress {stress / 1e6:.4g} MPa is above the strength of {strength / 1e6:.4g} MPa"
-
-
-def broken(case):
-    """Why the cable of a case breaks, or an empty text."""
-    strength = case.scene.cable.strength
-    return "" if strength is None else breaking(float(stress_of(case)), strength)
 
 
 def value(column, case):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.study.columns import relative
+from cablestudy.study.columns import relative, stress_of, utilisation
 
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
@@ -28,18 +28,34 @@ def of_refined(case, error, tried):
 
 
 def of_fixed(case):
-    """Notes on fixed elements, and a warning where their statics are far from those of the continuous cable."""
-    model, error = case.scene.model, statics_error(case)
+    """Notes on fixed elements; warnings where a stress is too large, or their statics far from the continuous cable."""
+    model, error, warnings = case.scene.model, statics_error(case), strength_warning(case)
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
         f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
     )
     if error <= POOR_STATICS:
-        return notes, ()
+        return notes, warnings
     return notes, (
+        *warnings,
         f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
         " those of the continuous cable; take more elements, or model.accuracy instead",
     )
+
+
+def strength_warning(case):
+    """A warning where the stress is above the strength, at most one. Returns a tuple of str.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no equilibrium.
+    """
+    share = float(utilisation(case))
+    if not share > 1:
+        return ()
+    stress, strength = float(stress_of(case)) / 1e6, case.scene.cable.strength / 1e6
+    return (f"warning: the stress of {stress:.4g} MPa is above the strength of {strength:.4g} MPa",)
 
 
 def assumed_damping(scene):

@@ -12,7 +12,7 @@ from cablestudy.cable.span import Span
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
+from cablestudy.study.columns import ROUNDING, SHAPELESS
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
@@ -80,16 +80,6 @@ class Results:
         """Raise the NoSolutionError or ConvergenceError of a case that has no equilibrium."""
         if case in self.failures:
             raise self.failures[case]
-
-    @cached_property
-    def broken(self):
-        """Case -> NoSolutionError of a case whose stress is above its strength."""
-        strength = self.given("cable.strength")
-        if np.isnan(strength).all():
-            return {}
-        stress = stress_of(self)
-        places = np.flatnonzero(stress > strength).tolist()
-        return {case: NoSolutionError(breaking(float(stress[case]), float(strength[case]))) for case in places}
 
     @cached_property
     def statics(self):

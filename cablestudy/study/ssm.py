@@ -14,7 +14,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
 from cablestudy.study.case import MAX_MODES, Case
 from cablestudy.study.case_modes import modes
-from cablestudy.study.notes import assumed_damping
+from cablestudy.study.notes import assumed_damping, strength_warning
 from cablestudy.study.table import write_whole
 from cablestudy.system.superelement import GONDOLA, NAMES
 
@@ -188,8 +188,8 @@ class Choice:
 
     @property
     def warnings(self):
-        """A wrong static stiffness, an unstable loop: list of str."""
-        warnings = []
+        """A stress above the strength, a wrong static stiffness, an unstable loop: list of str."""
+        warnings = list(strength_warning(self.case))
         if not self.options.residual:
             wrong, right = (float(model.stiffness[GONDOLA, GONDOLA]) for model in (self.kept, self.case.end_model))
             warnings.append(

@@ -14,9 +14,10 @@ from pydantic_core import to_json
 from cablestudy.errors import SceneError
 from cablestudy.study.all_columns import find
 from cablestudy.study.scene_values import CaseTable, tables_of
+from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.sweep.fingerprint import versions
-from cablestudy.sweep.record import OK, pack
+from cablestudy.sweep.record import pack
 
 SECONDS = 1.0  # of computing that a chunk should take
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
@@ -109,7 +110,7 @@ def compute(chunk):
             records.append(pack(case, "", status, [None] * len(headers)))
             continue
         numbers, status, errors, notes = rows[case]
-        failed += status != OK
+        failed += not has_answer(status)
         records.append(pack(case, keys[case], status, numbers, errors, notes))
     return Done(headers, records, failed, time.perf_counter() - begin)
 

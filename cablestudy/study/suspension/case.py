@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, stress_of
+from cablestudy.study.columns import ROUNDING, utilisation
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.movement import drag_of
@@ -55,10 +55,10 @@ class CableResults:
         """Of each cable, shape (n, c). [kg]"""
         return self.span.mass * self.span.unstretched_length
 
-    @property
+    @cached_property
     def utilisation(self):
-        """Largest stress over strength of each cable, shape (n, c), not a number without a strength. [-]"""
-        return stress_of(self) / self.given("cable.strength")
+        """See `columns.utilisation`, shape (n, c). [-]"""
+        return utilisation(self)
 
     def given(self, path):
         """A number that each cable states, shape (n, c), not a number where it states none."""
@@ -255,6 +255,12 @@ class SuspensionCase:
     def largest_modes(self):
         """Of the modes that were computed those of the largest number: a list of at most one `CoupledModes`."""
         return [self._modes[max(self._modes)]] if self._modes else []
+
+    @property
+    def over_strength(self):
+        """Largest stress over strength of the cables where it is above 1, by their names: dict. [-]"""
+        found = zip(self.group.cable_places, self.group.cables.utilisation[self.place].tolist(), strict=True)
+        return {name: utilisation for name, utilisation in found if utilisation > 1}
 
     def cable(self, name):
         """Place of a cable among all."""

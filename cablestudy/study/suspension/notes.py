@@ -37,6 +37,18 @@ def notes_of(case):
     )
 
 
+def strength_warning(case):
+    """A warning that names the cables whose stress is above their strength, at most one. Returns a tuple of str.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The case has no stable equilibrium.
+    """
+    weak = [f"{name} (utilisation {share:.4g})" for name, share in case.over_strength.items()]
+    return (f"warning: the stress is above the strength: {first_of(weak, LISTED)}",) if weak else ()
+
+
 def _of_slack(found):
     """Cables that hang by their own weight: the mean tension is below it."""
     span, tension = found.catenary.span, np.asarray(found.catenary.mean_tension)

@@ -5,12 +5,13 @@ import time
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.closed_form import status_of
+from cablestudy.scene.words import first_of
 from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite
 from cablestudy.study.row import Row
+from cablestudy.study.status import OVER_STRENGTH, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import WHOLE
-from cablestudy.study.suspension.notes import notes_of
+from cablestudy.study.suspension.notes import LISTED, notes_of
 from cablestudy.study.suspension.wind_columns import limits_passed
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
@@ -62,7 +63,8 @@ def _row(case, columns, seconds, explain):
         "solve_time_ms": 1e3 * (seconds + time.perf_counter() - begin),
     }
     cells.update((header, number) for header, number in run.items() if header in cells)
-    cells["status"] = status_of(failures)
+    weak = list(case.over_strength) if case.solved else []
+    cells["status"] = status_of(failures, f"{OVER_STRENGTH}: {first_of(weak, LISTED)}" if weak else "")
     return Row(cells, case, notes_of(case) if explain else (), errors)
 
 

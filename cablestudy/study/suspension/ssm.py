@@ -11,7 +11,7 @@ from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
 from cablestudy.study.suspension.movement import markers_of, winches_of
-from cablestudy.study.suspension.notes import damping_notes, notes_of
+from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table as coupled_mode_table
 from cablestudy.study.suspension.ssm_control import choose_controlled, pair_of
 from cablestudy.system.coupled import Layout
@@ -91,12 +91,15 @@ class SuspensionChoice:
 
     @property
     def warnings(self):
-        """A response beyond the modes kept: list of str."""
-        kept = self.found.frequency[self.chosen]
+        """A stress above the strength, a response beyond the modes kept: list of str."""
+        kept, found = self.found.frequency[self.chosen], [*strength_warning(self.case)]
         if self.highest is None or kept.max(initial=0.0) >= self.highest or len(self.chosen) == len(self.modes):
-            return []
+            return found
         last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
-        return [f"warning: {last}: of those above only the static part is in the response; see --modes and --upto"]
+        return [
+            *found,
+            f"warning: {last}: of those above only the static part is in the response; see --modes and --upto",
+        ]
 
 
 def _no_winches(scene):
