@@ -292,6 +292,24 @@ def test_json_states_the_error_of_each_cell():
         )
 
 
+def test_cables_over_their_strength_are_named():
+    """A third of the weight in each wire of 1000 mm^2: 98.1 kPa."""
+    held = scene(TRIFILAR.replace("to: disc.a2}", "to: disc.a2, strength: 98 kPa}"))
+    said = "warning: the stress is above the strength: w2 (utilisation 1.001)"
+    for options in (("static",), ("modes", "-n", 3), ("ssm", "--modes", 3, "--input", "disc.force_x", "--response",
+                    "0.1Hz:1Hz:5"), ("trade", "--columns", "max_tension", "--repeats", 1)):  # fmt: skip
+        outcome = run(options[0], held, *options[1:])
+        assert outcome.lines.count(said) == 1, options
+        assert outcome.out
+    study_file(".", "vary: [{cables.w1.strength: [99 kPa, 97 kPa]}]\ncolumns: [max_utilisation, disc.z]\n", base=held)
+    outcome = run("sweep", "study.yaml", "--format", "json")
+    rows = rows_of(outcome.out, "json")
+    assert [row["status"] for row in rows] == ["over strength: w2", "over strength: w1, w2"]
+    assert [row["max_utilisation"] for row in rows] == pytest.approx([98.1 / 98, 98.1 / 97], rel=1e-9)
+    assert outcome.lines[0] == "warning: the stress is above the strength in 2 of 2 rows: 1, 2"
+    assert run("sweep", "study.yaml", "--check").lines[-1].endswith("agrees")
+
+
 def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
     text = "vary: [{bodies.gondola.center_of_mass.2: [-1 m, 30 m, 0, -2 m]}]\n"
     text += "columns: [gondola.roll, gondola.stiffness_rxrx, frequency_1]\n"

@@ -121,6 +121,18 @@ def test_limit_that_is_passed_is_told_and_is_the_status_of_a_row(folder, scene):
     assert row["status"].startswith("mass_x: its stroke reaches")
 
 
+def test_limits_and_strengths_share_a_status(folder, scene):
+    """Wires of 10 mm^2 under 1 kN: 100 MPa."""
+    scene.write_text(SCENE.replace("preload: 1 kN", "preload: 1 kN, strength: 99 MPa") + WINCHES
+                     + f"actuators: {{{MASS_X}}}\n")  # fmt: skip
+    result = run("windrms", scene, "--table", "actuators")
+    assert "warning: the stress is above the strength: px (utilisation 1.01), nx (utilisation 1.01)" in result.err
+    (row,) = table_of("sweep", study_file(folder, "columns: [mass_x.peak_stroke]\n", scene), "--no-write", code=3)
+    reason, _, last = row["status"].rpartition("; ")
+    assert reason.startswith("mass_x: its stroke reaches")
+    assert last == "over strength: px, nx, py, ny, pz, nz"
+
+
 def test_cable_that_would_go_slack_is_told(folder):
     path = folder / "slack.yaml"
     path.write_text(SCENE.replace("preload: 1 kN", "preload: 20 N"))

@@ -40,6 +40,41 @@ def test_a_row_that_fails_leaves_the_others_standing(folder):
     run("sweep", "study.yaml", "--check")  # as stored: the check holds
 
 
+def test_rows_over_strength_are_answers(folder):
+    """Aramid of 3000 MPa and 2.69 mm^2 holds 8.07 kN; the rows are closed forms, elements, and to an accuracy."""
+    text = "vary: [{model: [{accuracy: 1e-4}, {elements: 40}]}, {cable.preload: [8.06 kN, 8.08 kN]}]\n"
+    for columns in ("[utilisation, sag]", "[sag, cable_frequency]", "[sag, gondola_rms_open_loop, error_estimate]"):
+        name = study_file(
+            folder, f"{text}set: {{cable.damping: {{model: kelvin_voigt, time: 1 ms}}}}\ncolumns: {columns}\n"
+        )
+        rows = table_of("sweep", name, "--no-write")
+        assert [row["status"] for row in rows] == ["ok", "over strength"] * 2, columns
+        assert None not in [cell for row in rows for cell in row.values()]
+    outcome = run("sweep", name, "--fail-fast")
+    assert outcome.lines[0] == "warning: the stress is above the strength in 2 of 4 rows: 2, 4"
+    assert [line[-17:] for line in outcome.out.splitlines()[2:]] == ["| ok            |", "| over strength |"] * 2
+    assert run("sweep", name, "--check").lines[-1].endswith("study.csv: agrees")
+    stored = Path("results/study.csv")
+    stored.write_text(stored.read_text(encoding="utf-8").replace("over strength", "ok"), encoding="utf-8")
+    lines = run("sweep", name, "--check", code=1).lines
+    assert [line.partition("study.csv: ")[2] for line in lines[1:]] == [
+        f"row {row}, status: stored ok, computed over strength" for row in (2, 4)
+    ]
+    assert run("sweep", name, "--row", 2).lines == ["warning: the stress is above the strength in 1 of 1 rows: 2"]
+
+
+def test_what_cannot_be_had_comes_before_over_strength(folder):
+    text = "set: {cable.preload: 10 kN, winch.controller.gain: 1000 rad/s}\ncolumns: [utilisation, gondola_rms]\n"
+    (row,) = swept(folder, text, code=3)
+    reason, _, last = row["status"].rpartition("; ")
+    assert reason.startswith("unstable loop at a gain of 1000 rad/s")
+    assert last == "over strength"
+    assert row["utilisation"] == pytest.approx(10 / 8.07, rel=1e-4)
+    # what the scene states alone says nothing of a stress
+    assert swept(folder, "set: {cable.preload: 10 kN}\ncolumns: [chord, mass]\n")[0]["status"] == "over strength"
+    assert swept(folder, "set: {cable.preload: 10 kN}\ncolumns: [chord]\n")[0]["status"] == "ok"
+
+
 def test_a_study_whose_every_case_fails(folder):
     rows = swept(folder, "vary: [{cable.preload: [1 N, 2 N]}]\ncolumns: [sag, status, dof, error_estimate]\n", code=3)
     assert all(set(row.values()) - {row["status"]} == {None, row["cable.preload"]} or "sag_m" in row for row in rows)

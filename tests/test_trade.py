@@ -302,6 +302,15 @@ def test_no_answer_at_all():
         trade.compare(scene(), columns("gondola_rms"))
 
 
+def test_a_stress_above_the_strength_is_told():
+    """EA (185.8/170 - 1) over the area; the errors of the models are there."""
+    options = ("--columns", "sag", "--repeats", 1, "--set", "cable.unstretched_length=170 m")
+    outcome = run("trade", CARLINA, *options, "--format", "json")
+    stress = 70.3e3 * (185.8 / 170 - 1)  # MPa
+    assert outcome.lines == [f"warning: the stress of {stress:.4g} MPa is above the strength of 3000 MPa"]
+    assert all(row["sag_error"] is not None for row in rows_of(outcome.out, "json"))
+
+
 def test_small_errors_drown_in_the_reference():
     found = trade.compare(scene(), columns("end_stiffness"), 1, named("catenary", "40 lumped bars"))
     plain, shown = trade.table_of(found), trade.table_of(found, shown=True)
