@@ -103,7 +103,8 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
     if limit is None and len(found) < (count or 12):
         echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)
     save_plot(plot, lambda plots: plots.mode_shapes(case, found))
-    show(report.mode_table(case, found), style)
+    errors = case_modes.errors_of(case, found)[0] if style == "json" else None
+    show(report.mode_table(case, found, errors), style)
 
 
 def _suspension_modes(scene, count, limit, style, plot, explain, quiet):

@@ -3,10 +3,13 @@
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
+from cablestudy.scene.words import first_of
 from cablestudy.study.columns import relative, stress_of, utilisation
+from cablestudy.study.refinement import REFERENCE
 
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
+LISTED = 6  # columns that are named
 SHARED, SHOWN = 0.5, 0.05  # share of the gondola's compliance below which others are named, and of those
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
@@ -41,6 +44,25 @@ def of_fixed(case):
         f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
         " those of the continuous cable; take more elements, or model.accuracy instead",
     )
+
+
+def of_comparison(errors, status):
+    """Yield notes on the comparison of a fixed model's motion with a finer one.
+
+    Parameters
+    ----------
+    errors : dict
+        Header -> relative error of what moves, None where it is not known.
+    status : str
+        Of the finer model's row.
+    """
+    known = {name: error for name, error in errors.items() if error is not None}
+    unknown = [name for name in errors if name not in known]
+    if known:
+        worst = max(known, key=known.get)
+        yield f"motion: estimated error {known[worst]:.1e}, of {worst}; against a model to an accuracy of {REFERENCE:g}"
+    if unknown:
+        yield f"motion: the error of {first_of(unknown, LISTED)} is not known: {status}"
 
 
 def strength_warning(case):

@@ -1,5 +1,7 @@
 """Tables of the commands static, modes, columns and validate."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablestudy.cable.catenary import split
@@ -58,14 +60,18 @@ def shape(case, positions):
     return np.array(case.scene.cable.end_1) + local @ case.span.frame * float(case.span.unstretched_length), tension
 
 
-def mode_table(case, modes):
-    """Table of the `Modes` of a case."""
+def mode_table(case, modes, errors=None):
+    """Table of the `Modes` of a case; errors, for JSON: of each frequency, None where it is not known."""
     participation = np.abs(case.participation(modes))
     # a participation is rounding relative to the largest of all modes and to the largest that its mode could have
     largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
     floor = 1e-12 * np.maximum(largest, participation.max(initial=0.0))
     field = Field("participation", "participation", PARTICIPATION)
-    return modes_as_rows(modes, range(len(modes)), {field: np.where(participation > floor, participation, 0.0)})
+    table = modes_as_rows(modes, range(len(modes)), {field: np.where(participation > floor, participation, 0.0)})
+    if errors is None:
+        return table
+    stated = [{} if error is None else {"frequency_Hz": error} for error in errors]
+    return replace(table, errors=lambda: iter(stated))
 
 
 def modes_as_rows(modes, chosen, more):

@@ -288,14 +288,22 @@ def _fixed_answer(answer, required, noted):
 
 
 def _estimate_motion(answers, required):
-    """Add the errors of what is no closed form of many cases, against the continuous cable."""
+    """Add the errors of what is no closed form of many cases, against a finer model."""
     columns = [*required.motion, *required.single]
     scenes = [reference_scene(answer.case.scene) for answer in answers]
-    for answer, exact in zip(answers, evaluate_cases(scenes, columns), strict=True):
-        for column in columns:
-            name, truth = column.header, exact.cells[column.header]
-            if name in answer.values and not (exact.failed and truth is None):
-                answer.errors[name] = relative(answer.values[name], truth)
-        known = [answer.errors[c.header] for c in columns if answer.errors.get(c.header) is not None]
-        if known:
-            answer.notes += (f"motion: estimated error {max(known):.1e}",)
+    for answer, finer in zip(answers, evaluate_cases(scenes, columns), strict=True):
+        found = {
+            column.header: _difference(answer.values[column.header], finer, column.header)
+            for column in columns
+            if column.header in answer.values
+        }
+        answer.errors |= found
+        answer.notes += tuple(notes.of_comparison(found, finer.cells["status"]))
+
+
+def _difference(value, finer, header):
+    """Relative error of a value against the row of a finer model, the error of which is added; None if not known."""
+    truth = finer.cells[header]
+    if finer.failed and truth is None:
+        return None
+    return relative(value, truth) + (finer.errors.get(header) or 0.0)
