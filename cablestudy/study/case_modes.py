@@ -49,7 +49,7 @@ def modes(case, count=None, upto=None, estimate=False):
 
     if not case.exact_statics:
         found, (written, warnings) = found_by(case), notes.of_fixed(case)
-        return case, found, (*written, *(_about_frequencies(case, found) if estimate else ())), warnings
+        return case, found, (*written, *(about_errors(case, found) if estimate else ())), warnings
 
     def sample(finer, _):
         found = found_by(finer)
@@ -104,7 +104,9 @@ def errors_of(case, found):
     return errors, reason
 
 
-def _about_frequencies(case, found):
-    """Notes on the errors of the frequencies of fixed elements."""
+def about_errors(case, found):
+    """Notes on the errors of the frequencies of fixed elements, none of others."""
+    if case.exact_statics:
+        return ()
     errors, reason = errors_of(case, found)
-    return notes.of_comparison({f"mode {k}": error for k, error in enumerate(errors, 1)}, reason)
+    return tuple(notes.of_comparison({f"mode {k}": error for k, error in enumerate(errors, 1)}, reason))

@@ -60,7 +60,7 @@ def of_comparison(errors, status):
     unknown = [name for name in errors if name not in known]
     if known:
         worst = max(known, key=known.get)
-        yield f"motion: estimated error {known[worst]:.1e}, of {worst}; against a model to an accuracy of {REFERENCE:g}"
+        yield f"motion: estimated error {known[worst]:.1e}, of {worst}, against a model to an accuracy of {REFERENCE:g}"
     if unknown:
         yield f"motion: the error of {first_of(unknown, LISTED)} is not known: {status}"
 

@@ -1,7 +1,5 @@
 """Tables of the commands static, modes, columns and validate."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from cablestudy.cable.catenary import split
@@ -10,6 +8,7 @@ from cablestudy.scene.document import apply_sets, read_file, resolve_base
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
+from cablestudy.study.case_modes import errors_of
 from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
@@ -60,22 +59,19 @@ def shape(case, positions):
     return np.array(case.scene.cable.end_1) + local @ case.span.frame * float(case.span.unstretched_length), tension
 
 
-def mode_table(case, modes, errors=None):
-    """Table of the `Modes` of a case; errors, for JSON: of each frequency, None where it is not known."""
+def mode_table(case, modes):
+    """Table of the `Modes` of a case."""
     participation = np.abs(case.participation(modes))
     # a participation is rounding relative to the largest of all modes and to the largest that its mode could have
     largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
     floor = 1e-12 * np.maximum(largest, participation.max(initial=0.0))
     field = Field("participation", "participation", PARTICIPATION)
-    table = modes_as_rows(modes, range(len(modes)), {field: np.where(participation > floor, participation, 0.0)})
-    if errors is None:
-        return table
-    stated = [{} if error is None else {"frequency_Hz": error} for error in errors]
-    return replace(table, errors=lambda: iter(stated))
+    more = {field: np.where(participation > floor, participation, 0.0)}
+    return modes_as_rows(case, modes, range(len(modes)), more)
 
 
-def modes_as_rows(modes, chosen, more):
-    """Table of chosen modes, given by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
+def modes_as_rows(case, modes, chosen, more):
+    """Table of chosen modes of a case, by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
     fields = (*(Field(name, name) for name in ("number", "type", "symmetry")), Field("frequency_Hz", "frequency", "Hz"))
     rows = [
         {
@@ -87,7 +83,14 @@ def modes_as_rows(modes, chosen, more):
         }
         for k in chosen
     ]
-    return Table((*fields, *more), rows)
+    return Table((*fields, *more), rows, errors=lambda: _errors_of_modes(case, modes, chosen))
+
+
+def _errors_of_modes(case, modes, chosen):
+    """Yield the estimated error of each chosen frequency, where it is known: header -> number."""
+    errors, _ = errors_of(case, modes.first(int(max(chosen, default=-1)) + 1))
+    for k in chosen:
+        yield {} if errors[k] is None else {"frequency_Hz": errors[k]}
 
 
 def columns_table():

@@ -7,6 +7,7 @@ import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, utilisation
+from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.movement import drag_of
@@ -198,10 +199,30 @@ class SuspensionCase:
         With its statics, or why there are none, where they were computed with those of others.
     place : int
         Of the case in the group.
+    estimate : bool
+        Whether the errors of the motion of exact elements are to be estimated, against `finer`.
+
+    Attributes
+    ----------
+    differences : dict
+        Header -> relative error of what was held against `finer`, None where it is not known.
+    reason : str
+        Why some are not known.
     """
 
-    def __init__(self, scene, group=None, place=0):
+    def __init__(self, scene, group=None, place=0, estimate=False):
         self.scene, self._group, self.place, self._modes = scene, group, place, {}
+        self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
+
+    @cached_property
+    def finer(self):
+        """The same suspension with a model to an accuracy of `refinement.REFERENCE`."""
+        return SuspensionCase(reference_scene(self.scene))
+
+    @property
+    def damped_by_modes(self):
+        """Whether some cable has modal damping, whose effect grows with the number of modes."""
+        return any(cable.damping.model == "modal" and cable.damping.ratio for cable in self.scene.cables.values())
 
     @cached_property
     def group(self):

@@ -12,6 +12,7 @@ from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
 from cablestudy.study.suspension.movement import markers_of, winches_of
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
+from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.report import mode_table as coupled_mode_table
 from cablestudy.study.suspension.ssm_control import choose_controlled, pair_of
 from cablestudy.system.coupled import Layout
@@ -81,6 +82,7 @@ class SuspensionChoice:
         names = f"{self.whole.inputs[input_][0]} and {self.whole.outputs[output][0]}"
         return [
             *notes_of(self.case),
+            *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
             f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
             f"{names}; their static part is kept in D",
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
@@ -204,7 +206,7 @@ def linear_model(case, found):
 
 def mode_table(choice):
     """Table of the modes that a choice keeps."""
-    return coupled_mode_table(choice.found, choice.chosen)
+    return coupled_mode_table(choice.case, choice.found, choice.chosen)
 
 
 def curves(choice):
