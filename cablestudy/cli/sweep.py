@@ -86,7 +86,8 @@ def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_wr
         if check:
             files.check_stored()
             tolerance = read_tolerances(rtols, requested)
-        with run.Run(requested, files, run.Options(keep=keep, shard=parts, quiet=quiet, **how)) as work:
+        options = run.Options(keep=keep, shard=parts, quiet=quiet, estimate=style == "json", **how)
+        with run.Run(requested, files, options) as work:
             compute(work, words_of(study, sets, vary))
             if not parts:
                 return finish(work, style, plot, tolerance, run.command(typed), select)

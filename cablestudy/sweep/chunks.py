@@ -33,6 +33,7 @@ class Chunk:
     columns: tuple  # names of those to compute
     cases: tuple  # from 0
     explain: bool = False  # keep the notes too
+    estimate: bool = False  # of fixed elements keep the errors of their motion too
 
 
 @dataclass(frozen=True)
@@ -55,12 +56,12 @@ class Chunks:
         Cases from 0, and the columns to compute of them.
     count : int
         How many cases that are.
-    explain : bool
-        Whether rows keep their notes.
+    explain, estimate : bool
+        Whether rows keep their notes, and the errors of the motion of fixed elements.
     """
 
-    def __init__(self, study, work, count, explain=False):
-        self._pickled, self._explain = pickle.dumps(study), explain
+    def __init__(self, study, work, count, explain=False, estimate=False):
+        self._pickled, self._kept = pickle.dumps(study), (explain, estimate)
         self._work = [(iter(cases), tuple(columns)) for cases, columns in work]
         self.left, self.size, self.seconds_per_case = count, 1, None  # not handed out; of the next; as measured last
 
@@ -72,7 +73,7 @@ class Chunks:
             taken = tuple(islice(cases, max(1, min(self.size, share))))
             if taken:
                 self.left -= len(taken)
-                return Chunk(self._pickled, versions(), columns, taken, self._explain)
+                return Chunk(self._pickled, versions(), columns, taken, *self._kept)
             self._work.pop(0)
         return None
 
@@ -102,7 +103,7 @@ def compute(chunk):
     keys = {}
     for table in tables:
         keys.update(zip(table.cases.tolist(), keys_of(table), strict=True))
-    rows = evaluate_tables(tables, columns, chunk.explain)
+    rows = evaluate_tables(tables, columns, chunk.explain, chunk.estimate)
     records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins

@@ -45,6 +45,7 @@ class Options:
     row: int | None = None  # from 1
     fail_fast: bool = False
     explain: bool = False
+    estimate: bool = False
     quiet: bool = False
 
     def cases(self, count):
@@ -116,7 +117,7 @@ class Run:
             (store.select(self.cases, MISSING), headers),
             (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
         ]
-        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain)
+        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain, options.estimate)
         progress = Progress(len(self.cases), self._known, options.quiet)
         try:
             with Interrupts() as interrupts, closing(self._results(chunks)) as results, closing(progress):
