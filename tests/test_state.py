@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from cables import EA, MASS, G, batch, chord_span, paper_span
 from references import bars
-from scenes import scene
+from scenes import INCLINED, PAPER, SAGGING, cells, scene
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.element import mesh_segments
@@ -83,3 +83,22 @@ def test_the_strength_check_sees_the_tension_at_the_ends():
         case = Case(scene(*steel, model))
         assert case.statics.max_tension == pytest.approx(exact, rel=2e-3), model
         assert over_strength(case), model
+
+
+@pytest.mark.parametrize("elements", [10, 40])
+@pytest.mark.parametrize("twin", [PAPER, INCLINED, SAGGING])
+def test_columns_have_the_tensions_at_the_ends_by_equilibrium(twin, elements):
+    """The reaction is the force in the outermost bar, by hand from 50 digits, and half of that bar's weight."""
+    chain, half = twin.chain(elements), np.array([0.0, 0.0, twin.mass * G * twin.length / elements / 2])
+    force = chain.tensions[:, None] * chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
+    ends = np.linalg.norm(force[0] - half), np.linalg.norm(force[-1] + half)
+    level = abs(force[0, 0])
+    least = level if force[0, 2] < half[2] and force[-1, 2] > -half[2] else min(ends)  # of a lowest point, or an end
+    for mass in ("lumped", "consistent", "blended"):
+        model = f"model={{elements: {elements}, mass: {mass}}}"
+        found = cells(twin.scene(model), "max_tension", "min_tension", "stress", "utilisation")
+        assert found["max_tension"] == pytest.approx(max(ends), rel=1e-9)
+        assert found["max_tension"] > chain.tensions.max()
+        assert found["min_tension"] == pytest.approx(least, rel=1e-9)
+        assert found["stress"] == pytest.approx(max(ends) / twin.area / 1e6, rel=1e-9)
+        assert found["utilisation"] == pytest.approx(max(ends) / twin.area / 3000e6, rel=1e-9)

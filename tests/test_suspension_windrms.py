@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 
 import pytest
 from command import run, study_file, table_of
@@ -157,6 +158,27 @@ def _plain(folder):
     path = folder / "plain.yaml"
     path.write_text(SCENE)
     return path
+
+
+def test_stated_errors_of_bars_in_the_wind(folder):
+    """Wires with a mass of their own, four bars each, against the same to five digits."""
+    path = folder / "heavy.yaml"
+    path.write_text(SCENE.replace("density: 1e-6", "density: 1400") + "model: {elements: 4}\n")
+    motion = ("windrms", path, "--table", "motion")
+    found = json.loads(run(*motion, "--format", "json").out)
+    (fine, *_) = table_of(*motion, "--set", "model={accuracy: 1e-5}")
+    row, stated = found["rows"][0], found["errors"][0]
+    for name in ("rms_x_mm", "rms_mm", "rms_velocity_mm_per_s", "peak_mm"):
+        true = abs(row[name] / fine[name] - 1)
+        assert true > 1e-4
+        assert true / 1.2 < stated[name] < 1.2 * true
+    said = r"motion: estimated error \d.\de-0\d, of box.*_mm.*, against a model to an accuracy of 1e-06"
+    assert re.search(said, run(*motion, "--explain").err)
+    said = "motion: the error of box.mean_x_mm, .* is not known: modal damping grows"
+    assert re.search(said, run(*motion, "--explain", "--set", "cable.damping={model: modal, ratio: 0.01}").err)
+    study = study_file(folder, "columns: [box.rms, error_estimate]\n", path)
+    (row,) = table_of("sweep", study, "--no-write")
+    assert row["error_estimate"] == pytest.approx(stated["rms_mm"], rel=1e-6)
 
 
 def test_explain_says_what_was_modelled(scene):

@@ -1,6 +1,7 @@
 """Studies from file to table: rows that fail, printed values, several processes, the check against stored tables."""
 
 import json
+import math
 from itertools import product
 from pathlib import Path
 
@@ -216,6 +217,16 @@ def test_printed_values_stand_beside_the_computed_ones(folder):
     assert second["preload_difference_N"] == second["preload_N"] - 1343
     assert (failed["sag_m"], failed["sag_difference_m"]) == (None, None)
     assert "0.12 (+0.0011)" in run("sweep", "study.yaml", "--no-write", code=3).out
+
+
+def test_json_states_the_errors_of_the_motion_of_fixed_elements(folder):
+    study_file(folder, "vary: [{model.elements: [10, 40]}]\ncolumns: [sag, cable_frequency]\n")
+    answer = json.loads(run("sweep", "study.yaml", "--no-write", "--format", "json").out)
+    for elements, errors in zip((10, 40), answer["errors"], strict=True):
+        x = math.pi / 2 / elements
+        assert errors["cable_frequency_Hz"] == pytest.approx(1 - math.sin(x) / x, rel=0.01)  # a taut string
+        assert 1e-12 < errors["sag_m"] < 0.01
+    assert answer["rows"] == swept(folder, "vary: [{model.elements: [10, 40]}]\ncolumns: [sag, cable_frequency]\n")
 
 
 def test_explain_names_the_row(folder):

@@ -213,8 +213,11 @@ def mode_errors(case, modes, count):
         (modes.frequency, finer.frequency, finer.error),
         (modes.damping_ratio, finer.damping_ratio, finer.damping_error),
     )
-    with np.errstate(divide="ignore", invalid="ignore"):  # modes without damping
-        errors[:, :known] = [np.abs(own[:known] / true[:known] - 1) + error[:known] for own, true, error in pairs]
+    for row, (own, true, error) in zip(errors, pairs, strict=True):
+        own, true = own[:known], true[:known]
+        moves = np.abs(true) > ROUNDING  # not a mode without damping
+        row[:known] = np.where(moves, np.abs(own - true) / np.where(moves, np.abs(true), 1.0) + error[:known], np.nan)
+        row[:known][~moves & (np.abs(own) <= ROUNDING)] = 0.0  # shown as zero
     return errors
 
 
