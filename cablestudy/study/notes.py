@@ -46,23 +46,25 @@ def of_fixed(case):
     )
 
 
-def of_comparison(errors, status):
-    """Yield notes on the comparison of a fixed model's motion with a finer one.
+def of_comparison(errors, status, what="motion"):
+    """Yield notes on the comparison of a fixed model with a finer one.
 
     Parameters
     ----------
     errors : dict
-        Header -> relative error of what moves, None where it is not known.
+        Header -> relative error, None where it is not known.
     status : str
         Of the finer model's row.
+    what : str
+        What was compared, in a word.
     """
     known = {name: error for name, error in errors.items() if error is not None}
     unknown = [name for name in errors if name not in known]
     if known:
         worst = max(known, key=known.get)
-        yield f"motion: estimated error {known[worst]:.1e}, of {worst}, against a model to an accuracy of {REFERENCE:g}"
+        yield f"{what}: estimated error {known[worst]:.1e}, of {worst}, against a model to an accuracy of {REFERENCE:g}"
     if unknown:
-        yield f"motion: the error of {first_of(unknown, LISTED)} is not known: {status}"
+        yield f"{what}: the error of {first_of(unknown, LISTED)} is not known: {status}"
 
 
 def strength_warning(case):

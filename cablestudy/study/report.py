@@ -19,11 +19,14 @@ PARTICIPATION = "N/(m sqrt(kg))"  # unit
 SHAPE_POINTS = 41  # along a cable in closed form
 
 
-def static_table(scene):
-    """`Table` and `Row` of every static and stiffness column that a scene has the keys for."""
+def static_table(scene, estimate=False):
+    """`Table` and `Row` of every static and stiffness column that a scene has the keys for.
+
+    `estimate`: whether to estimate the errors of deflections by fixed elements; those of other statics cost nothing.
+    """
     kinds = ("scene", "statics", "stiffness")
     columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
-    row = evaluate(scene, columns)
+    row = evaluate(scene, columns, estimate)
     fields = (*(column.field for column in columns), STATUS)
     return Table(fields, [row.cells], single=True, errors=row.known_errors), row
 

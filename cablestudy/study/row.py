@@ -291,6 +291,7 @@ def _estimate_motion(answers, required):
     """Add the errors of what is no closed form of many cases, against a finer model."""
     columns = [*required.motion, *required.single]
     scenes = [reference_scene(answer.case.scene) for answer in answers]
+    what = "motion" if required.motion else "deflections"
     for answer, finer in zip(answers, evaluate_cases(scenes, columns), strict=True):
         found = {
             column.header: _difference(answer.values[column.header], finer, column.header)
@@ -298,7 +299,7 @@ def _estimate_motion(answers, required):
             if column.header in answer.values
         }
         answer.errors |= found
-        answer.notes += tuple(notes.of_comparison(found, finer.cells["status"]))
+        answer.notes += tuple(notes.of_comparison(found, finer.cells["status"], what))
 
 
 def _difference(value, finer, header):
