@@ -205,7 +205,7 @@ BAD = [
      "8:23: cable.unstretched_length: 184488.3 m is 993 times the distance of the ends, 185.8 m "
      "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)"),
     ("139.35 m", "190 m", "10:16: cable.loads.0.at: 190 m is not on the cable, which is 184.4883 m long"),
-    ("{at: 139.35 m, ", "{", "10:11: cable.loads.0: missing key: at"),
+    ("{at: 139.35 m, ", "{", "10:11: cable.loads.0: missing key: one of at, fraction"),
     ("[{at: 139.35 m, force: [0 N, 0 N, -1 N]}]", "{at: 1}", "10:10: cable.loads: expected a list, got a mapping"),
     ("{mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}", "[50 kg]",
      "11:10: gondola: expected a mapping with the keys mass, area, drag_coefficient, got a list"),
@@ -281,20 +281,36 @@ def test_values_that_do_not_go_together_are_refused(sets, messages):
         assert message in line
 
 
-KEYS = [".".join((*path, name)).replace("*", "0") for path, model in TABLES.items() for name in model.model_fields]
+KEYS = [
+    ".".join((*path, name)).replace("loads.*", "loads.0").replace("*", "day")
+    for path, model in TABLES.items()
+    for name in model.model_fields
+]
 RANGES = {key: quantity_of(key) for key in KEYS if quantity_of(key)}
 AUTO = "winch.controller.gain={auto: {gain_margin: 6}}"
+ICE, WIND, LOAD = "{ice: {thickness: 1 mm}}", "{wind: {speed: 1}}", "{loads: [{at: 1, mass: 1}]}"
 BESIDE = {
+    "cable.tension.value": ("cable.tension={at: mean, value: 1}",),
+    "cases.day.ice.density": (f"cases={{day: {ICE}}}",),
+    **{
+        f"cases.day.wind.{key}": (f"cases={{day: {WIND}}}",)
+        for key in ("direction", "air_density", "cable_drag_coefficient")
+    },
+    **{f"cases.day.loads.0.{key}": (f"cases={{day: {LOAD}}}",) for key in ("at", "fraction", "force", "mass")},
     "winch.controller.gain.auto": (AUTO,),
     "winch.controller.gain.auto.gain_margin": (AUTO,),
     "correction.delay": ("correction.bandwidth=1",),
     "cable.inclination": ("cable.chord=100 m", "cable.loads=null"),
 }
-VECTORS = {"cable.ends": "[[0, 0, 0], [{}, 0, 0]]", "cable.loads.0.force": "[0, 0, {}]"}
+VECTORS = {
+    "cable.ends": "[[0, 0, 0], [{}, 0, 0]]",
+    "cable.loads.0.force": "[0, 0, {}]",
+    "cases.day.loads.0.force": "[0, 0, {}]",
+}
 
 
 def test_every_quantity_has_a_range_whose_products_do_not_overflow():
-    assert len(RANGES) == 40
+    assert len(RANGES) == 58
     for key, quantity in RANGES.items():
         ends = [abs(end) for end in (quantity.low, quantity.high) if end]
         assert 1e-30 <= min(ends) <= max(ends) <= 1e30, key  # so that products of ten are finite
@@ -310,7 +326,7 @@ def test_a_quantity_beyond_its_range_is_refused_in_one_line(key):
         assert re.fullmatch(rf"--set {key}: (.*: )?(must (be|not be) .*|expected .* which is not finite)", found)
 
 
-ALLOWED = "allowed: gravity, cable, gondola, winch, wind, exposure, correction, model"
+ALLOWED = "allowed: gravity, cable, gondola, winch, wind, ground, cases, case, exposure, correction, model"
 ANCHORED = GOOD.replace("gondola: {", "gondola: &a {").replace("wind: {", "wind: {<<: *a, ")
 
 
