@@ -186,12 +186,3 @@ def test_explain_says_what_was_modelled(scene):
     assert "coupled modes up to" in notes
     assert "wind on bodies: about the equilibrium in the mean wind, with aerodynamic damping" in notes
     assert "loop of 6 cables for x, y, z" in notes
-
-
-def test_exact_elements_state_no_error(scene):
-    """Their own error is not known; that of an accuracy is."""
-    stated = [
-        json.loads(run("windrms", scene, "--table", "motion", "--format", "json", "--set", f"model={{{model}}}").out)
-        for model in ("elements: 2, order: 2, mass: consistent", "accuracy: 1e-3")
-    ]
-    assert ["rms_x_mm" in str(table.get("errors", "")) for table in stated] == [False, True]

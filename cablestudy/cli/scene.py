@@ -31,7 +31,7 @@ def static(scene, sets, shape, name, form, style, plot, explain, quiet):
             _suspension_tables(model, name, style, plot, explain, quiet)
         return 0
     refuse({"--table": name, "--form-finding": form}, "the scene has one cable")
-    table, row = report.static_table(model, estimate=explain or style == "json")
+    table, row = report.static_table(model, explain or style == "json")
     code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.static_form(row.case))
     if not shape:
         show(table, style)
