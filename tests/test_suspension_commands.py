@@ -377,8 +377,11 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
         ("disc.frequency_static_7", "unknown column of a suspension 'disc.frequency_static_7' (did you mean "),
         ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
         ("gondola_rms", "gondola_rms is a column of a single cable"),
-        ("w1.utilisation", "w1.utilisation needs the key cables.w1.strength, which the scene does not have"),
-        ("max_utilisation", "max_utilisation needs the strength of a cable, which the scene does not have"),
+        ("w1.utilisation", "w1.utilisation needs the key cables.w1.breaking_force, which the scene does not have"),
+        (
+            "max_utilisation",
+            "max_utilisation needs the strength or breaking_force of a cable, which the scene does not have",
+        ),
         (".z", "unknown column of a suspension '.z' ("),
         ("disc.", "unknown column of a suspension 'disc.' ("),
     ],

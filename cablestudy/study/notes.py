@@ -4,7 +4,7 @@ import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
 from cablestudy.scene.words import first_of
-from cablestudy.study.columns import relative, stress_of, utilisation
+from cablestudy.study.columns import over_strength, relative, stress_of
 from cablestudy.study.refinement import REFERENCE
 
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
@@ -75,11 +75,14 @@ def strength_warning(case):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    share = float(utilisation(case))
-    if not share > 1:
+    if not over_strength(case):
         return ()
-    stress, strength = float(stress_of(case)) / 1e6, case.scene.cable.strength / 1e6
-    return (f"warning: the stress of {stress:.4g} MPa is above the strength of {strength:.4g} MPa",)
+    force, area = float(case.given("cable.section_breaking_force")), float(case.given("cable.section_area"))
+    if np.isnan(area):
+        tension = float(case.statics.max_tension)
+        return (f"warning: the tension of {tension:.4g} N is above the breaking force of {force:.4g} N",)
+    stress = float(stress_of(case)) / 1e6
+    return (f"warning: the stress of {stress:.4g} MPa is above the strength of {force / area / 1e6:.4g} MPa",)
 
 
 def assumed_damping(scene):

@@ -9,7 +9,7 @@ from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
 from cablestudy.study.case_modes import errors_of
-from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks
+from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks, written_key
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.columns import families
@@ -100,11 +100,16 @@ def columns_table():
     """Table of all columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs."""
     kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families()}
     rows = [
-        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": c.key}
+        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}
         for kind, columns in kinds.items()
         for c in columns
     ]
     return Table(tuple(Field(name, name) for name in rows[0]), rows)
+
+
+def keys_of(column):
+    """The keys that a column needs, as the file has them."""
+    return ", ".join(map(written_key, column.keys))
 
 
 def shape_positions(case):

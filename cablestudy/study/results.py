@@ -247,9 +247,9 @@ def _chord_strain(span, values):
 def _searches(values):
     """What cables may state instead of a length: values, shape (n,), search of many, search of one or its refusal."""
     found = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
-    stated = [(values.given("cable.preload"), "mean")]
+    stated = [(values.given("cable.stated_preload"), "mean")]
     places = values.words("cable.tension.at")
-    stated += [(np.where(places == at, values.given("cable.tension.value"), np.nan), at) for at in set(places) - {""}]
+    stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
     for tension, at in stated:
         many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
         found.append((tension, partial(many, at=at), partial(one, at=at)))

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, utilisation
+from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
@@ -75,8 +75,8 @@ class CableResults:
 
     @cached_property
     def utilisation(self):
-        """See `columns.utilisation`, shape (n, c). [-]"""
-        return utilisation(self)
+        """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
+        return utilisation_of(self)
 
     def given(self, path):
         """A number that each cable states, shape (n, c), not a number where it states none."""

@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.notes import of_comparison
-from cablestudy.study.suspension.columns import body_columns, cable_columns, point_columns
+from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
@@ -38,8 +38,7 @@ def static_tables(case, only=None):
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
 
     def columns_of_cable(name):
-        strong = case.scene.cables[name].strength is not None
-        return [column for column in cable_columns(name) if strong or not column.key]
+        return [column for column in cable_columns(name) if has_key(case.scene, name, column)]
 
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
