@@ -228,7 +228,7 @@ def test_the_error_of_the_drag_is_stated(line, tmp_path):
     line("unstretched_length: 303 m")
     path = tmp_path / "line.yaml"
     calm, storm = (
-        json.loads(run("static", path, *sets, "--format", "json").stdout)["errors"][0]["sag_m"]
+        json.loads(run("static", path, *sets, "--format", "json").out)["errors"][0]["sag_m"]
         for sets in ((), ("--set", "case=storm"))
     )
     assert calm <= 1e-12

@@ -12,7 +12,7 @@ from cablestudy.cable.element import pieces
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking
+from cablestudy.study.columns import ROUNDING, SHAPELESS
 from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
@@ -92,16 +92,6 @@ class Results:
         """Raise the NoSolutionError or ConvergenceError of a case that has no equilibrium."""
         if case in self.failures:
             raise self.failures[case]
-
-    @cached_property
-    def broken(self):
-        """Case -> NoSolutionError of a case whose stress is above its strength."""
-        strength = self.given("cable.section_breaking_force")
-        if np.isnan(strength).all():
-            return {}
-        tension, area = self.statics.max_tension, self.given("cable.section_area")
-        places = np.flatnonzero(tension > strength).tolist()
-        return {case: NoSolutionError(breaking(tension[case], strength[case], area[case])) for case in places}
 
     @cached_property
     def statics(self):
