@@ -62,6 +62,9 @@ def variable(name, study, option):
     if name in study.varied:
         quantity = quantity_of(name)
         return Variable(name, quantity and quantity.unit, is_varied=True)
+    column = column_named(study, name) if study.find else None
+    if column and column.needs == "find":
+        return Variable(column.header, column.unit)
     if "." in name:
         _refuse_unknown(name, study)
     column = find(name)
