@@ -1,6 +1,6 @@
 """The value of a key for which a column takes a value: `cablestudy find`, and `find:` in a study."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 from math import isfinite
 
@@ -20,10 +20,10 @@ from cablestudy.study.all_columns import find, key_column, why_not
 from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import STATUS, Column
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
+from cablestudy.study.row import evaluate_cases
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.rows import evaluate_suspensions
-from cablestudy.study.row import evaluate_cases
 from cablestudy.study.table import Field, Table
 
 # columns that are shown beside what was found, where the scene has them: of one cable, of a suspension
@@ -51,7 +51,7 @@ class Goal:
     between : tuple of float, or None
         Range of the key, rising, in SI.
     places : dict
-        Part of the goal (column, value, by, between) -> what messages name.
+        Part of the goal (column, value, by, between) -> what messages name: its place, and its key in a file or "".
     """
 
     column: Column
@@ -116,13 +116,14 @@ def read_find(goal, by, between):
         ends = tuple(part.strip() for part in between.split(":"))
         if len(ends) != 2 or not all(ends):
             raise SceneError(f"--between {between}: expected LOW:HIGH, for example 100N:10kN")
-    places = {"column": "find", "value": "find", "by": f"--by {by}", "between": f"--between {between}"}
+    options = {"column": "find", "value": "find", "by": f"--by {by}", "between": f"--between {between}"}
+    places = {part: (option, "") for part, option in options.items()}
     return Find.model_construct(column=column, value=value, by=by, between=ends), places
 
 
 def goal_of_study(study):
     """The `Goal` of a study with `find`; errors as of `read_goal`."""
-    places = {part: study.source.where(("find", part)) for part in Find.model_fields}
+    places = {part: (study.source.where(("find", part)), f"find.{part}") for part in Find.model_fields}
     return read_goal(study.find, places, study.document)
 
 
@@ -150,7 +151,7 @@ def read_goal(asked, places, document):
         try:
             parts[part] = function(*(parts[name] for name in needed))
         except (ValueError, PydanticCustomError) as error:
-            mistakes += _mistake(places, part, str(error)).mistakes
+            mistakes.append(Mistake(*places[part], str(error)))
 
     read("column", lambda: _number_column(asked.column))
     read("value", lambda column: _in_unit(asked.value, column), "column")
@@ -169,6 +170,10 @@ def _number_column(name):
     if column.needs == "run" or column.name == "iterations":
         raise ValueError(f"{column.name} describes the computation: no value of a key can be found for it")
     return column
+
+
+def _expected(column):
+    return f"expected a number in {column.unit}, or with a unit" if column.unit else "expected a number"
 
 
 def _in_unit(value, column):
@@ -217,7 +222,7 @@ class _Cases:
     """Cases of a scene that differ in one key: what `tables_of` needs of a study."""
 
     def __init__(self, document, goal, values):
-        self._document, self._key, self._place = document, goal.key.name, goal.places["by"]
+        self._document, self._key, self._place = document, goal.key.name, goal.places["by"][0]
         self._values = [float(value) for value in values]
         self.entries = (Entry(((self._key, self._values, lambda _: self._place),)),)
 
@@ -257,15 +262,14 @@ def solve(goal, document):
 
     effort = _effort(goal, scene)
     if goal.between:
-        ranges = [places_between(*goal.between, effort.points)]
+        ranges = [[places_between(*goal.between, effort.points)]]
     elif start is None:
-        ranges = [places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]
+        ranges = [[places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points)
     found = zeros(distance, ranges, effort)
-    jumps = [
-        f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} = {goal.of_key(at)}" for at in found.jumps
-    ]
+    jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
+    jumps = [f"{jump} {goal.of_key(place)}" for place in found.jumps]
     if not found.places:
         raise NoSolutionError("; ".join([_why_none(goal, found, list(statuses.values())), *jumps]))
     notes = [] if goal.between else [
@@ -286,14 +290,8 @@ def check_goal(goal, document):
     start = _start(goal, document)
     scene = _valid_scene(goal, document, start)
     if reason := why_not(scene, goal.column):
-        raise _mistake(goal.places, "column", reason)
+        raise SceneError(Mistake(*goal.places["column"], reason))
     return start, scene
-
-
-def _mistake(places, part, message):
-    """The SceneError about a part of a goal."""
-    of_file = part in Find.model_fields and places[part].partition(" ")[0] not in ("find", "--by", "--between")
-    return SceneError(Mistake(places[part], f"find.{part}" if of_file else "", message))
 
 
 def _start(goal, document):
@@ -327,7 +325,8 @@ def _valid_scene(goal, document, start):
             return _Cases(document, goal, [value]).case(0)[1]
         except SceneError as refused:
             error = error or refused
-    raise error
+    own = [mistake for mistake in error.mistakes if mistake.where == goal.places["by"][0]]
+    raise SceneError(*(own or error.mistakes))
 
 
 def _effort(goal, scene):
@@ -338,7 +337,7 @@ def _effort(goal, scene):
         return Effort(8, 10, 1e-3 * noise, noise * size, size)
     if model.elements is not None:
         return Effort(25, 20, 1e-3 * CLOSE, CLOSE * size, size)
-    return Effort(100, 40, scale=size)
+    return Effort(40, 40, scale=size)
 
 
 def _numbers(goal, document, values):
@@ -349,7 +348,7 @@ def _numbers(goal, document, values):
         statuses[case] = status
         numbers[case] = np.nan if cells[0] is None else cells[0]
     for case, error in refused.items():
-        statuses[case] = _reasons(error)
+        statuses[case] = error.without_places
     return numbers, statuses
 
 
@@ -365,17 +364,9 @@ def _why_none(goal, found, statuses):
     reached = values + goal.value
     if found.constant:
         return f"no solution of {goal}: {name} does not depend on {key}, it is {reached[0]:.6g}{unit}"
-    least, most = int(np.argmin(values)), int(np.argmax(values))
-    return (
-        f"no solution of {goal}: over {where} {name} reaches from {reached[least]:.6g}{unit} (at {goal.of_key(places[least])})"
-        f" to {reached[most]:.6g}{unit} (at {goal.of_key(places[most])})"
-    )
-
-
-def _reasons(error):
-    return "; ".join(
-        f"{mistake.key}: {mistake.message}" if mistake.key else mistake.message for mistake in error.mistakes
-    )
+    extremes = int(np.argmin(values)), int(np.argmax(values))
+    ends = [f"{reached[k]:.6g}{unit} (at {goal.of_key(places[k])})" for k in extremes]
+    return f"no solution of {goal}: over {where} {name} reaches from {ends[0]} to {ends[1]}"
 
 
 def _rows(scenes, columns):
@@ -387,23 +378,8 @@ def _rows(scenes, columns):
 # --------------------------------------------------------------------------------------------------------- the tables
 
 
-def find_table(goal, found, names=None):
-    """`Table` of the solutions, and whether a column of one of them cannot be had.
-
-    Parameters
-    ----------
-    goal : Goal
-    found : Found
-    names : str or None
-        Columns shown beside the key and the column of the goal, joined by commas; by default a few of the statics.
-
-    Raises
-    ------
-    SceneError
-        A column that is unknown or that the scene cannot have.
-    """
-    scene = found.scenes[0]
-    columns = [goal.column, *_columns_beside(goal, scene, names)]
+def find_table(goal, found, columns):
+    """`Table` of the solutions, and whether a column of one of them cannot be had; `columns` from `shown_columns`."""
     rows = _rows(found.scenes, columns)
     cells = [{goal.key.header: value, **row.cells} for value, row in zip(found.values, rows, strict=True)]
     fields = (field_of_key(goal.key), *(column.field for column in columns), STATUS)
@@ -416,19 +392,27 @@ def field_of_key(key):
     return Field(key.header, key.name, key.unit)
 
 
-def _columns_beside(goal, scene, names):
-    """The columns shown beside the column of the goal."""
+def shown_columns(goal, document, names=None):
+    """List of the columns shown: that of the goal, and those of `names`, joined by commas, or a few of the statics.
+
+    Raises
+    ------
+    SceneError
+        A column that is unknown or that the scene cannot have, or as of `check_goal`.
+    """
+    _, scene = check_goal(goal, document)
     if names is None:
         usual = USUAL_OF_SUSPENSIONS if isinstance(scene, SuspensionScene) else USUAL
         own = (goal.column.name, goal.key.name.rpartition(".")[2])
-        return [column for column in map(find, usual) if column.name not in own and not why_not(scene, column)]
-    columns, mistakes = [], []
+        beside = [column for column in map(find, usual) if column.name not in own and not why_not(scene, column)]
+        return [goal.column, *beside]
+    columns, mistakes = [goal.column], []
     for name in filter(None, (part.strip() for part in names.split(","))):
         try:
             column = find(name)
             if reason := why_not(scene, column):
                 raise ValueError(reason)
-            if column.name not in ("status", goal.column.name, *(other.name for other in columns)):
+            if column.name not in ("status", *(other.name for other in columns)):
                 columns.append(column)
         except ValueError as error:
             mistakes.append(f"--columns: {error}")
@@ -463,7 +447,7 @@ def evaluate_study(study, tables, columns, explain=False):
             values[case], scene = _solution(goal, study.document_of(case))
             solved.append(CaseTable(np.array([case]), scene, {}))
         except SceneError as error:
-            rows[case] = empty, _reasons(error), {}, ()
+            rows[case] = empty, error.without_places, {}, ()
         except CablestudyError as error:
             rows[case] = empty, " ".join(str(error).split()), {}, ()
     for case, (cells, *more) in (evaluate_tables(solved, others, explain) if solved else {}).items():

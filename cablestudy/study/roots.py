@@ -96,25 +96,30 @@ def ranges_about(start, low, high, points):
 
     Yields
     ------
-    ndarray
+    list of ndarray
+        Of the side below, and of that above.
     """
     signed = low < 0
     if not signed and start == 0:
-        yield places_between(low, high, points)
+        yield [np.array([]), places_between(low, high, points)]
         return
     size = (abs(start) or min(1.0, (high - low) / 8)) if signed else start
     before = start, start
     for factor in FACTORS:
         reach = size * factor
         ends = (max(low, start - reach if signed else start / factor), min(high, start + reach if signed else reach))
-        sides = [_side(start, *pair, signed, points) for pair in zip(before, ends, strict=True) if pair[0] != pair[1]]
-        if sides:
-            yield np.concatenate([[start], *sides])
+        sides = [_side(start, *pair, signed, points) for pair in zip(before, ends, strict=True)]
+        if before == (start, start):
+            sides = [np.append(side, start) for side in sides]
+        if any(map(len, sides)):
+            yield sides
         before = ends
 
 
 def _side(start, near, far, signed, points):
     """Places beyond one end of a range up to the end of the next."""
+    if near == far:
+        return np.array([])
     if not signed:
         return _geometric(near, far, points)[1:]
     if near == start:
@@ -133,7 +138,11 @@ def _geometric(near, far, points):
 def places_between(low, high, points):
     """Places between two limits, both among them: at equal ratios over more than a factor of four, else at equal steps.
 
-    Parameters and result as of `ranges_about`.
+    Parameters as of `ranges_about`.
+
+    Returns
+    -------
+    ndarray
     """
     if low >= 0 and high > 4 * low:
         return _geometric(high, low, MOST * points)[::-1]
@@ -146,14 +155,16 @@ def places_between(low, high, points):
 def zeros(function, ranges, effort):
     """Search ranges one after the other until one has a zero, and then for all zeros in it.
 
-    Two zeros between neighbouring places of a range are found by way of the extremum between them, but for zeros that
-    are so close that the values about them do not tell.
+    A side of a range that has no value anywhere ends the search on that side, once there are values elsewhere. Two
+    zeros between neighbouring places are found by way of the extremum between them, unless they are so close that the
+    values about them do not tell.
 
     Parameters
     ----------
     function : callable
         ndarray of shape (n,) -> ndarray of shape (n,), NaN where there is no value.
-    ranges : iterable of ndarray
+    ranges : iterable of list of ndarray
+        Places of each side, see `ranges_about`.
     effort : Effort
 
     Returns
@@ -161,12 +172,18 @@ def zeros(function, ranges, effort):
     Zeros
     """
     scan = _Scan(function, effort)
-    for places in ranges:
-        scan.evaluate(places)
+    ended = set()
+    for sides in ranges:
+        going_on = {number: places for number, places in enumerate(sides) if number not in ended}
+        if not going_on:
+            break
+        scan.evaluate(np.concatenate(list(going_on.values())))
+        if len(scan.finite()[0]):
+            ended |= {number for number, places in going_on.items() if all(map(isnan, map(scan.value, places)))}
         found, jumps = scan.search()
         if found:
             break
-    else:
+    if not found:
         scan.approach_zero()
         found, jumps = scan.search()
     known = scan.finite()

@@ -104,8 +104,7 @@ def compute(chunk):
     records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins
-            status = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in refused[case].mistakes)
-            records.append(pack(case, "", status, [None] * len(headers)))
+            records.append(pack(case, "", refused[case].without_places, [None] * len(headers)))
             continue
         numbers, status, errors, notes = rows[case]
         failed += status != OK

@@ -1,6 +1,6 @@
 """The Pareto front of points: those that no other one beats.
 
-Divide and conquer over the points in lexicographic order (Kung, Luccio and Preparata, 1975, Journal of the ACM 22, 469):
+Divide and conquer over the points in lexicographic order (Kung, Luccio, Preparata 1975, Journal of the ACM 22, 469):
 a point can be beaten only by one before it, so that the front of the second half is compared with that of the first,
 in all coordinates but the first one. Two remaining coordinates need one sorted search, more of them comparisons in
 blocks.

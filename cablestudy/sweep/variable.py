@@ -9,6 +9,7 @@ from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import common_factor
 from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.find import column_named
 
 
 @dataclass(frozen=True)
