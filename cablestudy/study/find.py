@@ -31,6 +31,7 @@ USUAL = ("preload", "max_tension", "sag", "unstretched_length", "utilisation")
 USUAL_OF_SUSPENSIONS = ("min_tension", "max_tension", "max_utilisation")
 TRIED_FIRST = 25  # places over the range of a key that the scene does not state, until one gives a valid scene
 CLOSE = 1e-9  # relative error of the statics of suspensions, and of a model of fixed elements: rounding of its search
+COSTLY_REACH = 1e3  # factor up to which a column that is no closed form of one cable is searched about the start
 SHOWN = 10  # values that a message lists
 _GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
 
@@ -266,7 +267,7 @@ def solve(goal, document):
     elif start is None:
         ranges = [[places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
-        ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points)
+        ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
     found = zeros(distance, ranges, effort)
     jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
     jumps = [f"{jump} {goal.of_key(place)}" for place in found.jumps]
@@ -334,9 +335,9 @@ def _effort(goal, scene):
     model, size = scene.model, abs(goal.value)
     if isinstance(scene, SuspensionScene) or goal.column.needs not in CLOSED or goal.column.each:
         noise = CLOSE if model.elements is not None or goal.column.needs in CLOSED else model.accuracy
-        return Effort(8, 10, 1e-3 * noise, noise * size, size)
+        return Effort(8, 10, 1e-3 * noise, COSTLY_REACH, noise * size, size)
     if model.elements is not None:
-        return Effort(25, 20, 1e-3 * CLOSE, CLOSE * size, size)
+        return Effort(25, 20, 1e-3 * CLOSE, COSTLY_REACH, CLOSE * size, size)
     return Effort(40, 40, scale=size)
 
 
@@ -344,7 +345,8 @@ def _numbers(goal, document, values):
     """The column at values of the key, NaN where it has none, and the status of each."""
     numbers, statuses = np.full(len(values), np.nan), [""] * len(values)
     tables, refused = tables_of(_Cases(document, goal, values), range(len(values)))
-    for case, (cells, status, *_) in evaluate_tables(tables, [goal.column]).items():
+    rows = evaluate_tables(tables, [goal.column]) if tables else {}
+    for case, (cells, status, *_) in rows.items():
         statuses[case] = status
         numbers[case] = np.nan if cells[0] is None else cells[0]
     for case, error in refused.items():

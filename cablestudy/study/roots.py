@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 FACTORS = (2.0, 10.0, 1e3, 1e6, np.inf)  # of the ranges about a start, one after the other
-MOST = 4  # times as many points as usual in a range of many decades
+MOST = 2  # times as many points as usual in a range of many decades
 SMALLEST = 1e-9  # of a range that begins at zero: its smallest positive point, as a share
 EDGE = 1e-6  # width to which the end of what has a value is found, relative
 CONSTANT = 1e-12  # spread of values that are equal but for rounding, relative
@@ -28,6 +28,8 @@ class Effort:
         Of each bisection between what has a value and what has none, and of each search for an extremum.
     rtol : float
         To which a zero is found, relative.
+    reach : float
+        Largest factor between the start and a place that is tried, see `ranges_about`.
     noise : float
         Error of the function where it should be zero: a zero leaves no more than that.
     scale : float
@@ -37,6 +39,7 @@ class Effort:
     points: int
     steps: int
     rtol: float = 1e-13
+    reach: float = np.inf
     noise: float = 0.0
     scale: float = 0.0
 
@@ -82,8 +85,8 @@ class _SignFoundError(Exception):
 # ---------------------------------------------------------------------------------------------------- what is tried
 
 
-def ranges_about(start, low, high, points):
-    """Yield places to try about a start, each time beyond those before, in the end up to both limits.
+def ranges_about(start, low, high, points, reach=np.inf):
+    """Yield places to try about a start, each time beyond those before, in the end up to both limits or the reach.
 
     Parameters
     ----------
@@ -93,6 +96,8 @@ def ranges_about(start, low, high, points):
         Limits. Where low is not negative the ranges grow by factors of the start, else by distances from it.
     points : int
         On each side, in a range of about a decade.
+    reach : float
+        Largest factor or, in units of the start, distance.
 
     Yields
     ------
@@ -105,9 +110,9 @@ def ranges_about(start, low, high, points):
         return
     size = (abs(start) or min(1.0, (high - low) / 8)) if signed else start
     before = start, start
-    for factor in FACTORS:
-        reach = size * factor
-        ends = (max(low, start - reach if signed else start / factor), min(high, start + reach if signed else reach))
+    for factor in (factor for factor in FACTORS if factor <= reach):
+        away = size * factor
+        ends = (max(low, start - away if signed else start / factor), min(high, start + away if signed else away))
         sides = [_side(start, *pair, signed, points) for pair in zip(before, ends, strict=True)]
         if before == (start, start):
             sides = [np.append(side, start) for side in sides]
