@@ -182,7 +182,7 @@ def _in_unit(value, column):
     try:
         number, unit = split(value) if isinstance(value, str) else (value, "")
     except ValueError as error:
-        raise ValueError(f'{column.name}: expected a number, or text such as "2 m", got {show(value)}{error}') from None
+        raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
     try:
         number = float(number * common_factor(unit, column.unit) if unit else number)
     except ValueError as error:
