@@ -1,12 +1,15 @@
-"""--where, --sort and --best on studies: which rows are shown, what is stored, and what is refused."""
+"""--where, --pareto, --sort and --best on studies: which rows are shown, what is stored, and what is refused."""
 
 import json
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command import rows_of, run, study_file
 
 from cablestudy.scene.study import read_study
+from cablestudy.sweep.pareto import pareto_front
 from cablestudy.sweep.select import read_selection
 
 # the third one is over strength, the fourth too slack for its weight
@@ -86,6 +89,58 @@ def test_sort_and_best(options, order):
     assert [row["cable.preload"] for row in shown(*arguments)[0]] == order.split(", ")
 
 
+def beaten(points):
+    """Which points have one that is at most as large in each coordinate and smaller in one, each compared with each."""
+    not_larger = (points[:, None] <= points[None]).all(axis=2)
+    smaller = (points[:, None] < points[None]).any(axis=2)
+    return (not_larger & smaller).any(axis=0)
+
+
+@pytest.mark.parametrize("objectives", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("count", [0, 1, 2, 63, 64, 65, 130, 400])
+def test_the_front_is_that_of_comparing_each_with_each(count, objectives):
+    random = np.random.default_rng([count, objectives])
+    for points in (
+        random.random((count, objectives)),
+        random.integers(0, 9, (count, objectives)).astype(float),  # many ties
+        -np.sort(random.random((count, objectives)), axis=0) * random.choice([-1, 1], objectives),
+    ):
+        assert (pareto_front(points) == ~beaten(points)).all()
+
+
+@pytest.mark.parametrize("objectives", [2, 3])
+def test_the_front_of_many_rows_is_quick_though_all_are_on_it(objectives):
+    points = np.random.default_rng(0).random((100_000, objectives))
+    points[:, -1] = -points[:, :-1].sum(axis=1)
+    begin = time.process_time()
+    assert pareto_front(points).all()
+    assert time.process_time() - begin < 2
+
+
+@pytest.mark.parametrize(
+    ("options", "loads"),
+    [
+        ("--pareto|min sag, min max_tension", "1345 N, 600 N, 2 kN"),  # each of them costs the other
+        ("--pareto|min sag, max horizontal_tension", "2 kN"),
+        ("--pareto|min chord", "1345 N, 600 N, 100 kN, 1 N, 2 kN"),  # equal ones are all kept
+        ("--pareto|min sag,min max_tension|--sort|sag", "2 kN, 1345 N, 600 N"),
+        ("--pareto|min sag,min max_tension|--best|max sag", "600 N"),
+        ("--pareto|min sag|--where|sag > 0.1", "1345 N"),
+        ("--pareto|min sag, min cable.preload", "1345 N, 600 N, 2 kN"),
+        ("--pareto|min sag|--where|sag < 0", ""),
+    ],
+)
+def test_pareto(options, loads):
+    rows, outcome = shown(*options.split("|"))
+    assert [row["cable.preload"] for row in rows] == loads.split(", ") * bool(loads)
+    assert outcome.lines[-1] == f"shown: {len(rows)} of 5 rows"
+
+
+def test_rows_that_lack_an_objective_are_counted():
+    _, outcome = shown("--pareto", "min sag, max mass")
+    assert outcome.lines[-2] == "--pareto: 2 rows without a value of sag_m or mass_kg"
+
+
 def test_sort_by_status():
     *known, last = [row["status"] for row in shown("--sort", "-status")[0]]
     assert known == ["over strength", "ok", "ok", "ok"]
@@ -142,6 +197,12 @@ def test_a_column_is_asked_for_once():
         (["--best", "least mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'least mass'"]),
         (["--best", "min masss"], ["--best: unknown column 'masss' (did you mean mass?)"]),
         (["--best", "max status"], ["--best: status is text, which has no max"]),
+        (["--pareto", "mass, min sag"], ["--pareto: expected 'min COLUMN' or 'max COLUMN', got 'mass'"]),
+        (["--pareto", "min sag,"], ["--pareto: expected 'min COLUMN' or 'max COLUMN', got ''"]),
+        (["--pareto", "min masss"], ["--pareto: unknown column 'masss' (did you mean mass?)"]),
+        (["--pareto", "min sag, max sag_m"], ["--pareto: sag_m is there twice"]),
+        (["--pareto", "min status"], ["--pareto: status is text, which has no min"]),
+        (["--pareto", "min sag", "--check"], ["--check and --pareto exclude each other"]),
         (["--best", "min sag", "--sort", "sag"], ["--sort and --best exclude each other: --best shows a single row"]),
         (["--where", "sag <", "--sort", "x"], ["--where:6: expected a column", "--sort: unknown column 'x'"]),
         (["--check", "--where", "sag < 1"], ["--check and --where exclude each other"]),

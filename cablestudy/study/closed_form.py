@@ -165,7 +165,7 @@ def closed_form(results, required):
 
 def _coarse_errors(results, required):
     """Case -> {header: estimated relative error}, where rounding exceeds ROUNDING."""
-    statics = results.statics_rounding
+    statics = np.maximum(results.statics_rounding, results.drag_error)
     sags = [column.header for column in required.closed if column.name in ("sag", "sag_ratio")]
     sag = results.sag_rounding if sags else np.zeros(len(statics))
     errors = {}

@@ -18,16 +18,12 @@ from cablestudy.cable import taut
 from cablestudy.cable.geometry import clearance, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.load_cases import along
-from cablestudy.study.table import Field
+from cablestudy.study.table import Field, header
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
-SUFFIX = {
-    "": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s",
-    "kg/m": "_kg_per_m", "N/rad": "_N_per_rad", "N m/rad": "_Nm_per_rad",
-}  # fmt: skip
 MAX_MODE_NUMBER = 1000
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
@@ -49,7 +45,8 @@ class Column:
     name: str  # without its unit
     unit: str
     meaning: str
-    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run
+    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run;
+    # find: a key that a study solves for
     needs: str
     compute: Callable  # Results -> ndarray, or Case -> float
     key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
@@ -60,14 +57,14 @@ class Column:
     @property
     def least_error(self):
         """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
-        if self.needs == "run" or self.name == "iterations":
+        if self.needs in ("run", "find") or self.name == "iterations":
             return None
         return 0.0 if self.needs == "scene" else ROUNDING
 
     @cached_property
     def header(self):
         """Name with its unit, as in CSV and JSON."""
-        return self.name + SUFFIX.get(self.unit, f"_{self.unit}")
+        return header(self.name, self.unit)
 
     @property
     def field(self):

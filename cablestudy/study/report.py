@@ -66,7 +66,8 @@ def mode_table(case, modes):
     """Table of the `Modes` of a case."""
     participation = np.abs(case.participation(modes))
     # a participation is rounding relative to the largest of all modes and to the largest that its mode could have
-    largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
+    moving = case.span.mass * case.span.unstretched_length * case.state.mesh.node_masses.sum()
+    largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(moving)
     floor = 1e-12 * np.maximum(largest, participation.max(initial=0.0))
     field = Field("participation", "participation", PARTICIPATION)
     more = {field: np.where(participation > floor, participation, 0.0)}

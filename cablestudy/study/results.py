@@ -13,7 +13,7 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, SHAPELESS
-from cablestudy.study.load_cases import bare_spans, loaded_spans, with_loads
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
@@ -121,7 +121,7 @@ class Results:
     @cached_property
     def planar(self):
         """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple, shape (n,)."""
-        return ~self.span.load_forces[..., 2].any(axis=-1)
+        return ~self.span.load_forces[..., 2].any(axis=-1) & ~self._uneven
 
     @cached_property
     def across_x(self):
@@ -131,7 +131,12 @@ class Results:
     @cached_property
     def mirror_symmetric(self):
         """Whether a cable is its own mirror image at mid-length, shape (n,)."""
-        return self.span.mirror_symmetric
+        return self.span.mirror_symmetric & ~self._uneven
+
+    @cached_property
+    def _uneven(self):
+        """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
+        return (self.given("load_case.wind.dynamic_pressure") > 0) & np.isfinite(self.given("model.elements"))
 
     @cached_property
     def length_rounding(self):
@@ -154,6 +159,11 @@ class Results:
         least = self.statics.min_tension
         balanced = EPSILON * self.statics.max_tension / np.where(least > 0, least, np.inf)
         return np.maximum(balanced, self.length_rounding)
+
+    @cached_property
+    def drag_error(self):
+        """Relative error of all results in a steady wind, shape (n,). [-] See `load_cases.drag_errors`."""
+        return drag_errors(self.values, self.catenary)
 
     @cached_property
     def sag_rounding(self):

@@ -12,10 +12,9 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.all_columns import find
+from cablestudy.study.find import column_named, evaluate_study
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
-from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.sweep.fingerprint import versions
 from cablestudy.sweep.record import pack
 
@@ -97,18 +96,17 @@ def compute(chunk):
         differing = [f"{name} {own}, not {other}" for name, own, other in there if own != other]
         raise SceneError("a worker has " + ", ".join(differing))
     study = _study(chunk.study)
-    columns = [find(name) for name in chunk.columns]
+    columns = [column_named(study, name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
     tables, refused = tables_of(study, chunk.cases)
     keys = {}
     for table in tables:
-        keys.update(zip(table.cases.tolist(), keys_of(table), strict=True))
-    rows = evaluate_tables(tables, columns, chunk.explain, chunk.estimate)
+        keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
+    rows = evaluate_study(study, tables, columns, chunk.explain, chunk.estimate)
     records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins
-            status = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in refused[case].mistakes)
-            records.append(pack(case, "", status, [None] * len(headers)))
+            records.append(pack(case, "", refused[case].without_places, [None] * len(headers)))
             continue
         numbers, status, errors, notes = rows[case]
         failed += not has_answer(status)
@@ -127,8 +125,10 @@ def _study(pickled):
     return pickle.loads(pickled)
 
 
-def keys_of(table):
-    """Hashes of the scenes of a CaseTable, which identify them in later runs: list of str.
+def keys_of(table, find=None):
+    """Hashes of the scenes of a CaseTable, and of what a study solves for in them: list of str.
+
+    They identify the rows in later runs.
 
     Each is of the JSON of a scene: the varied numbers are put into that of one of them.
     """
@@ -140,6 +140,6 @@ def keys_of(table):
         parts.append(text[end:begin])
         numbers.append(to_json(table.values[key].tolist())[1:-1].split(b","))
         end = begin + len(to_json(marks[key][0].item()))
-    end_of_text = text[end:]
+    end_of_text = text[end:] + (find.model_dump_json().encode() if find else b"")
     texts = [b"".join(chain.from_iterable(zip(parts, row, strict=True))) for row in zip(*numbers, strict=True)]
     return [blake2b(text + end_of_text, digest_size=12).hexdigest() for text in texts or [b""] * len(table.cases)]

@@ -20,7 +20,8 @@ def versions():
 
 
 def identity(study, columns):
-    """What the rows of a study depend on, as plain values: dict of `versions`, `scene`, `vary`, `columns`."""
+    """What the rows of a study depend on, as plain values: dict of `versions`, `scene`, `vary`, `find` (or not),
+    `columns`."""
     headers = [column.header for column in columns]
     plain = {"versions": versions(), **study.resolved(), "columns": headers}
     return json.loads(json.dumps(plain))  # as it is read back from a file: lists instead of tuples

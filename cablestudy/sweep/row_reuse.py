@@ -1,6 +1,6 @@
 """Which rows of an earlier run an edited study can use: more cases, fewer, in another order, other columns."""
 
-from cablestudy.study.all_columns import find
+from cablestudy.study.all_columns import find_header
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.status import OK
 from cablestudy.sweep.chunks import MAX_CASES, keys_of
@@ -26,7 +26,7 @@ def usable(old, new):
     frozenset of str
         Without `status`.
     """
-    stored, asked = ({name: find(name).needs for name in names if name != "status"} for names in (old, new))
+    stored, asked = ({name: find_header(name).needs for name in names if name != "status"} for names in (old, new))
     if stored == asked:
         return frozenset(asked)
     if "run" in asked.values():
@@ -76,4 +76,4 @@ def _keys(study, cases):
     for first in range(0, len(cases), MAX_CASES):
         tables, _ = tables_of(study, cases[first : first + MAX_CASES])
         for table in tables:
-            yield from zip((table.cases + 1).tolist(), keys_of(table), strict=True)
+            yield from zip((table.cases + 1).tolist(), keys_of(table, study.find), strict=True)

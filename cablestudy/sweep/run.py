@@ -191,7 +191,7 @@ class Run:
             "rows": {"total": len(self.cases), "reused": self._known, "failed": self.failed},
             "versions": versions,
             "platform": platform.platform(),
-            "study": {name: self.identity[name] for name in ("scene", "vary", "columns")},
+            "study": {name: value for name, value in self.identity.items() if name != "versions"},
         }
         return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
 

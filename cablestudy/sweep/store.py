@@ -15,7 +15,7 @@ import sqlite3
 from contextlib import suppress
 
 from cablestudy.errors import SceneError
-from cablestudy.study.all_columns import find
+from cablestudy.study.all_columns import find_header
 from cablestudy.study.status import OK, OVER_STRENGTH
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
@@ -331,7 +331,7 @@ def stored_description(database):
         about = dict(database.execute("SELECT name, value FROM about"))
         identity, partial = json.loads(about["study"]), json.loads(about["partial"])
         kinds = [type(identity[name]) for name in ("versions", "scene", "vary", "columns")]
-        headers = [find(header).header for header in identity["columns"]]
+        headers = [find_header(header).header for header in identity["columns"]]
         intact = kinds == [dict, dict, list, list] and set(partial) <= set(headers)
         if intact and digest(identity) == about["fingerprint"]:
             return identity, partial
