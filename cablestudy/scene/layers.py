@@ -8,16 +8,22 @@ from functools import lru_cache
 
 from cablestudy.scene.strict_yaml import MAX_DEPTH
 
+# Rows of alternatives of which none need be given: a material gives them, or nothing asks for them.
+OF_SECTION = (
+    (("axial_stiffness",), ("elastic_modulus",)),
+    (("mass_per_length",), ("density",)),
+    (("breaking_force",), ("strength",)),
+)
 # Table -> rows of alternatives: of the groups of a row exactly one may be given.
 ALTERNATIVES = {
     "cable": (
         (("ends",), ("chord", "inclination")),
-        (("area",), ("diameter",)),
         (("unstretched_length",), ("preload",), ("sag",), ("tension",)),
+        *OF_SECTION,
     ),
     "cables": (
-        (("area",), ("diameter",)),
         (("unstretched_length",), ("preload",), ("sag",), ("tension_to",)),
+        *OF_SECTION,
     ),
     "cable.damping": ((("ratio",), ("loss_factor",), ("time",)),),
     "wind": ((("turbulence_intensity",), ("turbulence_rms",)),),
@@ -57,8 +63,11 @@ def _replaces():
                     others = [(*prefix, key) for other in groups if other is not group for key in other]
                     for key in group:
                         table.setdefault((*prefix, key), []).extend(others)
+    own = ("fill_factor", "expansion", *(group[0] for groups in OF_SECTION for group in groups))
     for cable in (("cable",), ("cables", "*")):
-        table[*cable, "material"] = [(*cable, key) for key in ("elastic_modulus", "density", "strength")]
+        table[*cable, "material"] = [(*cable, key) for key in own]
+        # Both may be given in one layer; one alone is another size, of which the other follows.
+        table[*cable, "area"], table[*cable, "diameter"] = [(*cable, "diameter")], [(*cable, "area")]
     # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.
     for cable in (("cable",), ("cables", "*")):
         parameters = [(*cable, "damping", name) for name in ("ratio", "loss_factor", "time")]

@@ -29,11 +29,11 @@ DIMENSIONS = {
     "Hz": ("frequency", "10 Hz"),
     "rad/s": ("angular rate", "0.325 rad/s"),
     "K": ("temperature", "15 degC"),
-    "1/K": ("thermal expansion", "12e-6 1/K"),
     "s": ("time", "5 ms"),
     "m/s": ("speed", "6 m/s"),
     "m/s^2": ("acceleration", "9.81 m/s^2"),
     "N/m": ("stiffness", "1 kN/m"),
+    "1/K": ("coefficient of expansion", "12e-6 1/K"),
     "N s/m": ("viscous damping", "300 N s/m"),
     "N m s": ("angular momentum", "5 N m s"),
     "N m s/rad": ("rotational damping", "20 N m s/rad"),
@@ -216,7 +216,9 @@ def _root(name):
         raise _NotAQuantityError(" (a number, then a unit such as mm, kN, kg/m^3)")
     registry = _registry()
     try:
-        parsed = registry.parse_units(name.replace("°", " deg ").replace("%", " percent ").replace("·", "*").strip())
+        parsed = registry.parse_units(
+            name.replace("°C", " degC ").replace("°", " deg ").replace("%", " percent ").replace("·", "*").strip()
+        )
         ratio, units = registry.get_root_units(parsed)
     except Exception:  # pint raises a dozen kinds, and the tokenizer under it more
         raise _NotAQuantityError(_unknown(name)) from None

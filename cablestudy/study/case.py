@@ -26,8 +26,9 @@ OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results 
 GONDOLA_MODES, OMITTED = 20, 1.5
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
-CABLE = ("ends", "chord", "inclination", "elastic_modulus", "density", "area", "diameter", "unstretched_length",
-         "preload", "sag", "tension", "reference", "expansion", "loads")  # fmt: skip
+CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
+         "unstretched_length", "stated_preload", "stated_tension", "tension", "sag", "reference", "expansion",
+         "loads")  # fmt: skip
 
 
 class Case:
@@ -319,7 +320,9 @@ class Case:
 
     @cached_property
     def cable_air_rate(self):
-        """Viscous damping of the cable by the air, per mass. [1/s]"""
+        """Viscous damping of the cable by the air, per mass; 0 where its diameter is not known. [1/s]"""
+        if self.scene.wind_diameter is None:
+            return 0.0
         return cable_damping(self.scene.wind, self.scene.wind_diameter) / float(self.span.mass)
 
     @shared("damping_key", "mass_key", "notch_key", "gondola_air_damping")

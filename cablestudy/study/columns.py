@@ -17,22 +17,25 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.cable.geometry import clearance, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.table import Field
+from cablestudy.study.load_cases import along
+from cablestudy.study.table import Field, header
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
-SUFFIX = {
-    "": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s",
-    "N/rad": "_N_per_rad", "N m/rad": "_Nm_per_rad",
-}  # fmt: skip
 MAX_MODE_NUMBER = 1000
+METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
 STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
 BODY = f"gondola.mass, {DRAG}"
-ON_CABLE = "gondola.mass, wind"
+ON_CABLE = f"gondola.mass, wind, {DIAMETER}"
+# what a cross-section computes -> the key to give where it cannot
+WRITTEN = {
+    "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
+    "section_elastic_modulus": "area", "section_density": "area",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,8 @@ class Column:
     name: str  # without its unit
     unit: str
     meaning: str
-    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run
+    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run;
+    # find: a key that a study solves for
     needs: str
     compute: Callable  # Results -> ndarray, or Case -> float
     key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
@@ -53,14 +57,14 @@ class Column:
     @property
     def least_error(self):
         """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
-        if self.needs == "run" or self.name == "iterations":
+        if self.needs in ("run", "find") or self.name == "iterations":
             return None
         return 0.0 if self.needs == "scene" else ROUNDING
 
     @cached_property
     def header(self):
         """Name with its unit, as in CSV and JSON."""
-        return self.name + SUFFIX.get(self.unit, f"_{self.unit}")
+        return header(self.name, self.unit)
 
     @property
     def field(self):
@@ -76,6 +80,16 @@ class Column:
 def stress_of(results):
     """Largest stress of each cable. [Pa]"""
     return results.statics.max_tension / results.given("cable.section_area")
+
+
+def utilisation_of(results):
+    """Largest tension of each cable over its breaking force, not a number without one. [-]"""
+    return results.statics.max_tension / results.given("cable.section_breaking_force")
+
+
+def over_strength(results):
+    """Whether the largest tension of each cable is above its breaking force; False where none is stated."""
+    return utilisation_of(results) > 1
 
 
 def _unstretched_length(results):
@@ -104,9 +118,9 @@ def mean_displacement(results):
     By the steady wind of the load case where it has one; else zero where `wind.mean` leaves it out.
     """
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
-    steady = [results.given(f"load_case.wind.{key}") for key in ("dynamic_pressure", "along_x")]
+    steady = results.given("load_case.wind.dynamic_pressure")
     mean = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
-    pressure = np.where(np.isnan(steady[0]), mean, steady[0] * steady[1])
+    pressure = np.where(np.isnan(steady), mean, steady * along(results)[0])
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
         return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
 
@@ -175,7 +189,7 @@ def _shedding(name, meaning, place):
         wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence"))
         return shedding_frequencies(wind, results.given("wind_diameter"))[place]
 
-    return Column(name, "Hz", meaning, "scene", compute, "wind")
+    return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
 
 def _stable_loop(case):
@@ -193,7 +207,7 @@ def _frequency(name, meaning, number, kind, symmetry=None):
 
 def _rms(part, where, sources):
     """Yield the columns of the gondola's RMS in one wind, by independent forces, whose variances add."""
-    key = ON_CABLE if sources == ("cable_response",) else BODY
+    key = {"response": BODY, "cable_response": ON_CABLE}.get(sources[0], f"{BODY}, {DIAMETER}")
     loops = ("", "with the winch loop", f"{key}, winch.controller"), ("open_", "the winch at rest", key)
     for state, loop, keys in loops:
         for quantity, unit, what in (("displacement", "mm", where), ("velocity", "mm/s", "of its velocity")):
@@ -220,18 +234,25 @@ COLUMNS = (
     Column("chord", "m", "distance between the ends", "scene", lambda r: r.given("cable.chord_length")),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag),
     Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.given("cable.chord_length")),
-    Column("mass", "kg", "mass of the cable, density x area x unstretched length", "statics",
-           lambda r: r.given("cable.mass_per_length") * r.reference_length),
-    Column("diameter", "mm", "of a round solid cross-section", "scene",
-           lambda r: 1e3 * r.given("cable.section_diameter")),
-    Column("area", "mm^2", "of the cross-section", "scene", lambda r: 1e6 * r.given("cable.section_area")),
-    Column("elastic_modulus", "GPa", "of the cross-section", "scene", lambda r: r.given("cable.elastic_modulus") / 1e9),
-    Column("density", "kg/m^3", "mass per volume", "scene", lambda r: r.given("cable.density")),
+    Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
+           lambda r: r.given("cable.section_mass") * r.reference_length),
+    Column("diameter", "mm", "outer, of the cross-section", "scene",
+           lambda r: 1e3 * r.given("cable.section_diameter"), DIAMETER),
+    Column("area", "mm^2", "metallic, of the cross-section", "scene",
+           lambda r: 1e6 * r.given("cable.section_area"), METAL),
+    Column("elastic_modulus", "GPa", "axial stiffness over area", "scene",
+           lambda r: r.given("cable.section_elastic_modulus") / 1e9, "cable.section_elastic_modulus"),
+    Column("density", "kg/m^3", "mass per length over area", "scene",
+           lambda r: r.given("cable.section_density"), "cable.section_density"),
+    Column("axial_stiffness", "N", "EA, tension per strain", "scene",
+           lambda r: r.given("cable.section_axial_stiffness")),
+    Column("mass_per_length", "kg/m", "of the unstretched cable", "scene", lambda r: r.given("cable.section_mass")),
+    Column("breaking_force", "N", "tension at which the cable breaks", "scene",
+           lambda r: r.given("cable.section_breaking_force"), STRONG),
     Column("strain", "", "mean strain, mean tension over EA", "statics",
-           lambda r: r.statics.mean_tension / r.given("cable.axial_stiffness")),
-    Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6),
-    Column("utilisation", "", "largest stress over strength", "statics",
-           lambda r: stress_of(r) / r.given("cable.strength"), "cable.strength"),
+           lambda r: r.statics.mean_tension / r.given("cable.section_axial_stiffness")),
+    Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6, METAL),
+    Column("utilisation", "", "largest tension over breaking force", "statics", utilisation_of, STRONG),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
            lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
@@ -284,9 +305,9 @@ COLUMNS = (
     _imaged("corrected", "RMS of it that the correcting mirror leaves", "correction"),
     _imaged("corrected_exposure", "RMS of it within one exposure that the mirror leaves", "exposure, correction"),
     Column("midspan_rms", "mm", "of a cable with fixed ends in the wind, at mid-span, in the direction that moves most",
-           "cable wind", lambda c: 1e3 * c.cable_motion.midspan, "wind", without="gondola"),
+           "cable wind", lambda c: 1e3 * c.cable_motion.midspan, f"wind, {DIAMETER}", without="gondola"),
     Column("tension_rms", "N", "of its tension, at the end where it is larger", "cable wind",
-           lambda c: c.cable_motion.tension, "wind", without="gondola"),
+           lambda c: c.cable_motion.tension, f"wind, {DIAMETER}", without="gondola"),
     _shedding("shedding_frequency", "of vortices, 0.2 v/d at the mean wind speed", 1),
     _shedding("shedding_frequency_low",
               "the same three standard deviations of the speed below the mean, 0 at least", 0),
@@ -296,7 +317,7 @@ COLUMNS = (
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
            None),
-    Column("status", "", "ok, or why cells of the row are empty", "run", None),
+    Column("status", "", "ok, over strength, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
 STATUS = COLUMNS[-1].field
@@ -359,8 +380,14 @@ def lacks(scene, column):
     for key in column.keys:
         values = [attribute(scene, name) for name in key.split("|")]
         if all(value is None or (isinstance(value, tuple) and not value) for value in values):
-            return key.split("|")[0]
+            return written_key(key.split("|")[0])
     return ""
+
+
+def written_key(key):
+    """The key that a user gives for what a column needs."""
+    table, _, name = key.rpartition(".")
+    return f"{table}.{WRITTEN[name]}" if name in WRITTEN else key
 
 
 def without(scene, column):
@@ -373,19 +400,6 @@ def not_finite(column):
     if column.name in ("sag", "sag_ratio"):
         return NoSolutionError(f"no {column.name}: {SHAPELESS}")
     return NoSolutionError(f"{column.header} is not finite")
-
-
-def breaking(stress, strength):
-    """Why a cable breaks, or an empty text."""
-    if not stress > strength:
-        return ""
-    return f"broken cable: stress {stress / 1e6:.4g} MPa is above the strength of {strength / 1e6:.4g} MPa"
-
-
-def broken(case):
-    """Why the cable of a case breaks, or an empty text."""
-    strength = case.scene.cable.strength
-    return "" if strength is None else breaking(float(stress_of(case)), strength)
 
 
 def value(column, case):

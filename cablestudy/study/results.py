@@ -12,8 +12,8 @@ from cablestudy.cable.element import pieces
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
-from cablestudy.study.load_cases import bare_spans, loaded_spans, with_loads
+from cablestudy.study.columns import ROUNDING, SHAPELESS
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
@@ -94,16 +94,6 @@ class Results:
             raise self.failures[case]
 
     @cached_property
-    def broken(self):
-        """Case -> NoSolutionError of a case whose stress is above its strength."""
-        strength = self.given("cable.strength")
-        if np.isnan(strength).all():
-            return {}
-        stress = stress_of(self)
-        places = np.flatnonzero(stress > strength).tolist()
-        return {case: NoSolutionError(breaking(float(stress[case]), float(strength[case]))) for case in places}
-
-    @cached_property
     def statics(self):
         """Tensions, sag and stretched length: `ClosedStatics`."""
         return ClosedStatics(self.catenary)
@@ -131,7 +121,7 @@ class Results:
     @cached_property
     def planar(self):
         """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple, shape (n,)."""
-        return ~self.span.load_forces[..., 2].any(axis=-1)
+        return ~self.span.load_forces[..., 2].any(axis=-1) & ~self._uneven
 
     @cached_property
     def across_x(self):
@@ -141,7 +131,12 @@ class Results:
     @cached_property
     def mirror_symmetric(self):
         """Whether a cable is its own mirror image at mid-length, shape (n,)."""
-        return self.span.mirror_symmetric
+        return self.span.mirror_symmetric & ~self._uneven
+
+    @cached_property
+    def _uneven(self):
+        """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
+        return (self.given("load_case.wind.dynamic_pressure") > 0) & np.isfinite(self.given("model.elements"))
 
     @cached_property
     def length_rounding(self):
@@ -164,6 +159,11 @@ class Results:
         least = self.statics.min_tension
         balanced = EPSILON * self.statics.max_tension / np.where(least > 0, least, np.inf)
         return np.maximum(balanced, self.length_rounding)
+
+    @cached_property
+    def drag_error(self):
+        """Relative error of all results in a steady wind, shape (n,). [-] See `load_cases.drag_errors`."""
+        return drag_errors(self.values, self.catenary)
 
     @cached_property
     def sag_rounding(self):
@@ -257,9 +257,9 @@ def _chord_strain(span, values):
 def _searches(values):
     """What cables may state instead of a length: values, shape (n,), search of many, search of one or its refusal."""
     found = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
-    stated = [(values.given("cable.preload"), "mean")]
+    stated = [(values.given("cable.stated_preload"), "mean")]
     places = values.words("cable.tension.at")
-    stated += [(np.where(places == at, values.given("cable.tension.value"), np.nan), at) for at in set(places) - {""}]
+    stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
     for tension, at in stated:
         many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
         found.append((tension, partial(many, at=at), partial(one, at=at)))

@@ -28,6 +28,11 @@ class Field:
     hidden: bool = False  # whether Markdown leaves the column out
 
 
+def header(name, unit):
+    """A name with its unit, as in CSV and JSON: `end_stiffness_N_per_m`."""
+    return f"{name}_{unit.replace('/', '_per_').replace('^', '').replace(' ', '')}" if unit else name
+
+
 @dataclass(frozen=True)
 class Table:
     """Fields and rows."""
