@@ -188,7 +188,7 @@ BAD = [
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  breaking_force: 1 kN\n  strength: 1 GPa\n",
      "9:3: cable.strength: given together with breaking_force: give exactly one of breaking_force, strength"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  expansion: 12e-6 1/m\n",
-     "8:14: cable.expansion: expected a coefficient of expansion in 1/K (a number, or text such as \"12e-6 1/K\"), "
+     "8:14: cable.expansion: expected a thermal expansion in 1/K (a number, or text such as \"12e-6 1/K\"), "
      'got "12e-6 1/m" (1 / meter)'),
     ("unstretched_length: 184.4883 m", "preload: 0 %",
      '8:12: cable.preload: a share of the breaking force must be above 0 % and at most 100 %, got "0 %"'),
@@ -241,7 +241,7 @@ BAD = [
      "8:23: cable.unstretched_length: 184488.3 m is 993 times the distance of the ends, 185.8 m "
      "(allowed: 0.2 to 200 times; did you mean 184.4883 m?)"),
     ("139.35 m", "190 m", "10:16: cable.loads.0.at: 190 m is not on the cable, which is 184.4883 m long"),
-    ("{at: 139.35 m, ", "{", "10:11: cable.loads.0: missing key: at"),
+    ("{at: 139.35 m, ", "{", "10:11: cable.loads.0: missing key: one of at, fraction"),
     ("[{at: 139.35 m, force: [0 N, 0 N, -1 N]}]", "{at: 1}", "10:10: cable.loads: expected a list, got a mapping"),
     ("{mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}", "[50 kg]",
      "11:10: gondola: expected a mapping with the keys mass, area, drag_coefficient, got a list"),
@@ -320,20 +320,36 @@ def test_values_that_do_not_go_together_are_refused(sets, messages):
         assert message in line
 
 
-KEYS = [".".join((*path, name)).replace("*", "0") for path, model in TABLES.items() for name in model.model_fields]
+KEYS = [
+    ".".join((*path, name)).replace("loads.*", "loads.0").replace("*", "day")
+    for path, model in TABLES.items()
+    for name in model.model_fields
+]
 RANGES = {key: quantity_of(key) for key in KEYS if quantity_of(key)}
 AUTO = "winch.controller.gain={auto: {gain_margin: 6}}"
+ICE, WIND, LOAD = "{ice: {thickness: 1 mm}}", "{wind: {speed: 1}}", "{loads: [{at: 1, mass: 1}]}"
 BESIDE = {
+    "cable.tension.value": ("cable.tension={at: mean, value: 1}",),
+    "cases.day.ice.density": (f"cases={{day: {ICE}}}",),
+    **{
+        f"cases.day.wind.{key}": (f"cases={{day: {WIND}}}",)
+        for key in ("direction", "air_density", "cable_drag_coefficient")
+    },
+    **{f"cases.day.loads.0.{key}": (f"cases={{day: {LOAD}}}",) for key in ("at", "fraction", "force", "mass")},
     "winch.controller.gain.auto": (AUTO,),
     "winch.controller.gain.auto.gain_margin": (AUTO,),
     "correction.delay": ("correction.bandwidth=1",),
     "cable.inclination": ("cable.chord=100 m", "cable.loads=null"),
 }
-VECTORS = {"cable.ends": "[[0, 0, 0], [{}, 0, 0]]", "cable.loads.0.force": "[0, 0, {}]"}
+VECTORS = {
+    "cable.ends": "[[0, 0, 0], [{}, 0, 0]]",
+    "cable.loads.0.force": "[0, 0, {}]",
+    "cases.day.loads.0.force": "[0, 0, {}]",
+}
 
 
 def test_every_quantity_has_a_range_whose_products_do_not_overflow():
-    assert len(RANGES) == 45
+    assert len(RANGES) == 62
     for key, quantity in RANGES.items():
         ends = [abs(end) for end in (quantity.low, quantity.high) if end]
         assert 1e-30 <= min(ends) <= max(ends) <= 1e30, key  # so that products of ten are finite
@@ -349,7 +365,7 @@ def test_a_quantity_beyond_its_range_is_refused_in_one_line(key):
         assert re.fullmatch(rf"--set {key}: (.*: )?(must (be|not be) .*|expected .* which is not finite)", found)
 
 
-ALLOWED = "allowed: gravity, cable, gondola, winch, wind, exposure, correction, model"
+ALLOWED = "allowed: gravity, cable, gondola, winch, wind, ground, cases, case, exposure, correction, model"
 ANCHORED = GOOD.replace("gondola: {", "gondola: &a {").replace("wind: {", "wind: {<<: *a, ")
 
 
@@ -474,7 +490,7 @@ def test_the_scene_schema_knows_every_key_and_group():
     assert "required" not in cable  # a file with a base may leave out anything
     assert schema["if"] == {"required": ["base"]}
     conditions = schema["else"]["properties"]["cable"]["allOf"]
-    assert {"oneOf": [{"required": [key]} for key in ("unstretched_length", "preload", "sag")]} in conditions
+    assert {"oneOf": [{"required": [key]} for key in ("unstretched_length", "preload", "sag", "tension")]} in conditions
     sizes = [{"required": keys} for keys in (["area"], ["diameter"], ["axial_stiffness", "mass_per_length"])]
     assert {"anyOf": sizes} in conditions
     assert {"const": "none"} in schema["$defs"]["Controller"]["properties"]["notch"]["anyOf"]

@@ -261,21 +261,3 @@ def normal_to(vertical):
     axis = np.where(np.abs(vertical[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     found = axis - (axis * vertical).sum(axis=-1, keepdims=True) * vertical
     return found / np.sqrt((found**2).sum(axis=-1, keepdims=True))
-
-
-def merged_loads(loads):
-    """Point loads in ascending order from end 1, those at the same place added.
-
-    Parameters
-    ----------
-    loads : iterable of (position, force)
-        Arc length along the unstretched cable [m] and global force vector [N].
-
-    Returns
-    -------
-    list of (float, ndarray of shape (3,))
-    """
-    forces = {}
-    for position, force in loads:
-        forces[position] = forces.get(position, 0.0) + np.asarray(force, dtype=float)
-    return sorted(forces.items())

@@ -6,9 +6,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from cablestudy.scene.fields import Quantity, Table
+from cablestudy.scene.load_tables import MAX_LOADS, Load, Reference
 from cablestudy.scene.section import Section, Tension, limited, within
 
-MAX_LOADS = 1000
 # Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
 LENGTH_RATIO = (0.2, 200.0)
 _LIKELY_RATIO = (0.5, 5.0)
@@ -17,7 +17,6 @@ CHORD_RANGE = (1e-9, 1e9)  # [m] squares, and those of frequencies, stay finite
 Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
 Length = Annotated[float, Quantity("m", *CHORD_RANGE)]
 Ratio = Annotated[float, Quantity("", 0, 2)]
-Force = Annotated[float, Quantity("N", -1e24, 1e24)]
 Inclination = Annotated[
     float, Quantity("rad", -math.pi / 2, math.pi / 2, limits="from -90 deg to 90 deg (a bare number is rad)")
 ]
@@ -64,17 +63,19 @@ class Damping(Table):
         yield [((), getattr(self, parameter) is not None, lambda: message)]
 
 
-class Load(Table):
-    """A point load."""
-
-    at: Length = Field(description="Arc length from end 1 along the unstretched cable")
-    force: tuple[Force, Force, Force] = Field(description="Force along x, y, z (z up)")
-
-
 class CableProperties(Section):
     """What a cable is made of and how it loses energy, wherever it hangs."""
 
     damping: Damping = Field(Damping(), description="How the cable loses energy")
+
+
+class TensionAt(Table):
+    """A tension at a named place of the cable."""
+
+    at: Literal["end_1", "end_2", "horizontal", "mean", "max"] = Field(
+        description="end_1, end_2, horizontal (its horizontal part), mean, or max (the largest)"
+    )
+    value: Annotated[float, Quantity("N", 1e-24, 1e24)] = Field(description="The tension there")
 
 
 class Cable(CableProperties):
@@ -91,6 +92,8 @@ class Cable(CableProperties):
     preload: Tension | None = Field(
         None, description="Mean tension, or its share of the breaking force (instead of unstretched_length or sag)"
     )
+    tension: TensionAt | None = Field(None, description="Tension at a named place (instead of preload)")
+    reference: Reference = Field(Reference(), description="The state in which preload, tension and sag hold")
     sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
     )
@@ -137,11 +140,17 @@ class Cable(CableProperties):
             products.append((("unstretched_length",), holds, lambda: length_ratio(length, chord)))
         yield products
         if length is not None:
-            message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
-            yield [
-                (("loads", index, "at"), load.at < length, lambda at=load.at: message(at, length))
-                for index, load in enumerate(self.loads)
-            ]
+            yield beyond_the_end(("loads",), self.loads, length)
+
+
+def beyond_the_end(path, loads, length):
+    """The relations that point loads are on a cable of an unstretched length; a list as of `relations`."""
+    message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
+    return [
+        ((*path, index, "at"), load.at < length, lambda at=load.at: message(at, length))
+        for index, load in enumerate(loads)
+        if load.at is not None
+    ]
 
 
 def length_ratio(length, chord):

@@ -108,8 +108,8 @@ class Section(Table):
     fill_factor: Annotated[float, Quantity("", 1e-3, 1)] = Field(
         1.0, description="Metallic area over that of the circle of the outer diameter, where only one of them is given"
     )
-    expansion: Annotated[float, Quantity("1/K", -1, 1)] = Field(
-        0.0, description="Coefficient of thermal expansion, along the cable"
+    expansion: Annotated[float, Quantity("1/K", -1e-2, 1e-2)] | None = Field(
+        None, description="Coefficient of thermal expansion, along the cable"
     )
 
     @model_validator(mode="before")

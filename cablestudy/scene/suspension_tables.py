@@ -5,11 +5,12 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
 
-from cablestudy.scene.cable_table import CableProperties, Force, Length
+from cablestudy.scene.cable_table import CableProperties, Length
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
+from cablestudy.scene.load_tables import Force
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind

@@ -95,7 +95,7 @@ def cable_motion_of(case):
         raise NoSolutionError("the motion of a cable in the wind is computed for fixed ends: leave out the gondola")
     moving, wind = _Cable(case), case.scene.wind
     found = [moving.variances(part, direction) for part in moving.parts for direction in DIRECTIONS]
-    scale = wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter
+    scale = wind.air_density, wind.cable_drag_coefficient, case.scene.wind_diameter
     times = scaling(*scale, moving.length, wind.speed, wind.turbulence)
     largest = np.sqrt(np.max([variance for variance, _ in found], axis=0))
     error = max(error for _, error in found)
@@ -194,7 +194,7 @@ class _Cable:
 
     def _damping(self, shapes, matrices):
         """C_a of static shapes and modes, shape (2 + n, 2 + n). [1/s]"""
-        whole = 2 * cable_damping(self._wind, self._case.scene.cable.section_diameter) * self.length
+        whole = 2 * cable_damping(self._wind, self._case.scene.wind_diameter) * self.length
         drag = np.einsum("eq,eqab,eqbk->eqak", self._rod.shares, matrices, shapes, optimize=True)
         return whole * np.tensordot(shapes, drag, axes=((0, 1, 2), (0, 1, 2)))
 

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
+from cablestudy.cable.geometry import clearance, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.table import Field
 from cablestudy.wind.drag import shedding_frequencies
@@ -30,6 +31,7 @@ MAX_MODE_NUMBER = 1000
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
+STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
 BODY = f"gondola.mass, {DRAG}"
 ON_CABLE = f"gondola.mass, wind, {DIAMETER}"
 # what a cross-section computes -> the key to give where it cannot
@@ -49,7 +51,7 @@ class Column:
     # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run
     needs: str
     compute: Callable  # Results -> ndarray, or Case -> float
-    key: str = ""  # keys of the scene without which it has no value, separated by commas
+    key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
     each: bool = False  # computed case by case, although it is a closed form
     mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
     without: str = ""  # key that a scene must not have
@@ -88,9 +90,9 @@ def utilisation_of(results):
 
 
 def _unstretched_length(results):
-    """As the scene states it, else computed: stated digits are kept."""
+    """As the scene states it, else computed: stated digits are kept. In the reference state."""
     stated = results.given("cable.unstretched_length")
-    return np.where(np.isnan(stated), results.span.unstretched_length, stated)
+    return np.where(np.isnan(stated), results.reference_length, stated)
 
 
 def _nonlinearity(case):
@@ -110,12 +112,58 @@ def _deflections(case):
 def mean_displacement(results):
     """Displacement of each gondola along x by the mean wind: rho/2 C_d A v^2 over the static stiffness. [m]
 
-    Zero where `wind.mean` leaves it out.
+    By the steady wind of the load case where it has one; else zero where `wind.mean` leaves it out.
     """
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
-    force = wind("air_density") / 2 * gondola("drag_coefficient") * gondola("area") * wind("speed") ** 2
+    steady = [results.given(f"load_case.wind.{key}") for key in ("dynamic_pressure", "along_x")]
+    mean = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
+    pressure = np.where(np.isnan(steady[0]), mean, steady[0] * steady[1])
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
-        return np.where(wind("mean"), force / results.end_stiffness_along(0), 0.0)
+        return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
+
+
+def _tension_at(end):
+    """Function of the tension at an end (0 or 1)."""
+    return lambda r: np.sqrt((r.form.end_forces()[..., end, :] ** 2).sum(axis=-1))
+
+
+def _reaction(end, part):
+    """Function of a part of the force of the support on the cable at an end: horizontal, or upwards."""
+
+    def compute(results):
+        force = -results.form.end_forces("global")[..., end, :]
+        return force[..., 2] if part == "vertical" else np.hypot(force[..., 0], force[..., 1])
+
+    return compute
+
+
+def _angle(end):
+    """Function of the angle of a cable below the horizontal where it leaves an end. [deg]"""
+
+    def compute(results):
+        force = results.form.end_forces("global")[..., end, :]
+        return np.degrees(np.arctan2(-force[..., 2], np.hypot(force[..., 0], force[..., 1])))
+
+    return compute
+
+
+def _lowest_point(results):
+    """Level of the lowest point of each cable. [m]"""
+    return results.end_1[..., 2] + lowest_point(results.form)
+
+
+def _support_columns():
+    """Yield the columns of what the two supports hold."""
+    for end in (1, 2):
+        yield Column(f"tension_{end}", "N", f"at end {end}", "statics", _tension_at(end - 1))
+    for end in (1, 2):
+        yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
+                     "statics", _reaction(end - 1, "horizontal"))  # fmt: skip
+        yield Column(f"reaction_{end}_vertical", "N", "vertical part of it, upwards: negative where it holds the end "
+                     "down", "statics", _reaction(end - 1, "vertical"))  # fmt: skip
+    for end in (1, 2):
+        yield Column(f"angle_{end}", "deg", f"of the cable below the horizontal where it leaves end {end}", "statics",
+                     _angle(end - 1))  # fmt: skip
 
 
 def _peak(case):
@@ -136,7 +184,7 @@ def _shedding(name, meaning, place):
 
     def compute(results):
         wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence"))
-        return shedding_frequencies(wind, results.given("cable.section_diameter"))[place]
+        return shedding_frequencies(wind, results.given("wind_diameter"))[place]
 
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
@@ -177,13 +225,14 @@ COLUMNS = (
            lambda r: r.statics.horizontal_tension),
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
-    Column("unstretched_length", "m", "length without tension", "statics", _unstretched_length),
+    Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
+           _unstretched_length),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda r: r.given("cable.chord_length")),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag),
     Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.given("cable.chord_length")),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
-           lambda r: r.span.mass * r.span.unstretched_length),
+           lambda r: r.given("cable.section_mass") * r.reference_length),
     Column("diameter", "mm", "outer, of the cross-section", "scene",
            lambda r: 1e3 * r.given("cable.section_diameter"), DIAMETER),
     Column("area", "mm^2", "metallic, of the cross-section", "scene",
@@ -209,12 +258,22 @@ COLUMNS = (
            lambda c: _deflections(c)[1], "cable.loads", each=True),
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads",
            each=True),
+    *_support_columns(),
+    Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point),
+    Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
+           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True),
+    Column("swing", "deg", "out of the vertical plane of the chord, at mid-span", "statics",
+           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
            lambda r: r.end_stiffness_along(0)),
     Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
            lambda r: r.end_stiffness_along(2)),
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
            lambda r: r.end_stiffness_along(1)),
+    Column("end_stiffness_xz", "N/m", "force along x by a static movement of end 2 along z", "stiffness",
+           lambda r: r.end_stiffness_along(0, 2)),
+    Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
+           lambda r: r.end_stiffness_chord),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
            lambda r: r.gondola_frequency_static, "gondola.mass"),
@@ -235,7 +294,7 @@ COLUMNS = (
     *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
     *_rms("_all_wind", "by the wind on gondola and cable together", ("response_in_air", "cable_response")),
     Column("mean_displacement", "mm", "of the gondola along x by the mean wind on it, the winch at rest; linear",
-           "stiffness", lambda r: 1e3 * mean_displacement(r), DRAG),
+           "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
     _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
@@ -316,9 +375,9 @@ def attribute(scene, path):
 def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
     for key in column.keys:
-        value = attribute(scene, key)
-        if value is None or (isinstance(value, tuple) and not value):
-            return written_key(key)
+        values = [attribute(scene, name) for name in key.split("|")]
+        if all(value is None or (isinstance(value, tuple) and not value) for value in values):
+            return written_key(key.split("|")[0])
     return ""
 
 

@@ -177,7 +177,7 @@ def _modelled(scene, **model):
 
 
 def _spectral(elements, order, scene, _):
-    return fixed(elements * (1 + load_count(scene)), order, "lumped", scene)
+    return fixed(elements * (1 + load_count(scene)[1]), order, "lumped", scene)
 
 
 def _controlled(accuracy, scene, columns):

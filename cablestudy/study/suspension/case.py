@@ -38,17 +38,34 @@ class CableResults:
     ----------
     scenes : sequence of SuspensionScene
         n of them, with the same cables.
-    catenary : Catenary
-        Of shape (n, c).
+    equilibrium : Equilibrium
+        Of these cases, shape (n,).
     """
 
-    def __init__(self, scenes, catenary):
-        self._scenes, self.catenary, self.span, self._values = scenes, catenary, catenary.span, {}
+    def __init__(self, scenes, equilibrium):
+        self._scenes, self._equilibrium, self._values = scenes, equilibrium, {}
+        self.form = equilibrium.catenary
+        self.span = self.form.span
 
     @cached_property
     def statics(self):
         """`ClosedStatics`, fields of shape (n, c)."""
-        return ClosedStatics(self.catenary)
+        return ClosedStatics(self.form)
+
+    @property
+    def middle(self):
+        """Arc length at mid-span over unstretched length, shape (n, c). [-]"""
+        return self.form.middle
+
+    @property
+    def end_1(self):
+        """Places of the ends `from`, shape (n, c, 3). [m]"""
+        return self._equilibrium.ends[..., 0, :]
+
+    @property
+    def reference_length(self):
+        """Unstretched lengths, shape (n, c). [m]"""
+        return self.span.unstretched_length
 
     @property
     def mass(self):
@@ -105,7 +122,7 @@ class Group:
             self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
             self.equilibrium = statics.pose(_formed(numbers))
-        self.cables = CableResults(scenes, self.equilibrium.catenary)
+        self.cables = CableResults(scenes, self.equilibrium)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
 
