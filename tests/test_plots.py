@@ -242,11 +242,15 @@ def test_samples_are_scattered_and_not_joined(tmp_path, varied, joined):
 def test_materials_are_categories_and_a_broken_cable_is_left_out(tmp_path):
     text = (
         "set: {cable.preload: 1344.75 N, cable.area: 2.69 mm^2}\n"
-        "vary: [{cable.material: [polypropylene, steel, aramid]}]\ncolumns: [sag, end_stiffness]\n"
+        "vary: [{cable.material: [paper/polypropylene, steel, aramid]}]\ncolumns: [sag, end_stiffness]\n"
     )
     table, figure = drawn_study(tmp_path, text, "slack")
     assert [row["status"] == "ok" for row in table.rows] == [False, True, True]
-    assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == ["polypropylene", "steel", "aramid"]
+    assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == [
+        "paper/polypropylene",
+        "steel",
+        "aramid",
+    ]
     assert list(figure.axes[0].lines[0].get_xdata()) == [1, 2]
     assert list(figure.axes[0].lines[0].get_ydata()) == [row["sag_m"] for row in table.rows[1:]]
 

@@ -25,6 +25,7 @@ ALTERNATIVES = {
         (("unstretched_length",), ("preload",), ("sag",), ("tension_to",)),
         *OF_SECTION,
     ),
+    "material": OF_SECTION,
     "cable.damping": ((("ratio",), ("loss_factor",), ("time",)),),
     "wind": ((("turbulence_intensity",), ("turbulence_rms",)),),
     "model": ((("accuracy",), ("elements", "order", "mass")),),
@@ -38,6 +39,7 @@ PLACES = {
     "ice": ("cases.*.ice",),
     "steady_wind": ("cases.*.wind",),
     "cables": ("cable", "cables.*"),
+    "material": ("materials.*",),
 }
 
 # Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
