@@ -176,7 +176,7 @@ BAD = [
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  breaking_force: 1 kN\n  strength: 1 GPa\n",
      "9:3: cable.strength: given together with breaking_force: give exactly one of breaking_force, strength"),
     ("  area: 2.69 mm^2\n", "  area: 2.69 mm^2\n  expansion: 12e-6 1/m\n",
-     "8:14: cable.expansion: expected a thermal expansion in 1/K (a number, or text such as \"12e-6 1/K\"), "
+     "8:14: cable.expansion: expected a coefficient of expansion in 1/K (a number, or text such as \"12e-6 1/K\"), "
      'got "12e-6 1/m" (1 / meter)'),
     ("unstretched_length: 184.4883 m", "preload: 0 %",
      '8:12: cable.preload: a share of the breaking force must be above 0 % and at most 100 %, got "0 %"'),

@@ -75,7 +75,7 @@ class TensionAt(Table):
     at: Literal["end_1", "end_2", "horizontal", "mean", "max"] = Field(
         description="end_1, end_2, horizontal (its horizontal part), mean, or max (the largest)"
     )
-    value: Annotated[float, Quantity("N", 1e-24, 1e24)] = Field(description="The tension there")
+    value: Tension = Field(description="The tension there, or its share of the breaking force")
 
 
 class Cable(CableProperties):
@@ -102,7 +102,12 @@ class Cable(CableProperties):
     @property
     def stated_preload(self):
         """The preload, given in newtons or as a share of the breaking force; or None. [N]"""
-        return self.stated_force("preload")
+        return self.force_of(self.preload)
+
+    @property
+    def stated_tension(self):
+        """The value of `tension`, likewise; or None. [N]"""
+        return None if self.tension is None else self.force_of(self.tension.value)
 
     @property
     def end_1(self):
@@ -134,7 +139,8 @@ class Cable(CableProperties):
         chord, length = self.chord_length, self.unstretched_length
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
         yield [limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
-        products = [*self.section_relations(), *self.tension_relations(("preload",))]
+        stated = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
+        products = [*self.section_relations(), *self.tension_relations(stated)]
         if length is not None:
             holds = within(length / chord, LENGTH_RATIO)
             products.append((("unstretched_length",), holds, lambda: length_ratio(length, chord)))

@@ -3,7 +3,6 @@
 import math
 from typing import Annotated, ClassVar
 
-import numpy as np
 from pydantic import Field, StrictBool
 
 from cablestudy.scene.fields import Quantity, Table
@@ -74,21 +73,6 @@ class SteadyWind(Table):
     def dynamic_pressure(self):
         """Given, or rho/2 v^2. [Pa]"""
         return self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
-
-    @property
-    def along_x(self):
-        """Cosine of the direction. [-]"""
-        return _without_dust(np.cos(self.direction))
-
-    @property
-    def along_y(self):
-        """Sine of the direction. [-]"""
-        return _without_dust(np.sin(self.direction))
-
-
-def _without_dust(value):
-    """A cosine or sine, zero where it is not for rounding only."""
-    return np.where(np.abs(value) < 1e-15, 0.0, value)[()]
 
 
 class LoadCase(Table):

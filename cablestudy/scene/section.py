@@ -103,9 +103,8 @@ class Section(Properties):
             found.append(((), "missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"))
         return found
 
-    def stated_force(self, key):
-        """The force that a key states in newtons or as a share of the breaking force; None if it states none. [N]"""
-        stated = getattr(self, key)
+    def force_of(self, stated):
+        """A force stated in newtons or as a share of the breaking force; None stays None. [N]"""
         return stated.value * self.section_breaking_force if isinstance(stated, Share) else stated
 
     # ---------------------------------------------------------------------------------------------- relations
@@ -121,22 +120,27 @@ class Section(Properties):
             found.append(limited("density", mass, MASS_RANGE, "kg/m", f"{product}kg/m".format))
         return found
 
-    def tension_relations(self, keys):
-        """The tensions that keys state are not far beyond what the cable can take: a list as of `relations`."""
-        given = [key for key in keys if getattr(self, key) is not None]
+    def tension_relations(self, stated):
+        """The tensions that keys state are not far beyond what the cable can take: a list as of `relations`.
+
+        Parameters
+        ----------
+        stated : dict
+            Path inside the table -> what is there: a force [N], `Share`, or None.
+        """
+        stated = {path: tension for path, tension in stated.items() if tension is not None}
         if self.section_axial_stiffness is None:
             return []
         if self.section_breaking_force is None:
-            shares = [key for key in given if isinstance(getattr(self, key), Share)]
+            shares = [path for path, tension in stated.items() if isinstance(tension, Share)]
             if shares:
                 message = "a share needs the breaking force: give breaking_force, or strength with area or diameter"
-                return [((key,), False, lambda: message) for key in shares]
-        return [self._tension_relation(key) for key in given]
+                return [(path, False, lambda: message) for path in shares]
+        return [self._tension_relation(path, self.force_of(tension)) for path, tension in stated.items()]
 
-    def _tension_relation(self, key):
-        tension = self.stated_force(key)
-
+    def _tension_relation(self, path, tension):
         def text(ratio):
             return f"{tension:g} N is {ratio:.3g} times the axial stiffness"
 
-        return limited(key, tension / self.section_axial_stiffness, PRESTRAIN_RANGE, "times", text)
+        _, holds, message = limited(path[-1], tension / self.section_axial_stiffness, PRESTRAIN_RANGE, "times", text)
+        return path, holds, message

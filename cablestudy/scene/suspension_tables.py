@@ -226,7 +226,7 @@ class SuspendedCable(_Stated):
     @property
     def stated_value(self):
         """What it gives, tensions that are shares of the breaking force in newtons; or None. [m] or [N]"""
-        return self.stated_force(self.stated) if self.stated else None
+        return self.force_of(getattr(self, self.stated)) if self.stated else None
 
     @property
     def ends(self):
@@ -235,7 +235,8 @@ class SuspendedCable(_Stated):
 
     def relations(self):
         """See `section_relations`."""
-        yield [*self.section_relations(), *self.tension_relations(("preload", "tension_to"))]
+        tensions = {("preload",): self.preload, ("tension_to",): self.tension_to}
+        yield [*self.section_relations(), *self.tension_relations(tensions)]
 
 
 _force = Quantity("N", 1e-24, 1e24).read

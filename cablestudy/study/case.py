@@ -27,7 +27,8 @@ GONDOLA_MODES, OMITTED = 20, 1.5
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
-         "unstretched_length", "stated_preload", "sag", "tension", "reference", "expansion", "loads")  # fmt: skip
+         "unstretched_length", "stated_preload", "stated_tension", "tension", "sag", "reference", "expansion",
+         "loads")  # fmt: skip
 
 
 class Case:

@@ -17,6 +17,7 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.cable.geometry import clearance, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.load_cases import along
 from cablestudy.study.table import Field
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.peak import peak_factor
@@ -115,9 +116,9 @@ def mean_displacement(results):
     By the steady wind of the load case where it has one; else zero where `wind.mean` leaves it out.
     """
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
-    steady = [results.given(f"load_case.wind.{key}") for key in ("dynamic_pressure", "along_x")]
+    steady = results.given("load_case.wind.dynamic_pressure")
     mean = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
-    pressure = np.where(np.isnan(steady[0]), mean, steady[0] * steady[1])
+    pressure = np.where(np.isnan(steady), mean, steady * along(results)[0])
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
         return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
 

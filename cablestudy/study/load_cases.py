@@ -107,13 +107,21 @@ def wind_loads(values, span):
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
         return np.zeros((len(values), 3))
-    along = (np.nan_to_num(values.given(f"load_case.wind.along_{axis}")) for axis in "xy")
-    direction = np.stack([*along, np.zeros(len(values))], axis=-1)
+    direction = np.stack([*along(values), np.zeros(len(values))], axis=-1)
     chord = span.frame[..., 0, :]
     across = direction - chord * (direction * chord).sum(axis=-1, keepdims=True)
     size = np.sqrt((across**2).sum(axis=-1))
     drag = values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
     return (np.where(pressure > 0, pressure * drag * size, 0.0))[:, None] * across
+
+
+def along(values):
+    """Cosine and sine of the direction of the steady wind, zero where they are not for rounding only, shapes (n,). [-]
+
+    1 and 0 without a wind.
+    """
+    direction = np.nan_to_num(values.given("load_case.wind.direction"))
+    return tuple(np.where(np.abs(part) < 1e-15, 0.0, part) for part in (np.cos(direction), np.sin(direction)))
 
 
 def _in_wind(span, values, wind):

@@ -259,7 +259,7 @@ def _searches(values):
     found = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
     stated = [(values.given("cable.stated_preload"), "mean")]
     places = values.words("cable.tension.at")
-    stated += [(np.where(places == at, values.given("cable.tension.value"), np.nan), at) for at in set(places) - {""}]
+    stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
     for tension, at in stated:
         many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
         found.append((tension, partial(many, at=at), partial(one, at=at)))
