@@ -149,6 +149,16 @@ class Span:
         return self.weight_per_length * self.unstretched_length
 
     @property
+    def point_masses(self):
+        """What one cable carries: (share of the unstretched length, mass over that of the cable) of each, a tuple."""
+        if self.load_masses is None:
+            return ()
+        length = float(self.unstretched_length)
+        whole = float(self.mass) * length
+        pairs = zip(self.load_positions.tolist(), self.load_masses.tolist(), strict=True)
+        return tuple((place / length, mass / whole) for place, mass in pairs if mass)
+
+    @property
     def transverse_load(self):
         """Sum of weight and loads across the chord, absolute values, shape (...). [N]"""
         return np.abs(self.weight * self.cosine) + np.abs(self.load_forces[..., 1:]).sum(axis=(-1, -2))

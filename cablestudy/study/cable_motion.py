@@ -203,6 +203,9 @@ class _Cable:
         model = self._model.select(part)
         damping = np.diag(2 * model.damping_ratio * model.omega if model.strain is None else 0 * model.omega)
         damping = damping + model.viscous * np.eye(len(part)) + drag[2:, 2:]
+        if model.uneven:
+            carried = model.carried[:, : len(part)]
+            damping = damping - model.viscous * carried.T @ carried
         if model.strain is None:
             return model.omega, damping, np.zeros_like(damping)
         if model.strain.law == "kelvin_voigt":
@@ -214,6 +217,8 @@ class _Cable:
         model, n = self._model.select(part), len(part)
         coupling = self._ends.T @ model.coupling.T
         rate, place = model.viscous * coupling + drag[:2, 2:], np.zeros((2, n), dtype=complex)
+        if model.uneven:
+            rate = rate - model.viscous * (model.carried[:, n:] @ self._ends).T @ model.carried[:, :n]
         if model.strain is None:
             rate = rate + coupling * (2 * model.damping_ratio * model.omega)
         else:

@@ -86,8 +86,13 @@ def stress_of(results):
 
 
 def utilisation_of(results):
-    """Largest tension of each cable over its breaking force. [-]"""
+    """Largest tension of each cable over its breaking force, not a number without one. [-]"""
     return results.statics.max_tension / results.given("cable.section_breaking_force")
+
+
+def over_strength(results):
+    """Whether the largest tension of each cable is above its breaking force; False where none is stated."""
+    return utilisation_of(results) > 1
 
 
 def _unstretched_length(results):
@@ -315,7 +320,7 @@ COLUMNS = (
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
            None),
-    Column("status", "", "ok, or why cells of the row are empty", "run", None),
+    Column("status", "", "ok, over strength, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
 STATUS = COLUMNS[-1].field
@@ -398,23 +403,6 @@ def not_finite(column):
     if column.name in ("sag", "sag_ratio"):
         return NoSolutionError(f"no {column.name}: {SHAPELESS}")
     return NoSolutionError(f"{column.header} is not finite")
-
-
-def breaking(tension, strength, area):
-    """Why a cable breaks, or an empty text; without an area (None, or not a number) in forces."""
-    if not tension > strength:
-        return ""
-    if area is None or not isfinite(area):
-        return f"broken cable: tension {tension:.4g} N is above the breaking force of {strength:.4g} N"
-    stress, strength = tension / area / 1e6, strength / area / 1e6
-    return f"broken cable: stress {stress:.4g} MPa is above the strength of {strength:.4g} MPa"
-
-
-def broken(case):
-    """Why the cable of a case breaks, or an empty text."""
-    cable = case.scene.cable
-    strength = cable.section_breaking_force
-    return "" if strength is None else breaking(float(case.statics.max_tension), strength, cable.section_area)
 
 
 def value(column, case):

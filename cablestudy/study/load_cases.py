@@ -11,6 +11,7 @@ import numpy as np
 
 from cablestudy.cable.span import Span
 
+DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -104,15 +105,46 @@ def _ice_mass(values, gravity):
 
 def wind_loads(values, span):
     """Force of the steady wind per unstretched length, global axes, shape (n, 3). [N/m]"""
-    pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
-    if not pressure.any():
+    pressed, direction = _pressed(values)
+    if not pressed.any():
         return np.zeros((len(values), 3))
+    return pressed[:, None] * _across(direction, span.frame[..., 0, :])
+
+
+def _pressed(values):
+    """Drag of a length across the steady wind, C_d q D, shape (n,) [N/m]; its direction, shape (n, 3)."""
+    pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     direction = np.stack([*along(values), np.zeros(len(values))], axis=-1)
-    chord = span.frame[..., 0, :]
-    across = direction - chord * (direction * chord).sum(axis=-1, keepdims=True)
-    size = np.sqrt((across**2).sum(axis=-1))
+    if not pressure.any():
+        return pressure, direction
     drag = values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
-    return (np.where(pressure > 0, pressure * drag * size, 0.0))[:, None] * across
+    return np.where(pressure > 0, pressure * drag, 0.0), direction
+
+
+def _across(direction, tangent):
+    """|u_n| u_n of a unit vector u, with its part u_n across a tangent."""
+    across = direction - tangent * (direction * tangent).sum(axis=-1, keepdims=True)
+    return np.sqrt((across**2).sum(axis=-1, keepdims=True)) * across
+
+
+def drag_errors(values, catenary):
+    """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]
+
+    Largest difference from the drag of the cable where it hangs, by its own tangent and stretched length, over the
+    whole load per length.
+    """
+    pressed, direction = _pressed(values)
+    if not pressed.any():
+        return pressed
+    span = catenary.span
+    assumed = _across(direction, span.frame[..., 0, :])[:, None]
+    force = span.in_frame(catenary.at(np.linspace(0.0, 1.0, DRAG_POINTS))[1], "global")
+    tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
+    stretch = 1 + tension / np.asarray(span.axial_stiffness)[:, None, None]
+    there = stretch * _across(direction[:, None], force / np.maximum(tension, np.finfo(float).tiny))
+    most = pressed * np.sqrt(((there - assumed) ** 2).sum(axis=-1)).max(axis=-1)
+    load = span.mass * span.gravity
+    return np.divide(most, load, out=np.ones_like(most), where=most < load)
 
 
 def along(values):

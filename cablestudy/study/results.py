@@ -12,8 +12,8 @@ from cablestudy.cable.element import pieces
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking
-from cablestudy.study.load_cases import bare_spans, loaded_spans, with_loads
+from cablestudy.study.columns import ROUNDING, SHAPELESS
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
@@ -94,16 +94,6 @@ class Results:
             raise self.failures[case]
 
     @cached_property
-    def broken(self):
-        """Case -> NoSolutionError of a case whose stress is above its strength."""
-        strength = self.given("cable.section_breaking_force")
-        if np.isnan(strength).all():
-            return {}
-        tension, area = self.statics.max_tension, self.given("cable.section_area")
-        places = np.flatnonzero(tension > strength).tolist()
-        return {case: NoSolutionError(breaking(tension[case], strength[case], area[case])) for case in places}
-
-    @cached_property
     def statics(self):
         """Tensions, sag and stretched length: `ClosedStatics`."""
         return ClosedStatics(self.catenary)
@@ -164,6 +154,11 @@ class Results:
         least = self.statics.min_tension
         balanced = EPSILON * self.statics.max_tension / np.where(least > 0, least, np.inf)
         return np.maximum(balanced, self.length_rounding)
+
+    @cached_property
+    def drag_error(self):
+        """Relative error of all results in a steady wind, shape (n,). [-] See `load_cases.drag_errors`."""
+        return drag_errors(self.values, self.catenary)
 
     @cached_property
     def sag_rounding(self):

@@ -7,6 +7,7 @@ import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, utilisation_of
+from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.movement import drag_of
@@ -72,7 +73,7 @@ class CableResults:
         """Of each cable, shape (n, c). [kg]"""
         return self.span.mass * self.span.unstretched_length
 
-    @property
+    @cached_property
     def utilisation(self):
         """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
         return utilisation_of(self)
@@ -215,10 +216,30 @@ class SuspensionCase:
         With its statics, or why there are none, where they were computed with those of others.
     place : int
         Of the case in the group.
+    estimate : bool
+        Whether the errors of the motion of exact elements are to be estimated, against `finer`.
+
+    Attributes
+    ----------
+    differences : dict
+        Header -> relative error of what was held against `finer`, None where it is not known.
+    reason : str
+        Why some are not known.
     """
 
-    def __init__(self, scene, group=None, place=0):
+    def __init__(self, scene, group=None, place=0, estimate=False):
         self.scene, self._group, self.place, self._modes = scene, group, place, {}
+        self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
+
+    @cached_property
+    def finer(self):
+        """The same suspension with a model to an accuracy of `refinement.REFERENCE`."""
+        return SuspensionCase(reference_scene(self.scene))
+
+    @property
+    def damped_by_modes(self):
+        """Whether some cable has modal damping, whose effect grows with the number of modes."""
+        return any(cable.damping.model == "modal" and cable.damping.ratio for cable in self.scene.cables.values())
 
     @cached_property
     def group(self):
@@ -272,6 +293,12 @@ class SuspensionCase:
     def largest_modes(self):
         """Of the modes that were computed those of the largest number: a list of at most one `CoupledModes`."""
         return [self._modes[max(self._modes)]] if self._modes else []
+
+    @property
+    def over_strength(self):
+        """Largest stress over strength of the cables where it is above 1, by their names: dict. [-]"""
+        found = zip(self.group.cable_places, self.group.cables.utilisation[self.place].tolist(), strict=True)
+        return {name: utilisation for name, utilisation in found if utilisation > 1}
 
     def cable(self, name):
         """Place of a cable among all."""
