@@ -373,7 +373,7 @@ MISTAKES = {
     "a number for a cable": ([("{from: north, to: knot, preload: 1000}", "5")],
         "13:6: cables.n: expected a mapping with the keys axial_stiffness, elastic_modulus, "
         "mass_per_length, density, breaking_force, strength, area, diameter, fill_factor, expansion, "
-        "material, damping, unstretched_length, preload, sag, tension_to, force_density, from, to, got 5"),
+        "material, damping, unstretched_length, preload, sag, tension_to, force_density, reference, from, to, got 5"),
     "several mistakes": ([("mass: 50", "mass: -50"), ("preload: 1000", "prelod: 100"),
          ("to: gondola.b", "to: gondola.q")],
         ["9:11: bodies.gondola.mass: must be positive, got -50",

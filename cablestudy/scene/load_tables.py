@@ -1,6 +1,7 @@
 """What acts on a cable beside its weight, and the state in which its length is stated: tables of the file, in SI."""
 
 import math
+from functools import partial
 from typing import Annotated, ClassVar
 
 from pydantic import Field, StrictBool
@@ -75,17 +76,59 @@ class SteadyWind(Table):
         return self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
 
 
-class LoadCase(Table):
-    """One of the days of a cable, whose unstretched length is that of the reference state."""
+class CommonLoadCase(Table):
+    """What a day does to every cable; unstretched lengths are those of the reference state."""
 
     temperature: Temperature | None = Field(None, description="Of the cable; by default that of the reference state")
     ice: Ice | None = Field(None, description="Ice, or any other load per length")
-    wind: SteadyWind | None = Field(None, description="Steady wind on cable and gondola")
+    wind: SteadyWind | None = Field(None, description="Steady wind on cables, and on the gondola or the bodies")
+
+    def elongation(self, cable):
+        """Relative change of the unstretched length of a cable by the temperature. [-]"""
+        if self.temperature is None or cable.expansion is None:
+            return 0.0
+        return cable.expansion * (self.temperature - cable.reference.temperature)
+
+    def wind_diameter(self, cable):
+        """Diameter of a cable that the wind sees, with the ice around it; None where that of the cable is unknown. [m]"""
+        diameter, ice = cable.section_diameter, self.ice
+        if diameter is None or ice is None or ice.thickness is None:
+            return diameter
+        return diameter + 2 * ice.thickness
+
+    def needs_of(self, cable, path, name):
+        """The relations that a cable has what the case of this name needs; a list as of `Table.relations`.
+
+        Parameters
+        ----------
+        cable : CableProperties
+        path : tuple
+            Of the cable in the scene.
+        name : str
+        """
+        around = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
+        text = "missing key: {} (case {} has {})".format
+        return [
+            (path, not around or cable.section_diameter is not None,
+             partial(text, "diameter", name, "wind or ice around the cable")),
+            (path, self.temperature is None or cable.expansion is not None,
+             partial(text, "expansion", name, "a temperature")),
+        ]  # fmt: skip
+
+
+class LoadCase(CommonLoadCase):
+    """One of the days of a scene of one cable."""
+
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
 
 
-class Reference(Table):
-    """The state in which preload, tension and sag of the cable hold."""
+class ReferenceTemperature(Table):
+    """The state in which preload, tension and sag of a cable of a suspension hold."""
 
     temperature: Temperature = Field(288.15, description="Of the cable, also where a case gives none")
+
+
+class Reference(ReferenceTemperature):
+    """The state in which preload, tension and sag of the cable hold."""
+
     loads: StrictBool = Field(False, description="Whether the point loads of the cable are on it")

@@ -1,15 +1,14 @@
 """A scene: the file format as typed models. Every value is in SI after reading."""
 
-from functools import partial
-from itertools import pairwise
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field, ValidationError
 
-from cablestudy.scene.cable_table import Cable, Coordinate, Damping, TensionAt, beyond_the_end
+from cablestudy.scene.cable_table import Cable, Damping, TensionAt, beyond_the_end
 from cablestudy.scene.control_tables import AutoGain, Controller, Margin, Notch
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import Either, Name, Quantity, Table, suggestion, table_at
+from cablestudy.scene.fields import Name, Quantity, Table, suggestion, table_at
+from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.load_tables import Ice, Load, LoadCase, Reference, SteadyWind
@@ -39,23 +38,6 @@ class Winch(Table):
     controller: Controller | None = Field(None, description="What drives the winch")
 
 
-_level = Quantity("m", -1e9, 1e9)
-_profile = TypeAdapter(
-    Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=10_000)]
-).validate_python
-Ground = Annotated[
-    float | tuple,
-    Either(
-        (((int, float, str), _level.read), ((list, tuple), _profile)),
-        "a level, or a list of [x, z]",
-        (
-            *_level.schema()["anyOf"],
-            {"type": "array", "minItems": 2, "items": {"type": "array", "minItems": 2, "maxItems": 2}},
-        ),
-    ),
-]
-
-
 class Scene(Table):
     """The contents of a scene file."""
 
@@ -83,51 +65,28 @@ class Scene(Table):
         return self.cable.loads + self.load_case.loads
 
     @property
-    def temperature_change(self):
-        """Temperature of the cable less that of its reference state. [K]"""
-        temperature = self.load_case.temperature
-        return 0.0 if temperature is None else temperature - self.cable.reference.temperature
-
-    @property
     def elongation(self):
-        """Relative change of the unstretched length by the temperature. [-]"""
-        return 0.0 if self.cable.expansion is None else self.cable.expansion * self.temperature_change
+        """See `LoadCase.elongation`. [-]"""
+        return self.load_case.elongation(self.cable)
 
     @property
     def wind_diameter(self):
-        """Diameter that the wind sees, with the ice around the cable; None where that of the cable is unknown. [m]"""
-        diameter, ice = self.cable.section_diameter, self.load_case.ice
-        if diameter is None or ice is None or ice.thickness is None:
-            return diameter
-        return diameter + 2 * ice.thickness
+        """See `LoadCase.wind_diameter`. [m]"""
+        return self.load_case.wind_diameter(self.cable)
 
     def relations(self):
         """The case is one of the cases, what it needs of the cable is there, and its loads are on the cable."""
         known = self.case is None or self.case in self.cases
         yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
         cable, length = self.cable, self.cable.unstretched_length
-        yield [relation for name, case in self.cases.items() for relation in _needs_of_cable(name, case, cable)]
+        yield [relation for name, case in self.cases.items() for relation in case.needs_of(cable, ("cable",), name)]
         if length is not None:
             for name, case in self.cases.items():
                 yield beyond_the_end(("cases", name, "loads"), case.loads, length)
-        if isinstance(self.ground, tuple):
-            rising = all(one[0] < other[0] for one, other in pairwise(self.ground))
-            yield [(("ground",), rising, lambda: "the x of its points must ascend")]
+        yield ground_relations(self.ground)
 
 
 NO_CASE = LoadCase()
-
-
-def _needs_of_cable(name, case, cable):
-    """The relations that the cable has what a case needs of it; a list as of `Table.relations`."""
-    around = case.wind is not None or (case.ice is not None and case.ice.thickness is not None)
-    text = "missing key: {} (case {} has {})".format
-    return [
-        (("cable",), not around or cable.section_diameter is not None,
-         partial(text, "diameter", name, "wind or ice around the cable")),
-        (("cable",), case.temperature is None or cable.expansion is not None,
-         partial(text, "expansion", name, "a temperature")),
-    ]  # fmt: skip
 
 
 # Where each mapping of the file lies ("*": any index) and which model reads it.

@@ -14,8 +14,10 @@ from cablestudy.scene.connections import attachment_of, connection_mistakes, unh
 from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
 from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion
+from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
+from cablestudy.scene.load_tables import CommonLoadCase, Ice, ReferenceTemperature, SteadyWind
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
@@ -31,6 +33,7 @@ from cablestudy.scene.suspension_tables import (
     SuspendedCable,
     Tensions,
 )
+from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind, SuspensionWind
 
 # Keys of a scene of one cable -> what a suspension has instead.
@@ -42,6 +45,8 @@ INSTEAD = {
     ("inclination",): "each cable has from and to",
     ("loads",): "end two cables at a free point that carries the force",
 }
+OF_CABLES = ("cable",), ("cables",), ("cases",)  # tables with keys of one cable
+NO_CASE = CommonLoadCase()
 
 
 class SuspensionScene(Table):
@@ -60,6 +65,9 @@ class SuspensionScene(Table):
     control: Control | None = Field(None, description="The loop of the winches")
     actuators: dict[Name, Actuator] = Field({}, description="Name -> reaction mass (mass) or reaction wheel (inertia)")
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
+    ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cables")
+    cases: dict[Name, CommonLoadCase] = Field({}, description="Name -> temperature, ice and steady wind of one day")
+    case: Name | None = Field(None, description="Which of the cases; without it the reference state")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")
     materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
@@ -86,6 +94,11 @@ class SuspensionScene(Table):
         """Whether a cable has what is written at a path in the table `cable`."""
         own, shared = self._written["cables"][cable], self._written.get("cable", {})
         return not _is_written(own, path) and _is_written(_over(shared, own), path)
+
+    @property
+    def load_case(self):
+        """The chosen `CommonLoadCase`; without one that of no temperature, ice and wind."""
+        return NO_CASE if self.case is None else self.cases[self.case]
 
     def attachment(self, end):
         """Name of the body or free point that holds an end, None for the ground, and its place.
@@ -123,6 +136,7 @@ class SuspensionScene(Table):
         for relation in actuator_relations(self):
             yield [relation]
         yield _failed(self._unknown_diameters())
+        yield from self._case_relations()
         ends = {name: tuple(map(self.start, cable.ends)) for name, cable in self.cables.items()}
         chords = {name: _distance(*places) for name, places in ends.items()}
         yield [
@@ -134,6 +148,18 @@ class SuspensionScene(Table):
             for name, chord in chords.items()
         ]
         yield [relation for name, chord in chords.items() for relation in self._lengths(name, chord)]
+
+    def _case_relations(self):
+        """The case is one of the cases, all cables have what the cases need, and the ground is in order."""
+        known = self.case is None or self.case in self.cases
+        yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        yield [
+            relation
+            for name, case in self.cases.items()
+            for cable, table in self.cables.items()
+            for relation in case.needs_of(table, ("cables", cable), name)
+        ]
+        yield ground_relations(self.ground)
 
     def body_of(self, table):
         """Name of the body that `control` or one of the actuators names, or of the only one."""
@@ -197,11 +223,16 @@ SUSPENSION_TABLES = {
     (): SuspensionScene,
     ("cable",): SharedCable,
     ("cable", "damping"): Damping,
+    ("cable", "reference"): ReferenceTemperature,
     ("points", "*"): Point,
     ("bodies", "*"): Body,
     ("bodies", "*", "wind"): BodyWind,
     ("cables", "*"): SuspendedCable,
     ("cables", "*", "damping"): Damping,
+    ("cables", "*", "reference"): ReferenceTemperature,
+    ("cases", "*"): CommonLoadCase,
+    ("cases", "*", "ice"): Ice,
+    ("cases", "*", "wind"): SteadyWind,
     ("winches", "*"): CableWinch,
     ("tensions",): Tensions,
     ("control",): Control,
@@ -258,7 +289,7 @@ def read_suspension(document):
 def _explained(found):
     """Findings in which keys of a scene of one cable are told what a suspension has instead."""
     for path, message in found:
-        instead = INSTEAD.get(path if len(path) == 1 else path[-1:] if path[:1] in (("cable",), ("cables",)) else None)
+        instead = INSTEAD.get(path if len(path) == 1 else path[-1:] if path[:1] in OF_CABLES else None)
         unknown = instead and message.startswith("unknown key")
         limit = path[:1] == ("actuators",) and message.removeprefix("missing key: ") in LIMITS
         note = " (an actuator without limits)" if limit else ""

@@ -10,7 +10,7 @@ from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
-from cablestudy.scene.load_tables import Force
+from cablestudy.scene.load_tables import Force, ReferenceTemperature
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
@@ -194,6 +194,9 @@ class _Stated(CableProperties):
         None, description="Tension at the end `to`, or its share of the breaking force (instead of unstretched_length)"
     )
     force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
+    reference: ReferenceTemperature = Field(
+        ReferenceTemperature(), description="The state in which lengths, tensions and sags hold"
+    )
 
 
 class SharedCable(_Stated):

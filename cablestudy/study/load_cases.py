@@ -11,6 +11,7 @@ import numpy as np
 
 from cablestudy.cable.span import Span
 
+ICE_PARTS = ("thickness", "density", "weight")
 DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
 UP = np.array([0.0, 0.0, 1.0])
@@ -82,7 +83,8 @@ def loaded_spans(span, values, strain):
     elongation = values.given("elongation")
     warm = 1.0 + elongation
     gravity = values.given("gravity")
-    ice = _ice_mass(values, gravity)
+    parts = (values.given(f"load_case.ice.{key}") for key in ICE_PARTS)
+    ice = ice_mass(*parts, values.given("cable.section_diameter"), gravity)
     span = replace(span, mass=span.mass / warm + ice)
     wind = wind_loads(values, span)
     if wind.any():
@@ -96,10 +98,17 @@ def _warmed(span, warm):
     return span.load_positions * warm[:, None] if span.load_positions.shape[-1] else span.load_positions
 
 
-def _ice_mass(values, gravity):
-    """Of ice and other loads per length, shape (n,). [kg/m]"""
-    thickness, weight = (np.nan_to_num(values.given(f"load_case.ice.{key}")) for key in ("thickness", "weight"))
-    density, diameter = values.given("load_case.ice.density"), values.given("cable.section_diameter")
+def ice_mass(thickness, density, weight, diameter, gravity):
+    """Mass per unstretched length of ice and other loads, which are not a number where there are none. [kg/m]
+
+    Parameters
+    ----------
+    thickness, density, weight : ndarray, shape (...)
+        Of a layer of ice [m], [kg/m^3], and of other loads per length [N/m].
+    diameter, gravity : ndarray, shape (...)
+        Of the cable [m], [m/s^2].
+    """
+    thickness, weight = np.nan_to_num(thickness), np.nan_to_num(weight)
     layer = np.where(thickness > 0, np.pi * density * thickness * (diameter + thickness), 0.0)
     return layer + np.where(gravity > 0, weight / np.where(gravity > 0, gravity, 1.0), 0.0)
 
@@ -129,7 +138,29 @@ def _across(direction, tangent):
 
 
 def drag_errors(values, catenary):
-    """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]
+    """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]"""
+    pressed, direction = _pressed(values)
+    return uneven_drag_errors(pressed, direction, catenary)[0] if pressed.any() else pressed
+
+
+def uneven_drag_errors(pressed, direction, catenary):
+    """What cables with fixed ends change by, since their drag is taken as uniform along them.
+
+    Parameters
+    ----------
+    pressed : ndarray, shape (n,)
+        Drag of a length across the wind, C_d q D. [N/m]
+    direction : ndarray, shape (n, 3)
+        Of the wind. [-]
+    catenary : Catenary
+        Of shape (n,).
+
+    Returns
+    -------
+    error : ndarray, shape (n,)
+        Estimated relative error of the equilibrium. [-]
+    end_forces : ndarray, shape (n, 2, 3)
+        Change of the force on what holds the two ends, global axes, to first order. [N]
 
     Notes
     -----
@@ -138,9 +169,6 @@ def drag_errors(values, catenary):
     stay where they are: integral of A N = 0, A = (I - t t^T)/T + t t^T/EA. The error is the larger one of the change of
     the tension over the tension and of the movement at mid-length over the distance from the chord there.
     """
-    pressed, direction = _pressed(values)
-    if not pressed.any():
-        return pressed
     span, length = catenary.span, catenary.span.unstretched_length
     nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
     places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
@@ -162,7 +190,8 @@ def drag_errors(values, catenary):
     moved = (_running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
     away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
     moved = np.sqrt((moved**2).sum(axis=-1)) / np.maximum(away, np.finfo(float).tiny)
-    return np.where(pressed > 0, SECOND_ORDER * np.maximum(pulled.max(axis=-1), moved), 0.0)
+    error = np.where(pressed > 0, SECOND_ORDER * np.maximum(pulled.max(axis=-1), moved), 0.0)
+    return error, ends * np.array([1.0, -1.0])[:, None]
 
 
 def _running_integral(nodes):

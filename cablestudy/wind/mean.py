@@ -39,6 +39,8 @@ class Drag:
         Drag coefficient times area along each axis of each body and junction. [m^2]
     centers : ndarray, shape (..., b, 3)
         Centres of pressure from the reference points, body axes. [m]
+    stretched : bool
+        Whether the length of a cable that the wind meets is the stretched one, or the unstretched one.
     """
 
     velocity: np.ndarray
@@ -46,12 +48,12 @@ class Drag:
     cables: np.ndarray
     bodies: np.ndarray
     centers: np.ndarray
+    stretched: bool = True
 
     def take(self, place):
         """That of one case."""
-        return Drag(*(np.asarray(part)[place] for part in (
-            self.velocity, self.density, self.cables, self.bodies, self.centers
-        )))  # fmt: skip
+        parts = (self.velocity, self.density, self.cables, self.bodies, self.centers)
+        return Drag(*(np.asarray(part)[place] for part in parts), self.stretched)
 
 
 def body_forces(drag, rotation):
@@ -77,7 +79,7 @@ def cable_loads(drag, catenary):
     chord = catenary.span.frame[..., 0, :]
     wind = np.broadcast_to(drag.velocity[..., None, :], chord.shape)
     across = wind - chord * (wind * chord).sum(axis=-1, keepdims=True)
-    stretch = 1 + catenary.mean_tension / catenary.span.axial_stiffness
+    stretch = 1 + catenary.mean_tension / catenary.span.axial_stiffness if drag.stretched else 1.0
     factor = np.asarray(drag.density)[..., None] / 2 * drag.cables * stretch * size(across)
     return factor[..., None] * across
 

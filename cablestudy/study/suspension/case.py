@@ -10,6 +10,7 @@ from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
+from cablestudy.study.suspension.load_cases import day_of
 from cablestudy.study.suspension.movement import drag_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
@@ -41,10 +42,13 @@ class CableResults:
         n of them, with the same cables.
     equilibrium : Equilibrium
         Of these cases, shape (n,).
+    reference_length : ndarray, shape (n, c)
+        Unstretched lengths in the reference state. [m]
     """
 
-    def __init__(self, scenes, equilibrium):
+    def __init__(self, scenes, equilibrium, reference_length):
         self._scenes, self._equilibrium, self._values = scenes, equilibrium, {}
+        self.reference_length = reference_length
         self.form = equilibrium.catenary
         self.span = self.form.span
 
@@ -64,14 +68,9 @@ class CableResults:
         return self._equilibrium.ends[..., 0, :]
 
     @property
-    def reference_length(self):
-        """Unstretched lengths, shape (n, c). [m]"""
-        return self.span.unstretched_length
-
-    @property
     def mass(self):
-        """Of each cable, shape (n, c). [kg]"""
-        return self.span.mass * self.span.unstretched_length
+        """Of each cable without ice, shape (n, c). [kg]"""
+        return self.given("cable.section_mass") * self.reference_length
 
     @cached_property
     def utilisation(self):
@@ -120,16 +119,37 @@ class Group:
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
         self._scenes, self._modes = scenes, {}
         if scenes[0].solve_for == "lengths":
-            self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
+            self.reference, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
-            self.equilibrium = statics.pose(_formed(numbers))
-        self.cables = CableResults(scenes, self.equilibrium)
+            self.reference = statics.pose(_formed(numbers))
+        self._day = None if scenes[0].case is None else day_of(self.reference, scenes)
+        self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
+
+    @property
+    def equilibrium(self):
+        """`Equilibrium` of all cases under their loads, shape (n,); of the reference state without load cases."""
+        return self.reference if self._day is None else self._day.equilibrium
+
+    @property
+    def calm(self):
+        """The same without the steady wind of the load cases."""
+        return self.reference if self._day is None else self._day.calm
+
+    def drag_error(self, place):
+        """Estimated relative error of a case, since drag is taken as uniform along each cable. [-]"""
+        return 0.0 if self._day is None else float(self._day.drag_change[0][place])
+
+    def drag_movement(self, place):
+        """Estimated error of the places of bodies and points for the same reason, shape (b, 3). [m]"""
+        return np.zeros((len(self.body_places), 3)) if self._day is None else self._day.drag_change[1][place]
 
     @cached_property
     def windy(self):
         """`Equilibrium` of all cases in the mean wind, and `Drag`; the calm one, and None, without wind.
+
+        The steady wind of load cases takes the place of the mean wind.
 
         Raises
         ------
@@ -139,20 +159,25 @@ class Group:
             return self.equilibrium, None
         suspension = self.equilibrium.suspension
         drag = drag_of(self._scenes, suspension.body_names, suspension.cable_names)
-        if not any(scene.wind.mean for scene in self._scenes):
+        steady = self._scenes[0].load_case.wind is not None
+        if steady or not any(scene.wind.mean for scene in self._scenes):
             return self.equilibrium, drag
         blowing = np.array([float(scene.wind.mean) for scene in self._scenes])[:, None]
         return equilibrium_in_wind(self.equilibrium, replace(drag, velocity=blowing * drag.velocity)), drag
 
     def failure(self, place):
         """The error of a case without a stable equilibrium, or None."""
-        record, problem = self.equilibrium.record, self.problems[place]
-        if problem:
-            return NoSolutionError(str(problem))
-        if not record.converged[place]:
-            return ConvergenceError(f"no equilibrium: {explain(self.take(place))}")
-        reason = self.equilibrium.stability.reason(place)
-        return NoSolutionError(reason) if reason else None
+        if self.problems[place]:
+            return NoSolutionError(str(self.problems[place]))
+        states = [("", self.equilibrium)]
+        if self._day is not None:
+            states = [("in the reference state: ", self.reference), ("", self.calm), ("", self.equilibrium)]
+        for state, found in states:
+            if not found.record.converged[place]:
+                return ConvergenceError(f"{state}no equilibrium: {explain(_one(found, place))}")
+            if reason := found.stability.reason(place):
+                return NoSolutionError(state + reason)
+        return None
 
     def take(self, place):
         """The `Equilibrium` of one case."""
@@ -261,6 +286,11 @@ class SuspensionCase:
         """`Equilibrium` of this case; raises as `group`."""
         return self.group.take(self.place)
 
+    @property
+    def calm(self):
+        """The same without the steady wind of the load case; raises as `group`."""
+        return _one(self.group.calm, self.place)
+
     @cached_property
     def in_wind(self):
         """`InWind`: in the mean wind where the scene has wind.
@@ -272,12 +302,12 @@ class SuspensionCase:
         """
         found, drag = self.group.windy
         if drag is None:
-            return InWind(self.scene, self.equilibrium, self.equilibrium, None, self.model)
+            return InWind(self.scene, self.calm, self.equilibrium, None, self.model)
         if not found.record.converged[self.place]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(_one(found, self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        return InWind(self.scene, self.equilibrium, _one(found, self.place), drag.take(self.place), self.model)
+        return InWind(self.scene, self.calm, _one(found, self.place), drag.take(self.place), self.model)
 
     @property
     def moves(self):
@@ -365,7 +395,7 @@ class SuspensionCase:
 
     def statics_error(self, column):
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
-        if column.needs == "scene":
+        if column is not None and column.needs == "scene":
             return 0.0
         found, span = self.group.equilibrium, self.group.equilibrium.catenary.span
         tension = np.asarray(found.catenary.mean_tension)[self.place]
@@ -374,7 +404,14 @@ class SuspensionCase:
         stiff = np.max(
             np.broadcast_to(span.axial_stiffness, span.chord.shape)[self.place][taut] / tension[taut], initial=0.0
         )
-        return max(ROUNDING, EPSILON * float(stiff), float(found.record.correction[self.place]))
+        rounding = max(ROUNDING, EPSILON * float(stiff), float(found.record.correction[self.place]))
+        return max(rounding, self.group.drag_error(self.place))
+
+    def with_place_error(self, name, axis, value):
+        """A coordinate of a body or free point, and its estimated relative error. [m], [-]"""
+        moved = self.group.drag_movement(self.place)[self.body(name), axis]
+        rounding = self.statics_error(None)
+        return value, max(rounding, moved / abs(value)) if value else rounding
 
     @property
     def size(self):
@@ -463,7 +500,8 @@ def cases_of(scenes):
     groups = {}
     for place, scene in enumerate(scenes):
         method = scene.tensions and scene.tensions.method
-        key = (repr(topology_of(scene)), scene.solve_for, method, scene.wind is None)
+        loads = scene.case is None, scene.load_case.wind is None, scene.wind is None
+        key = (repr(topology_of(scene)), scene.solve_for, method, *loads)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():

@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 
+from cablestudy.cable.geometry import clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks, written_key
@@ -23,13 +24,15 @@ from cablestudy.study.suspension.wind_columns import (
 from cablestudy.system.rigid import to_angles
 from cablestudy.system.suspension import AXES
 
+# columns of a single cable -> what cables of a suspension have instead
+INSTEAD = {"tension_1": "tension_from", "tension_2": "tension_to"}
 # columns of a single cable that a cable of a suspension has too; the others are of its ends along x, or of loads on it
 OF_CABLES = tuple(
     column
     for column in COLUMNS
     if column.needs in ("scene", "statics")
     and (not column.key or column.key.startswith("cable.section_"))
-    and column.name != "iterations"
+    and column.name not in ("iterations", *INSTEAD)
 )
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
@@ -67,10 +70,21 @@ def _inclination(name):
     return Column(f"{name}.inclination", "deg", "of its chord, upwards from `from` to `to`", "statics", compute)
 
 
+def _clearance(name):
+    def compute(case):
+        if case.scene.ground is None:
+            raise NoSolutionError(f"{name}.clearance needs the key ground, which this case does not have")
+        found, place = case.equilibrium, case.cable(name)
+        return clearance(found.catenary.take(place), found.ends[place, 0], case.scene.ground)
+
+    meaning = "least vertical distance from the cable down to the ground"
+    return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground")
+
+
 def cable_columns(name):
     """The columns of one cable: list of Column."""
     ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
-    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _inclination(name)]
+    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _inclination(name), _clearance(name)]
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point
@@ -79,7 +93,7 @@ def cable_columns(name):
 def _coordinate(name, axis):
     def compute(case):
         value = case.at(name)[0][axis]
-        return value if abs(value) > ROUNDING * case.longest else 0.0
+        return case.with_place_error(name, axis, value if abs(value) > ROUNDING * case.longest else 0.0)
 
     return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
 
@@ -274,6 +288,8 @@ def why_not(scene, column):
 
 def has_key(scene, cable, column):
     """Whether the cable of a name has what one of its columns needs."""
+    if column.key == "ground":
+        return scene.ground is not None
     return not column.key or getattr(scene.cables[cable], column.key.rpartition(".")[2]) is not None
 
 
@@ -292,5 +308,7 @@ def _why_not_of_whole(scene, column):
         return "" if scene.control else f"{column.name} needs the key control, which the scene does not have"
     if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:
         return ""
-    here = f"; here it is CABLE.{column.name}" if column.name in {other.name for other in OF_CABLES} else ""
+    here = ""
+    if column.name in INSTEAD or f".{column.name}" in {other.name for other in cable_columns("")}:
+        here = f"; here it is CABLE.{INSTEAD.get(column.name, column.name)}"
     return f"{column.name} is a column of a single cable{here}"

@@ -23,7 +23,7 @@ class InWind:
     calm : Equilibrium
         Without wind.
     equilibrium : Equilibrium
-        In the mean wind.
+        In the mean wind, or in the steady wind of its load case.
     drag : Drag or None
     model : FixedModel or None
     """
@@ -120,7 +120,7 @@ class InWind:
     def mean_displacement(self, name):
         """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""
         owner, _, marker = name.partition(".")
-        if not self.scene.wind.mean:
+        if not self.scene.wind.mean and self.scene.load_case.wind is None:
             return np.zeros(3)
         body = self._calm.suspension.body_names.index(owner)
         place = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))

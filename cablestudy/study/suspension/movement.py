@@ -42,17 +42,36 @@ def drag_of(scenes, body_names, cable_names):
     bodies, centers = np.zeros((2, len(scenes), len(body_names), 3))
     cables = np.zeros((len(scenes), len(cable_names)))
     for case, scene in enumerate(scenes):
-        wind = scene.wind
-        if wind.on != "bodies":
-            diameters = [scene.cables[name].section_diameter for name in cable_names]
-            cables[case] = wind.cable_drag_coefficient * np.array(diameters)
-        for place, name in enumerate(body_names):
-            own = scene.bodies[name].wind if name in scene.bodies else None
-            if own and wind.on != "cables":
-                bodies[case, place] = own.drag_coefficient * np.array(own.areas)
-                centers[case, place] = own.center_of_pressure
+        if scene.wind.on != "bodies":
+            cables[case] = scene.wind.cable_drag_coefficient * wind_diameters(scene)
+        if scene.wind.on != "cables":
+            bodies[case], centers[case] = offered_by_bodies(scene, body_names)
     density = np.array([wind.air_density for wind in winds])
     return Drag(speed[:, None] * level, density, cables, bodies, centers)
+
+
+def wind_diameters(scene):
+    """Diameter of each cable that the wind sees, ice included, shape (c,). [m]"""
+    return np.array([scene.load_case.wind_diameter(cable) for cable in scene.cables.values()])
+
+
+def offered_by_bodies(scene, body_names):
+    """What bodies and junctions offer to the wind.
+
+    Returns
+    -------
+    areas : ndarray, shape (b, 3)
+        Drag coefficient times area along each body axis. [m^2]
+    centers : ndarray, shape (b, 3)
+        Centres of pressure from the reference points, body axes. [m]
+    """
+    areas, centers = np.zeros((2, len(body_names), 3))
+    for place, name in enumerate(body_names):
+        own = scene.bodies[name].wind if name in scene.bodies else None
+        if own:
+            areas[place] = own.drag_coefficient * np.array(own.areas)
+            centers[place] = own.center_of_pressure
+    return areas, centers
 
 
 def winches_of(scene, cable_names):

@@ -70,6 +70,8 @@ def _of_wind(case):
     yield f"motion: {some}, {shapes} for those above, {counted(strokes, 'stroke')}"
     if wind is not None:
         about = "about the equilibrium in the mean wind" if wind.mean else "about the equilibrium without wind"
+        if case.scene.load_case.wind is not None:
+            about = "about the equilibrium in the steady wind of the load case"
         damped = "with" if wind.aerodynamic_damping else "without"
         yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {about}, {damped} aerodynamic damping"
     if movement.loop is not None:

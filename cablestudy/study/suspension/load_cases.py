@@ -1,0 +1,153 @@
+"""What a load case does to suspensions: from the reference state to that of the day.
+
+Unstretched lengths are those of the reference state, which are stated or found there. Temperature changes them, ice adds
+to the mass per length, a steady wind acts on bodies and cables, and the pose is found again. The drag of a cable is that
+of one cable (`study.load_cases`): uniform, per unstretched length, by the direction of its chord.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.study.load_cases import ICE_PARTS, SECOND_ORDER, ice_mass, uneven_drag_errors
+from cablestudy.study.suspension.movement import offered_by_bodies, wind_diameters
+from cablestudy.system import statics, tangent
+from cablestudy.system.rigid import size
+from cablestudy.system.suspension import Equilibrium
+from cablestudy.wind.mean import Drag, equilibrium_in_wind
+
+ROUNDED = 1e-15  # cosine or sine of a direction: what is less is not zero for rounding only
+
+
+@dataclass(frozen=True)
+class Day:
+    """Suspensions in their load cases.
+
+    Attributes
+    ----------
+    calm, equilibrium : Equilibrium
+        Without the steady wind and with it, shape (n,).
+    drag : Drag or None
+        The steady wind; None where none of the cases has one.
+    """
+
+    calm: Equilibrium
+    equilibrium: Equilibrium
+    drag: Drag | None
+
+    @cached_property
+    def drag_change(self):
+        """What the equilibrium changes by, since drag is taken as uniform along each cable, to first order.
+
+        Returns
+        -------
+        error : ndarray, shape (n,)
+            Largest one of all cables, relative. [-]
+        moved : ndarray, shape (n, b, 3)
+            Displacement of bodies and points along x, y, z. [m]
+        """
+        found = self.equilibrium
+        shape = found.lengths.shape
+        error, moved = np.zeros(shape[0]), np.zeros(found.position.shape)
+        if self.drag is None:
+            return error, moved
+        pressure = self.drag.density / 2 * (self.drag.velocity**2).sum(axis=-1)
+        pressed = np.where(found.suspension.cable_mass > 0, pressure[:, None] * self.drag.cables, 0.0)
+        case, cable = np.nonzero((pressed > 0) & found.record.converged[:, None])
+        own, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
+        if len(case):
+            speed = np.maximum(size(self.drag.velocity), np.finfo(float).tiny)
+            direction = (self.drag.velocity / speed[:, None])[case]
+            one = found.catenary.take((case, cable))
+            own[case, cable], forces[case, cable] = uneven_drag_errors(pressed[case, cable], direction, one)
+        for place in np.unique(case).tolist():
+            more, moved[place] = _by_bodies(found, place, forces[place])
+            error[place] = (own[place] + SECOND_ORDER * more).max()
+        return error, SECOND_ORDER * np.abs(moved)
+
+
+def _by_bodies(found, place, forces):
+    """What follows from changed forces of the cables on the bodies of one case.
+
+    Returns
+    -------
+    change : ndarray, shape (c,)
+        Of the tension at an end of each cable, relative. [-]
+    moved : ndarray, shape (b, 3)
+        [m]
+    """
+    suspension, arms = found.suspension.take(place), found.arms[place]
+    every, whole = np.arange(len(forces)), np.zeros((len(suspension.body_names), 6))
+    factors = None
+    if suspension.free.any():
+        factors = tangent.factorised(tangent.sparse(found.blocks.of(place), suspension))
+    if factors is None:  # nothing moves, or the equilibrium is not stable and no answer
+        return np.zeros(len(forces)), whole[:, :3]
+    wrenches = tangent.wrenches(arms, forces)[None]
+    whole[suspension.free] = factors.solve(tangent.by_body(suspension, every, wrenches)[0].sum(axis=0))
+    ends = np.where((suspension.owner == tangent.GROUND)[..., None], 0.0,
+                    whole[suspension.owner, :3] + np.cross(whole[suspension.owner, 3:], arms))  # fmt: skip
+    pulled = (found.end_stiffness[place] @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
+    held = found.end_forces[place]
+    square = np.maximum((held**2).sum(axis=-1), np.finfo(float).tiny)
+    return np.abs((pulled * held).sum(axis=-1) / square).max(axis=-1), whole[:, :3]
+
+
+def day_of(reference, scenes):
+    """Suspensions in the load cases of their scenes.
+
+    Parameters
+    ----------
+    reference : Equilibrium
+        In the reference state, shape (n,).
+    scenes : sequence of SuspensionScene
+        n of them; all of their load cases have a steady wind, or none has.
+
+    Returns
+    -------
+    Day
+
+    Raises
+    ------
+    ConvergenceError
+        Forces of the steady wind and the attitude that they lead to do not agree.
+    """
+    suspension = reference.suspension
+    warm = 1.0 + np.array([[s.load_case.elongation(cable) for cable in s.cables.values()] for s in scenes])
+    loaded = replace(
+        suspension,
+        given=("unstretched_length",) * warm.shape[-1],
+        value=reference.lengths * warm,
+        cable_mass=suspension.cable_mass / warm + _ice_masses(scenes),
+        position=reference.position,
+        rotation=reference.rotation,
+    )
+    calm = statics.pose(loaded)
+    if all(scene.load_case.wind is None for scene in scenes):
+        return Day(calm, calm, None)
+    drag = _steady_drag(scenes, suspension.body_names)
+    # without an equilibrium there is nothing that the wind could move
+    standing = reference.record.converged & calm.record.converged
+    drag = replace(drag, velocity=np.where(standing[:, None], drag.velocity, 0.0))
+    return Day(calm, equilibrium_in_wind(calm, drag), drag)
+
+
+def _ice_masses(scenes):
+    """Of ice and other loads per length on each cable, shape (n, c). [kg/m]"""
+    parts = np.array([[getattr(s.load_case.ice, key, None) for key in ICE_PARTS] for s in scenes], dtype=float)
+    diameter = np.array([[c.section_diameter for c in s.cables.values()] for s in scenes], dtype=float)
+    gravity = np.array([scene.gravity for scene in scenes])
+    return ice_mass(*parts.T[..., None], diameter, gravity[:, None])
+
+
+def _steady_drag(scenes, body_names):
+    """`Drag` of the steady winds of some scenes, with a leading axis of cases."""
+    winds = [scene.load_case.wind for scene in scenes]
+    angle = np.array([wind.direction for wind in winds])
+    level = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    level = np.where(np.abs(level) < ROUNDED, 0.0, level)
+    speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # with a density of 2 kg/m^3
+    cables = np.array([s.load_case.wind.cable_drag_coefficient * wind_diameters(s) for s in scenes])
+    bodies, centers = map(np.array, zip(*(offered_by_bodies(s, body_names) for s in scenes), strict=True))
+    return Drag(speed[:, None] * level, np.full(len(scenes), 2.0), cables, bodies, centers, stretched=False)
