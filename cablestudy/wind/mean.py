@@ -84,6 +84,11 @@ def cable_loads(drag, catenary):
     return factor[..., None] * across
 
 
+def _kept(chosen, old, new):
+    """Arrays of cases, old ones where they are chosen; `chosen` has the shape of the cases."""
+    return np.where(chosen.reshape(chosen.shape + (1,) * (np.ndim(new) - chosen.ndim)), old, new)
+
+
 def equilibrium_in_wind(calm, drag):
     """The equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
 
@@ -113,22 +118,25 @@ def equilibrium_in_wind(calm, drag):
         rotation=calm.rotation,
     )
     found, longest = calm, np.asarray(calm.catenary.span.chord).max(axis=-1)
+    loads, ended = None, np.zeros(np.shape(longest), dtype=bool)
     for _ in range(MOST):
         force, arm = body_forces(drag, found.rotation)
-        loaded = replace(
-            suspension,
-            force=suspension.force + force,
-            moment=suspension.moment + np.cross(arm, force),
-            cable_wind=cable_loads(drag, found.catenary),
-            position=found.position,
-            rotation=found.rotation,
-        )
-        before, found = found, statics.pose(loaded)
+        fresh = {
+            "force": suspension.force + force,
+            "moment": suspension.moment + np.cross(arm, force),
+            "cable_wind": cable_loads(drag, found.catenary),
+            "position": found.position,
+            "rotation": found.rotation,
+        }
+        # a case that has ended keeps its digits while others go on
+        loads = {name: _kept(ended, loads[name], new) for name, new in fresh.items()} if ended.any() else fresh
+        before, found = found, statics.pose(replace(suspension, **loads))
         moved = size(
             suspension.ends(found.position, found.rotation) - suspension.ends(before.position, before.rotation)
         )
         failed = ~np.asarray(found.record.converged)
-        if ((moved.max(axis=(-1, -2)) <= SETTLED * longest) | failed).all():
+        ended = ended | (moved.max(axis=(-1, -2)) <= SETTLED * longest) | failed
+        if ended.all():
             return found
     raise ConvergenceError(
         "no equilibrium in the mean wind: its forces and the attitude that they lead to do not agree"

@@ -34,6 +34,7 @@ OF_CABLES = tuple(
     and (not column.key or column.key.startswith("cable.section_"))
     and column.name not in ("iterations", *INSTEAD)
 )
+CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
@@ -110,6 +111,8 @@ def _angle(name, axis):
 def _mass(name):
     def compute(case):
         scene = case.scene
+        if name in scene.cables:  # whose column has the same name
+            return case.of_cables(CABLE_MASS)[case.cable(name)], case.statics_error(CABLE_MASS)
         return scene.bodies[name].mass if name in scene.bodies else scene.points[name].mass
 
     return Column(f"{name}.mass", "kg", "mass", "scene", compute)
