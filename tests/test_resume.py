@@ -229,9 +229,9 @@ def test_a_study_with_more_rows_computes_only_those(folder, computed):
     ],
 )
 def test_a_study_with_other_columns_computes_only_what_is_new(folder, computed, before, after, computes):
-    vary = "vary: [{cable.unstretched_length: [186 m, 187 m, 100 m]}]\n"
+    vary = "vary: [{cable.preload: [400 N, 300 N, 1 N]}]\n"
     study_file(folder, f"{vary}columns: {before}\n", SLACK)
-    run("sweep", "study.yaml", code=3)  # a cable of 100 m breaks
+    run("sweep", "study.yaml", code=3)  # 1 N is less than its weight asks for
     study_file(folder, f"{vary}columns: {after}\n", SLACK)
     computed.clear()
     run("sweep", "study.yaml", "--resume", code=3)
