@@ -32,8 +32,8 @@ def find(scene, goal, by, between, names, sets, case, style, quiet):
     asked = study.read_goal(*study.read_find(goal, by, between), document)
     columns = study.shown_columns(asked, document, names)
     found = study.solve(asked, document)
-    table, failed = study.find_table(asked, found, columns)
-    echo_notes(found.notes, quiet)
+    table, failed, warnings = study.find_table(asked, found, columns)
+    echo_notes([*found.notes, *warnings], quiet)
     if len(found.values) > 1:
         echo_notes([f"{len(found.values)} values of {by}"], quiet)
     show(table, style)
