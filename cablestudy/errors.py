@@ -71,7 +71,7 @@ class SceneError(CablestudyError):
 
 
 class NoSolutionError(CablestudyError):
-    """A valid scene that has no answer, for example a cable that breaks."""
+    """A valid scene that has no answer, for example an unstable loop."""
 
 
 class ConvergenceError(CablestudyError):

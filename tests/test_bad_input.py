@@ -125,7 +125,7 @@ STUDIES = {
     "unknown column": (("preload]", "prelod]"), ["4:16: columns.1: unknown column 'prelod' (did you"]),
     "no mode 0": (("preload]", "axial_frequency_0]"), ["4:16: columns.1: unknown column 'axial_frequency_0' "]),
     "a column twice": (("preload]", "sag_m]"), ["4:16: columns.1: sag is listed twice"]),
-    "no strength": (("preload]", "utilisation]"), ["4:16: columns.1: utilisation needs the key cable.strength"]),
+    "no strength": (("preload]", "utilisation]"), ["4:16: columns.1: utilisation needs the key cable.breaking_force"]),
     "no loads": (("preload]", "deflection]"), ["4:16: columns.1: deflection needs the key cable.loads"]),
     "no wind": (("preload]", "gondola_rms]"), ["4:16: columns.1: gondola_rms needs the key gondola.area"]),
     "unknown key": (("vary:", "very:"), ["2:1: very: unknown key (did you mean vary?)"]),

@@ -51,6 +51,15 @@ class State(SegmentedCable):
         """
         return np.asarray(self.span.weight)[..., None] * self.mesh.sizes
 
+    @property
+    def edges(self):
+        """Ends of the elements, shares of the unstretched length, shape (n + 1,). [-]"""
+        return self.mesh.edges
+
+    def at(self, positions):
+        """As `Catenary.at`, of one cable; see `interpolate`."""
+        return interpolate(self, positions)
+
 
 def interpolate(state, positions):
     """Displacement and tension of one cable between the nodes.

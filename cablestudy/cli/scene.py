@@ -31,7 +31,7 @@ def static(scene, sets, shape, name, form, style, plot, explain, quiet):
             _suspension_tables(model, name, style, plot, explain, quiet)
         return 0
     refuse({"--table": name, "--form-finding": form}, "the scene has one cable")
-    table, row = report.static_table(model)
+    table, row = report.static_table(model, explain or style == "json")
     code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.static_form(row.case))
     if not shape:
         show(table, style)
@@ -44,12 +44,12 @@ def _suspension_tables(scene, name, style, plot, explain, quiet):
     """Print one table of a suspension, or all of them."""
     _check_one_table(name, style, TABLES)
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
     from cablestudy.study.suspension.report import static_tables
 
     case = SuspensionCase(scene)
     tables = static_tables(case, name)
-    echo_notes(notes_of(case) if explain else (), quiet)
+    echo_notes((*(notes_of(case) if explain else ()), *strength_warning(case)), quiet)
     save_plot(plot, lambda plots: plots.suspension_views(case))
     _show(tables, name, style)
 
@@ -109,17 +109,18 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
 def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
     """Print the coupled modes of a suspension, so many or all up to a frequency."""
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import notes_of
-    from cablestudy.study.suspension.report import mode_table
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
+    from cablestudy.study.suspension.report import mode_notes, mode_table
 
     case = SuspensionCase(scene)
     found = case.modes(count) if limit is None else case.modes_up_to(limit)
-    echo_notes(notes_of(case) if explain else (), quiet)
+    asked = range(len(found)) if limit is None else found.up_to(limit)
+    notes = (*notes_of(case), *mode_notes(case, found, len(asked))) if explain else ()
+    echo_notes((*notes, *strength_warning(case)), quiet)
     if limit is None and len(found) < count:
         echo_notes([f"the model has {len(found)} modes, not {count}"], quiet)
-    asked = range(len(found)) if limit is None else found.up_to(limit)
     save_plot(plot, lambda plots: plots.suspension_modes(case, found, len(asked)))
-    show(mode_table(found, asked), style)
+    show(mode_table(case, found, asked), style)
 
 
 @scene_command
@@ -158,7 +159,7 @@ def _suspension_wind(document, scene, name, style, plot, explain, quiet):
     from cablestudy.study.suspension.notes import notes_of
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
-    case = SuspensionCase(scene)
+    case = SuspensionCase(scene, estimate=explain or style == "json")
     tables = wind_tables(document, case, name)
     echo_notes([*(notes_of(case) if explain else ()), *remarks_of(case)], quiet)
     save_plot(plot, lambda plots: plots.suspension_wind(case))

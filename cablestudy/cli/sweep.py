@@ -91,7 +91,8 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         if check:
             files.check_stored()
             tolerance = read_tolerances(rtols, requested)
-        with run.Run(requested, files, run.Options(keep=keep, shard=parts, quiet=quiet, **how)) as work:
+        options = run.Options(keep=keep, shard=parts, quiet=quiet, estimate=style == "json", **how)
+        with run.Run(requested, files, options) as work:
             compute(work, words_of(study, sets, vary))
             if not parts:
                 return finish(work, style, plot, tolerance, run.command(typed), select)
@@ -134,7 +135,7 @@ def compute(work, words):
     work.compute()
     if options.explain:
         echo_notes(work.notes(), options.quiet)
-    echo_notes(work.failures(words), options.quiet)
+    echo_notes([*work.failures(words), *work.warnings()], options.quiet)
     work.check_complete()
 
 
@@ -183,5 +184,5 @@ def merge(study, sets, vary, out, style, plot, quiet):
         files.check_writable()
         words = words_of(study, sets, vary)
         with MergedRun(requested, files, words, quiet) as work:
-            echo_notes(work.failures(words), quiet)
+            echo_notes([*work.failures(words), *work.warnings()], quiet)
             return finish(work, style, plot, None, run.command(click.get_current_context().obj["words"]))

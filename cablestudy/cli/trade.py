@@ -38,7 +38,7 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
             found = study.compare(model, columns, repeats, progress=bar.update)
     else:
         found = study.compare(model, columns, repeats)
-    echo_notes(study.notes_of(found) if explain else (), quiet)
+    echo_notes([*(study.notes_of(found) if explain else ()), *found.reference.warnings], quiet)
     title = shlex.join([scene, *(word for change in sets for word in ("--set", change))])
     for name, reason in found.reference.failures.items():
         click.echo(f"{scene}: {name}: {reason}", err=True)

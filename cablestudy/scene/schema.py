@@ -4,10 +4,10 @@ from itertools import combinations
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
-from cablestudy.scene.cable_table import materials
-from cablestudy.scene.layers import ALTERNATIVES, prune
+from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, prune
 from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
 from cablestudy.scene.scene import TABLES
+from cablestudy.scene.section import materials
 from cablestudy.scene.study import StudyTable
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
 
@@ -15,7 +15,11 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
 # A scene upon a base may lack any key; what is inside of a list or a gain is never merged.
 _ALWAYS_WHOLE = ("Load", "AutoGain", "Margin")
-_OF_MATERIAL = ("elastic_modulus", "density")
+_SECTION = (  # of each row one must be given; of the last, a size or both of what it would serve for
+    ({"required": ["material"]}, {"required": ["axial_stiffness"]}, {"required": ["elastic_modulus"]}),
+    ({"required": ["material"]}, {"required": ["mass_per_length"]}, {"required": ["density"]}),
+    ({"required": ["area"]}, {"required": ["diameter"]}, {"required": ["axial_stiffness", "mass_per_length"]}),
+)
 
 
 def scene_schema():
@@ -153,14 +157,13 @@ def _exclusions(table):
 
 def _complete(model, table):
     """What a file without a base must have in one of its mappings."""
-    required = [key for key in table.get("required", ()) if key not in _OF_MATERIAL]
-    conditions = []
-    if model.table == "cable":
-        conditions.append({"anyOf": [{"required": ["material"]}, {"required": list(_OF_MATERIAL)}]})
+    required = table.get("required", ())
+    conditions = [{"anyOf": list(ways)} for ways in _SECTION] if model.table == "cable" else []
     if not model.optional_groups:
         for groups in ALTERNATIVES.get(model.table, ()):
-            conditions.append({"oneOf": [{"required": [group[0]]} for group in groups]})
-    return ({"required": required} if required else {}) | ({"allOf": conditions} if conditions else {})
+            if groups not in OF_SECTION:
+                conditions.append({"oneOf": [{"required": [group[0]]} for group in groups]})
+    return ({"required": list(required)} if required else {}) | ({"allOf": conditions} if conditions else {})
 
 
 def _nested(complete):

@@ -432,13 +432,13 @@ def column_named(study, name):
     return find(name)
 
 
-def evaluate_study(study, tables, columns, explain=False):
+def evaluate_study(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of many cases of a study, each with the key of `find` solved for where there is one.
 
     Parameters and result as of `study_rows.evaluate_tables`.
     """
     if study.find is None:
-        return evaluate_tables(tables, columns, explain)
+        return evaluate_tables(tables, columns, explain, estimate)
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
     place = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
@@ -452,7 +452,7 @@ def evaluate_study(study, tables, columns, explain=False):
             rows[case] = empty, error.without_places, {}, ()
         except CablestudyError as error:
             rows[case] = empty, " ".join(str(error).split()), {}, ()
-    for case, (cells, *more) in (evaluate_tables(solved, others, explain) if solved else {}).items():
+    for case, (cells, *more) in (evaluate_tables(solved, others, explain, estimate) if solved else {}).items():
         rows[case] = cells if place is None else [*cells[:place], values[case], *cells[place:]], *more
     return rows
 

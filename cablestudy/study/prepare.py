@@ -19,6 +19,9 @@ SHOWN_BY = {
     "cable.sag": ("sag",),
     "cable.elastic_modulus": ("elastic_modulus",),
     "cable.density": ("density",),
+    "cable.axial_stiffness": ("axial_stiffness",),
+    "cable.mass_per_length": ("mass_per_length",),
+    "cable.breaking_force": ("breaking_force",),
     "cable.chord": ("chord",),
 }
 

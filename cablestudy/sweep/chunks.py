@@ -14,8 +14,9 @@ from pydantic_core import to_json
 from cablestudy.errors import SceneError
 from cablestudy.study.find import column_named, evaluate_study
 from cablestudy.study.scene_values import CaseTable, tables_of
+from cablestudy.study.status import has_answer
 from cablestudy.sweep.fingerprint import versions
-from cablestudy.sweep.record import OK, pack
+from cablestudy.sweep.record import pack
 
 SECONDS = 1.0  # of computing that a chunk should take
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
@@ -31,6 +32,7 @@ class Chunk:
     columns: tuple  # names of those to compute
     cases: tuple  # from 0
     explain: bool = False  # keep the notes too
+    estimate: bool = False  # of fixed elements keep the errors of their motion too
 
 
 @dataclass(frozen=True)
@@ -53,12 +55,12 @@ class Chunks:
         Cases from 0, and the columns to compute of them.
     count : int
         How many cases that are.
-    explain : bool
-        Whether rows keep their notes.
+    explain, estimate : bool
+        Whether rows keep their notes, and the errors of the motion of fixed elements.
     """
 
-    def __init__(self, study, work, count, explain=False):
-        self._pickled, self._explain = pickle.dumps(study), explain
+    def __init__(self, study, work, count, explain=False, estimate=False):
+        self._pickled, self._kept = pickle.dumps(study), (explain, estimate)
         self._work = [(iter(cases), tuple(columns)) for cases, columns in work]
         self.left, self.size, self.seconds_per_case = count, 1, None  # not handed out; of the next; as measured last
 
@@ -70,7 +72,7 @@ class Chunks:
             taken = tuple(islice(cases, max(1, min(self.size, share))))
             if taken:
                 self.left -= len(taken)
-                return Chunk(self._pickled, versions(), columns, taken, self._explain)
+                return Chunk(self._pickled, versions(), columns, taken, *self._kept)
             self._work.pop(0)
         return None
 
@@ -100,14 +102,14 @@ def compute(chunk):
     keys = {}
     for table in tables:
         keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
-    rows = evaluate_study(study, tables, columns, chunk.explain)
+    rows = evaluate_study(study, tables, columns, chunk.explain, chunk.estimate)
     records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins
             records.append(pack(case, "", refused[case].without_places, [None] * len(headers)))
             continue
         numbers, status, errors, notes = rows[case]
-        failed += status != OK
+        failed += not has_answer(status)
         records.append(pack(case, keys[case], status, numbers, errors, notes))
     return Done(headers, records, failed, time.perf_counter() - begin)
 

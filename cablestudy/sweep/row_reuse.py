@@ -2,8 +2,9 @@
 
 from cablestudy.study.all_columns import find_header
 from cablestudy.study.scene_values import tables_of
+from cablestudy.study.status import OK
 from cablestudy.sweep.chunks import MAX_CASES, keys_of
-from cablestudy.sweep.record import OK, pack, unpack
+from cablestudy.sweep.record import pack, unpack
 
 # columns in closed form: their digits do not depend on which other columns are computed
 CLOSED_FORM = ("scene", "statics", "stiffness")
@@ -50,7 +51,7 @@ def _records(store, study, cases, headers, names):
     same, complete = set(old) == set(headers), names.issuperset(headers)
     for case, stored in _matches(store, study, cases):
         row = unpack(stored, len(old))
-        if row.status != OK and not same:  # another column may be the reason why there is no answer
+        if row.status != OK and not same:  # another column may be the reason of its status
             continue
         known = {header: cell for header, cell in zip(old, row.cells, strict=True) if header in names}
         cells = [known.get(header) for header in headers]

@@ -14,6 +14,7 @@ from itertools import islice
 
 from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.scene.words import first_of
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
 from cablestudy.sweep.chunks import Chunks
@@ -25,7 +26,7 @@ from cablestudy.sweep.row_reuse import reuse_rows
 from cablestudy.sweep.rows import table_of
 from cablestudy.sweep.store import COMPLETE, MISSING, PARTIAL, open_store
 
-SHOWN = 10  # failures that are listed
+SHOWN = 10  # failures, and rows over strength, that are listed
 REPLAYED = 3  # failures whose command is given
 KINDS = 5  # of failures that are counted each
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
@@ -44,6 +45,7 @@ class Options:
     row: int | None = None  # from 1
     fail_fast: bool = False
     explain: bool = False
+    estimate: bool = False
     quiet: bool = False
 
     def cases(self, count):
@@ -115,7 +117,7 @@ class Run:
             (store.select(self.cases, MISSING), headers),
             (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
         ]
-        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain)
+        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain, options.estimate)
         progress = Progress(len(self.cases), self._known, options.quiet)
         try:
             with Interrupts() as interrupts, closing(self._results(chunks)) as results, closing(progress):
@@ -219,6 +221,15 @@ class Run:
         for case, _ in first[: 0 if words[1] == "-" else REPLAYED]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
+
+    def warnings(self):
+        """List of at most one line: the rows whose stress is above the strength."""
+        rows = [str(case + 1) for case in self.store.over_strength()]
+        if not rows:
+            return []
+        return [
+            f"warning: the stress is above the strength in {len(rows)} of {self.done} rows: {first_of(rows, SHOWN)}"
+        ]
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""

@@ -12,6 +12,7 @@ from cablestudy.study.all_columns import find
 from cablestudy.study.find import column_named
 from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
 from cablestudy.study.prepare import SHOWN_BY, beside
+from cablestudy.study.status import has_answer
 from cablestudy.study.table import short
 
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
@@ -120,7 +121,7 @@ def _groups(study, rows, x):
     again = any(turn for _, turn in groups)
     companions = [key for entry in along for key in entry if again and key != x.name]
     return [
-        (_series_label(label, members, companions), [row for row in members if row["status"] == "ok"])
+        (_series_label(label, members, companions), [row for row in members if has_answer(row["status"])])
         for (label, _), members in groups.items()
     ]
 
