@@ -40,9 +40,9 @@ def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
     calls, evaluate = [], chunks.evaluate_tables
 
-    def evaluate_tables(tables, columns, explain):
+    def evaluate_tables(tables, columns, *how):
         calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
-        return evaluate(tables, columns, explain)
+        return evaluate(tables, columns, *how)
 
     monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
     return calls

@@ -12,6 +12,7 @@ import numpy as np
 from cablestudy.cable.span import Span
 
 DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
+SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -130,21 +131,74 @@ def _across(direction, tangent):
 def drag_errors(values, catenary):
     """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]
 
-    Largest difference from the drag of the cable where it hangs, by its own tangent and stretched length, over the
-    whole load per length.
+    Notes
+    -----
+    The drag of the cable where it hangs, by its own tangent t and stretched length, differs from the uniform one by
+    d(s). To first order the tension vector changes by N = c - integral of d, with the constant c for which the ends
+    stay where they are: integral of A N = 0, A = (I - t t^T)/T + t t^T/EA. The error is the larger one of the change of
+    the tension over the tension and of the movement at mid-length over the distance from the chord there.
     """
     pressed, direction = _pressed(values)
     if not pressed.any():
         return pressed
-    span = catenary.span
-    assumed = _across(direction, span.frame[..., 0, :])[:, None]
-    force = span.in_frame(catenary.at(np.linspace(0.0, 1.0, DRAG_POINTS))[1], "global")
-    tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
-    stretch = 1 + tension / np.asarray(span.axial_stiffness)[:, None, None]
-    there = stretch * _across(direction[:, None], force / np.maximum(tension, np.finfo(float).tiny))
-    most = pressed * np.sqrt(((there - assumed) ** 2).sum(axis=-1)).max(axis=-1)
-    load = span.mass * span.gravity
-    return np.divide(most, load, out=np.ones_like(most), where=most < load)
+    span, length = catenary.span, catenary.span.unstretched_length
+    nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
+    places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
+    force = span.in_frame(catenary.at(places)[1], "global")
+    tension = np.maximum(np.sqrt((force**2).sum(axis=-1, keepdims=True)), np.finfo(float).tiny)
+    tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
+    there = (1 + tension / stiffness) * _across(direction[:, None], tangent)
+    differs = (pressed * length)[:, None, None] * (there - _across(direction, span.frame[..., 0, :])[:, None])
+    passed = _running_integral(nodes) @ differs
+    outer = tangent[..., :, None] * tangent[..., None, :]
+    compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]
+    mean = (weights[:, None, None] / 2 * compliance).sum(axis=1)
+    gap = (weights[:, None] / 2 * (compliance @ passed[..., None])[..., 0]).sum(axis=1)
+    constant = np.linalg.solve(mean, gap[..., None])[:, None, :, 0]
+    change = constant - passed
+    # at the points, and with the change at the ends over the tension near them
+    ends = constant - np.stack([0 * passed[:, 0], (weights[:, None] / 2 * differs).sum(axis=1)], axis=1)
+    pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
+    moved = (_running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
+    away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
+    moved = np.sqrt((moved**2).sum(axis=-1)) / np.maximum(away, np.finfo(float).tiny)
+    return np.where(pressed > 0, SECOND_ORDER * np.maximum(pulled.max(axis=-1), moved), 0.0)
+
+
+def _running_integral(nodes):
+    """Matrix that takes values at Gauss's points of [0, 1] to their integral up to each point, by their polynomial."""
+    order = np.arange(len(nodes))
+    powers = nodes[:, None] ** order
+    upper, lower = nodes[:, None] ** (order + 1), (-1.0) ** (order + 1)
+    return (upper - lower) / (2 * (order + 1)) @ np.linalg.inv(powers)
+
+
+def uneven_drag(values, cases):
+    """What the drag of cables made of elements differs by from the uniform one, where they hang.
+
+    Parameters
+    ----------
+    values : SceneValues
+    cases : list of int
+        Those whose elements are solved.
+
+    Returns
+    -------
+    callable or None
+        `State` of these cables -> force per unstretched length at the Gauss points, chord frame, shape (..., n, q, 3)
+        [N/m]; None where no wind blows.
+    """
+    pressed, direction = _pressed(values)
+    pressed, direction = pressed[cases], direction[cases]
+    if not pressed.any():
+        return None
+
+    def at_points(state):
+        local = (state.span.frame @ direction[..., None])[:, None, None, :, 0]
+        there = state.stretch[..., None] * _across(local, state.direction)
+        return pressed[:, None, None, None] * (there - _across(local, np.array([1.0, 0.0, 0.0])))
+
+    return at_points
 
 
 def along(values):

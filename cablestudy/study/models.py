@@ -8,6 +8,7 @@ from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import counts_of_pieces, mesh_pieces, mesh_segments
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.load_cases import uneven_drag
 from cablestudy.study.results import along
 from cablestudy.system.ends import Ends
 
@@ -248,4 +249,5 @@ def _solved(results, cases, mesh, level):
     catenary = results.catenary.take(np.array(cases))
     if level is not None:
         return Models(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
-    return Models(*equilibrium.solve_many(catenary, mesh), catenary.span, 1)
+    drag = uneven_drag(results.values, cases)
+    return Models(*equilibrium.solve_many(catenary, mesh, drag), catenary.span, 1)

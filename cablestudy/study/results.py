@@ -121,7 +121,7 @@ class Results:
     @cached_property
     def planar(self):
         """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple, shape (n,)."""
-        return ~self.span.load_forces[..., 2].any(axis=-1)
+        return ~self.span.load_forces[..., 2].any(axis=-1) & ~self._uneven
 
     @cached_property
     def across_x(self):
@@ -131,7 +131,12 @@ class Results:
     @cached_property
     def mirror_symmetric(self):
         """Whether a cable is its own mirror image at mid-length, shape (n,)."""
-        return self.span.mirror_symmetric
+        return self.span.mirror_symmetric & ~self._uneven
+
+    @cached_property
+    def _uneven(self):
+        """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
+        return (self.given("load_case.wind.dynamic_pressure") > 0) & np.isfinite(self.given("model.elements"))
 
     @cached_property
     def length_rounding(self):

@@ -292,12 +292,15 @@ class Superelement:
 
     def _coupled(self, s, rows, columns):
         """The dynamic stiffness where viscous damping is uneven."""
-        below = np.imag(s) < 0
+        below, n = np.imag(s) < 0, len(self.omega)
         s = np.where(below, np.conj(s), s)
-        n, place = len(self.omega), s[:, None, None]
-        mass, damping, stiffness = (part[:, n:][:, columns] for part in self.matrices())
-        driven = place**2 * mass + place * damping + stiffness
-        value = driven[:, n:][:, rows] - self.held_by_modes(s, rows) @ driven[:, :n]
+        every = [part[:, n:][:, columns] for part in self.matrices()]
+        value, driven = _quadratic([part[n:][rows] for part in every], s), [part[:n] for part in every]
+        if self._pole_sum is None:
+            value = value - self.held_by_modes(s, rows) @ _quadratic(driven, s)
+        else:
+            moved = _quadratic([(self._pole_sum[2] @ part).T for part in driven], s)
+            value = value - self._by_pole(s, rows) @ moved.swapaxes(1, 2)
         return np.where(below[:, None, None], value.conj(), value)
 
     def held_by_modes(self, s, ends):
@@ -316,20 +319,21 @@ class Superelement:
             [sqrt(kg)]
         """
         s, n = np.asarray(s, dtype=complex), len(self.omega)
-        mass, damping, stiffness = (part[n:, :n][ends] for part in self.matrices())
-        force = s[:, None, None] ** 2 * mass + s[:, None, None] * damping + stiffness
-        if not n or self._pole_sum is None:
-            return self._solved(s, force)
-        poles, shapes, inverse = self._pole_sum
-        return (force @ shapes / (s[:, None, None] - poles)) @ inverse
+        if self._pole_sum is None:
+            return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices()], s))
+        return self._by_pole(s, ends) @ self._pole_sum[2]
+
+    def _by_pole(self, s, ends):
+        """The same as a part of each pole of `_pole_sum`, shape (m, e, 2 n)."""
+        (poles, shapes, _), n = self._pole_sum, len(self.omega)
+        return _quadratic([part[n:, :n][ends] @ shapes for part in self.matrices()], s) / (s[:, None, None] - poles)
 
     def _solved(self, s, force):
         """Forces, shape (m, e, n), times the inverse of the block of the modes, by a system of equations for each s."""
         n, found = len(self.omega), [force[:0]]
-        mass, damping, stiffness = (part[:n, :n] for part in self.matrices())
+        inner = [part[:n, :n] for part in self.matrices()]
         for i in range(0, len(s), AT_ONCE):
-            place = s[i : i + AT_ONCE, None, None]
-            matrix = place**2 * mass + place * damping + stiffness  # symmetric
+            matrix = _quadratic(inner, s[i : i + AT_ONCE])  # symmetric
             found.append(np.linalg.solve(matrix, force[i : i + AT_ONCE].swapaxes(1, 2)).swapaxes(1, 2))
         return np.concatenate(found)
 
@@ -465,6 +469,8 @@ class Superelement:
 
         As in `_slow_poles` of the inverse, for W q and q'; None where rounding spoils the sum.
         """
+        if not len(self.omega):
+            return None
         n, slowness = len(self.omega), np.diag(1 / self.omega)
         _, damping, stiffness = (part[:n, :n] for part in self.matrices())
         s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
@@ -480,6 +486,13 @@ class Superelement:
         except np.linalg.LinAlgError:
             return None
         return (poles, shapes, inverse) if error <= TRUSTED else None
+
+
+def _quadratic(matrices, s):
+    """s^2 M + s C + K for M, C, K of shape (r, c), shape (m, r, c)."""
+    mass, damping, stiffness = matrices
+    s = s[:, None, None]
+    return s * (s * mass + damping) + stiffness
 
 
 def damped_poles(omega, ratio):
