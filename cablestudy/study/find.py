@@ -270,21 +270,11 @@ def column_named(study, name):
     return find(name)
 
 
-<<<<<<< HEAD
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of many cases of a study with `find`, the key solved for in each of them.
-=======
-def evaluate_study(study, tables, columns, explain=False, estimate=False):
-    """Compute the columns of many cases of a study, each with the key of `find` solved for where there is one.
->>>>>>> main
 
     Other parameters and the result as of `study_rows.evaluate_tables`.
     """
-<<<<<<< HEAD
-=======
-    if study.find is None:
-        return evaluate_tables(tables, columns, explain, estimate)
->>>>>>> main
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
     place = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
