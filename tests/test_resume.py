@@ -38,13 +38,13 @@ LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]
 @pytest.fixture
 def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
-    calls, evaluate = [], chunks.evaluate_study
+    calls, evaluate = [], chunks.evaluate_tables
 
-    def evaluate_study(study, tables, columns, *options):
+    def evaluate_tables(tables, columns, *how):
         calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
-        return evaluate(study, tables, columns, *options)
+        return evaluate(tables, columns, *how)
 
-    monkeypatch.setattr(chunks, "evaluate_study", evaluate_study)
+    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
     return calls
 
 
