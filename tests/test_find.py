@@ -93,6 +93,14 @@ def test_the_preload_of_a_sag():
     assert outcome.lines == ["searched: cable.preload from 5000 to 20000 N; --between LOW:HIGH searches elsewhere"]
 
 
+def test_a_cable_over_its_strength_is_an_answer_with_a_warning():
+    (row,), outcome = find("sag = 10 cm", "--by", "cable.preload", "--set", "cable.strength=1 GPa")
+    assert row["cable.preload_N"] == pytest.approx(of_sag(0.1).mean_tension, rel=1e-9)
+    assert row["cable.preload_N"] > 1e9 * AREA
+    assert row["status"] == "over strength"
+    assert any("above the strength" in line for line in outcome.lines)
+
+
 def test_a_key_replaces_the_one_that_it_excludes_and_units_are_free():
     (row,), _ = find("sag_m = 2000 mm", "--by", "cable.unstretched_length", "--set", "cable.sag=1 m", "--quiet")
     assert row["cable.unstretched_length_m"] == pytest.approx(of_sag(2.0).length, rel=1e-12)
@@ -151,6 +159,18 @@ def test_no_solution_is_exit_code_3_and_one_line(goal, key, words):
     _, outcome = find(goal, "--by", key, code=3)
     assert (outcome.out, len(outcome.lines)) == ("", 1)
     assert words in outcome.err
+
+
+def test_a_solution_over_strength_is_told():
+    """Steel of 100 mm^2 and 100 MPa holds 10 kN; its largest tension is little above the mean one."""
+    (row,), outcome = find("max_tension = 12 kN", "--by", "cable.preload", "--set", "cable.strength=100 MPa")
+    assert row["status"] == "over strength"
+    assert row["max_tension_N"] == pytest.approx(12e3, rel=1e-6)
+    assert outcome.lines[-1] == "warning: the stress of 120 MPa is above the strength of 100 MPa"
+    weak = ("--set", "cable.strength=100 kPa")
+    (row,), outcome = find("knot.z = -3.3 m", "--by", "cable.unstretched_length", *weak, scene="knot.yaml")
+    assert row["status"] == "over strength: one, two"
+    assert outcome.lines[-1].startswith("warning: the stress is above the strength: one (utilisation ")
 
 
 def test_a_jump_is_no_solution():

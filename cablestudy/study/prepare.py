@@ -6,7 +6,8 @@ from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.all_columns import find, find_header, key_column, why_not
 from cablestudy.study.columns import STATUS
-from cablestudy.study.find import check_goal, column_named, field_of_key, goal_of_study
+from cablestudy.study.find import check_goal, column_named, field_of_key
+from cablestudy.study.goal import goal_of_study
 from cablestudy.study.table import Field, number, read_csv
 
 NEVER_COMPARED = "solve_time"  # differs from run to run
@@ -144,9 +145,20 @@ def _printed_values(study, columns):
     return names, numbers
 
 
+def _is_loaded(study):
+    """Whether the first case of a study has point loads or a load case, or the study varies the case."""
+    try:
+        _, scene = study.case(0)
+    except SceneError:
+        return False
+    return "case" in study.varied or bool(getattr(scene, "loads", ()) or getattr(scene, "case", None))
+
+
 def fields_of(study, columns, referenced):
     """Tuple of the fields of a study's table; `referenced` are the headers of columns that have printed values."""
     shown = {column.name for column in columns}
+    if _is_loaded(study):  # what is stated holds in the reference state, the column in the case
+        shown.difference_update(("preload", "sag"))
     fields = [Field(key, key) for key in study.varied if not shown.intersection(SHOWN_BY.get(key, ()))]
     for column in columns:
         if column.name == "status":
