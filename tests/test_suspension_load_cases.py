@@ -1,0 +1,403 @@
+"""Load cases of suspensions: against scenes of one cable, and poses by scipy's root-finder on 50-digit catenaries.
+
+The expected suspension is made here from the file's values: lengths at the temperature, masses with ice, and for each
+cable one vector of weight and wind per length, along which the axes of the reference stand.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from references import catenary_mp
+from scenes import cells, scene
+from scipy.optimize import root
+from test_load_cases import LINE
+
+from cablestudy.cable.geometry import places
+from cablestudy.errors import SceneError
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.suspension.case import SuspensionCase, cases_of
+from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.rows import evaluate_suspensions
+
+G, D, ALPHA, DENSITY, EA = 9.81, 0.022, 19e-6, 3500.0, 70e9 * math.pi * 0.022**2 / 4
+MASS = DENSITY * math.pi * D**2 / 4
+CASES = LINE[LINE.index("cases:") : LINE.index("  visitor:")].format()
+SECTION = "elastic_modulus: 70 GPa, density: 3500, diameter: 22 mm, expansion: 19e-6 1/K, strength: 300 MPa"
+DAYS = {  # temperature change [K], ice [kg/m], thickness [m], pressure [Pa], direction [deg]
+    "cold": (-45, 0.0, 0.0, 0.0, 0),
+    "ice": (-20, 900 * math.pi * 0.010 * (D + 0.010), 0.010, 0.0, 0),
+    "heavy": (0, 10 / G, 0.0, 0.0, 0),
+    "storm": (0, 0.0, 0.0, 500.0, 90),
+    "oblique": (-20, 700 * math.pi * 0.005 * (D + 0.005), 0.005, 0.6 * 20**2, 40),
+}
+ANCHORS = {"a": (60, 40, 25), "b": (-60, 40, 25), "c": (-60, -40, 25), "d": (60, -40, 25)}
+BODY = f"""\
+cable: {{{SECTION}, STATED}}
+{CASES}bodies:
+  gondola:
+    at: [0, 0, 0]
+    mass: 400 kg
+    free: [x, y, z]
+    attachments: {{eye: [0, 0, 0]}}
+    wind: {{area: [1.5 m^2, 1 m^2, 2 m^2], drag_coefficient: 1.1}}
+cables:
+  a: {{from: [60, 40, 25], to: gondola.eye}}
+  b: {{from: [-60, 40, 25], to: gondola.eye}}
+  c: {{from: [-60, -40, 25], to: gondola.eye}}
+  d: {{from: [60, -40, 25], to: gondola.eye}}
+"""
+
+
+@pytest.fixture
+def made(tmp_path):
+    """A function from the text of a suspension, and changes, to its scene."""
+
+    def from_text(text, *sets):
+        path = tmp_path / "s.yaml"
+        path.write_text(text, encoding="utf-8")
+        return load_scene(path, sets, suspensions=True)[1]
+
+    return from_text
+
+
+def numbers(scene, *names):
+    """Values of columns of a suspension, by the names given."""
+    columns = [find(name) for name in names]
+    row = evaluate_suspensions([scene], columns)[0]
+    assert row.cells["status"].startswith(("ok", "over strength")), row.cells["status"]
+    return {name: row.cells[column.header] for name, column in zip(names, columns, strict=True)}
+
+
+def body(*sets, stated="unstretched_length: 77 m"):
+    """The text of the body on four cables, and changes."""
+    return BODY.replace("STATED", stated), *sets
+
+
+# ------------------------------------------------------------------------------------------------ as a single cable
+
+OF_ONE = ("unstretched_length", "mass", "preload", "max_tension", "min_tension", "stretched_length", "sag",
+          "lowest_point", "clearance", "reaction_1_vertical", "reaction_2_horizontal", "angle_1", "utilisation")  # fmt: skip
+
+
+@pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
+@pytest.mark.parametrize("day", DAYS)
+def test_a_cable_between_fixed_points_is_the_scene_of_one_cable(tmp_path, made, stated, day):
+    one, ground = tmp_path / "one.yaml", "ground=[[-10, -3], [90, 2], [200, -1]]"
+    text = LINE.format(stated=stated, x=180, y=-240).partition("  visitor:")[0]
+    one.write_text(text, encoding="utf-8")
+    alone = scene(f"case={day}", ground, base=one)
+    many = text.replace("  ends: [[0, 0, 20], [180, -240, 28]]\n", "")
+    many += "cables: {n1: {from: [0, 0, 20], to: [180, -240, 28]}}\n"
+    expected = cells(alone, *OF_ONE, "swing")
+    found = numbers(made(many, f"case={day}", ground), *(f"n1.{name}" for name in (*OF_ONE, "swing")))
+    for name, value in expected.items():
+        assert found[f"n1.{name}"] == pytest.approx(value, rel=1e-10, abs=1e-10), name
+    ends = numbers(made(many, f"case={day}"), "n1.tension_from", "n1.tension_to")
+    assert list(ends.values()) == pytest.approx(list(cells(alone, "tension_1", "tension_2").values()), rel=1e-10)
+
+
+@pytest.mark.parametrize("day", ["ice", "oblique"])
+def test_modes_are_those_of_the_loaded_cable(tmp_path, made, day):
+    one = tmp_path / "one.yaml"
+    text = LINE.format(stated="preload: 22 kN", x=300, y=0).partition("  visitor:")[0] + "model: {accuracy: 1e-8}\n"
+    one.write_text(text, encoding="utf-8")
+    many = text.replace("  ends: [[0, 0, 20], [300, 0, 28]]\n", "")
+    many += "cables: {n1: {from: [0, 0, 20], to: [300, 0, 28]}}\n"
+    planes = ("inplane_frequency_1", "inplane_frequency_2", "outofplane_frequency_1", "outofplane_frequency_2")
+    expected = sorted(cells(scene(f"case={day}", base=one), *planes).values())[:3]
+    found = numbers(made(many, f"case={day}"), "frequency_1", "frequency_2", "frequency_3")
+    assert list(found.values()) == pytest.approx(expected, rel=3e-8)
+
+
+@pytest.mark.parametrize("day", ["cold", "ice", "heavy"])
+def test_a_free_point_on_one_cable_is_a_point_load(tmp_path, made, day):
+    """Two pieces of a cable that meet at a free point with a mass: the scene of one cable with this load."""
+    one = tmp_path / "one.yaml"
+    text = LINE.format(stated="unstretched_length: 301 m", x=300, y=0).partition("  visitor:")[0]
+    one.write_text(text, encoding="utf-8")
+    load = "cable.loads=[{at: 100 m, force: [0, 50, -1000]}]"
+    expected = cells(scene(load, f"case={day}", base=one), "tension_1", "tension_2", "reaction_1_vertical")
+    cable = text.replace("  ends: [[0, 0, 20], [300, 0, 28]]\n", "").replace("  unstretched_length: 301 m\n", "")
+    pieces = """\
+points: {knot: {at: [100, 0, 15], free: true, force: [0, 50, -1000]}}
+cables:
+  left: {from: [0, 0, 20], to: knot, unstretched_length: 100 m}
+  right: {from: knot, to: [300, 0, 28], unstretched_length: 201 m}
+"""
+    names = ("left.tension_from", "right.tension_to", "left.reaction_1_vertical")
+    found = numbers(made(cable + pieces, f"case={day}"), *names)
+    assert list(found.values()) == pytest.approx(list(expected.values()), rel=1e-10)
+
+
+# ------------------------------------------------------------------------------------------- a body on four cables
+
+
+def force_on_body(place, anchor, day, length):
+    """Force of one cable on the body, tension there; from the 50-digit catenary. [N]"""
+    change, ice, thickness, pressure, degrees = DAYS[day]
+    warm = 1 + ALPHA * change
+    chord = np.asarray(place) - anchor
+    direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
+    across = direction - chord * (direction @ chord) / (chord @ chord)
+    drag = 1.2 * pressure * (D + 2 * thickness) * np.linalg.norm(across) * across
+    upwards = np.array([0, 0, (MASS / warm + ice) * G]) - drag
+    weight = np.linalg.norm(upwards)
+    vertical = upwards / weight
+    level = chord - (chord @ vertical) * vertical
+    level /= np.linalg.norm(level)
+    axes = np.array([level, np.cross(vertical, level), vertical])
+    first = catenary_mp.solve_loaded(axes @ chord, length * warm, EA, weight)
+    first = np.array([float(part) for part in first]) @ axes
+    return -(first + weight * length * warm * vertical)
+
+
+def balanced(day, lengths):
+    """Place of the body, and the tensions of the cables at it, by scipy's root-finder."""
+    _, _, _, pressure, degrees = DAYS[day]
+    direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
+    own = pressure * 1.1 * np.array([1.5, 1.0, 2.0]) * direction + [0, 0, -400 * G]
+
+    def forces(place):
+        pairs = zip(ANCHORS.values(), lengths, strict=True)
+        return np.array([force_on_body(place, np.array(anchor), day, length) for anchor, length in pairs])
+
+    start = np.array([0.0, 0.1, 0.0])
+    found = root(lambda place: forces(place).sum(axis=0) + own, start, tol=1e-13)
+    assert np.abs(found.fun).max() < 1e-8
+    return found.x, np.linalg.norm(forces(found.x), axis=-1)
+
+
+@pytest.mark.parametrize("day", DAYS)
+def test_a_body_on_four_cables(made, day):
+    place, tensions = balanced(day, [77.0] * 4)
+    names = [*(f"gondola.{axis}" for axis in "xyz"), *(f"{name}.tension_to" for name in ANCHORS)]
+    found = list(numbers(made(*body(f"case={day}")), *names).values())
+    assert found[:3] == pytest.approx(place, abs=1e-9)
+    assert found[3:] == pytest.approx(tensions, rel=1e-9)
+
+
+@pytest.mark.parametrize("stated", ["preload: 20 kN", "sag: 30 cm", "tension_to: 8 %"])
+def test_lengths_are_those_of_the_reference_state(made, stated):
+    text = body(stated=stated)
+    length = ("a.unstretched_length", "a.mass")
+    reference, oblique = numbers(made(*text), *length), numbers(made(*text, "case=oblique"), *length)
+    assert oblique == reference
+    place, tensions = balanced("oblique", [reference["a.unstretched_length"]] * 4)
+    found = numbers(made(*text, "case=oblique"), "gondola.y", "a.tension_to")
+    assert found["gondola.y"] == pytest.approx(place[1], abs=1e-8)
+    assert found["a.tension_to"] == pytest.approx(tensions[0], rel=1e-8)
+
+
+def test_lengths_that_tensions_choose_are_those_of_the_reference_state(made):
+    sets = ("solve_for=lengths",)
+    text = BODY.replace(", STATED", "")
+    reference = numbers(made(text, *sets), "a.unstretched_length", "gondola.z", "a.preload")
+    assert reference["gondola.z"] == 0
+    day = numbers(made(text, *sets, "case=ice"), "a.unstretched_length", "gondola.z", "a.tension_to")
+    assert day["a.unstretched_length"] == reference["a.unstretched_length"]
+    place, tensions = balanced("ice", [reference["a.unstretched_length"]] * 4)
+    assert day["gondola.z"] == pytest.approx(place[2], abs=1e-8)
+    assert day["a.tension_to"] == pytest.approx(tensions[0], rel=1e-8)
+
+
+def test_each_cable_has_its_own_reference_temperature(made):
+    """Where the day is that of the reference of one cable, only the others change."""
+    text = body("case=cold", "cables.a.reference.temperature=-30 degC")
+    lengths = {"a": 77.0, "b": 77 * (1 - 45 * ALPHA), "c": 77 * (1 - 45 * ALPHA), "d": 77 * (1 - 45 * ALPHA)}
+    found = numbers(made(*text), *(f"{name}.stretched_length" for name in ANCHORS),
+                    *(f"{name}.strain" for name in ANCHORS))  # fmt: skip
+    for name, length in lengths.items():
+        # mean of T/EA along the cable, to second order in its sag
+        assert found[f"{name}.stretched_length"] / (1 + found[f"{name}.strain"]) == pytest.approx(length, rel=2e-6)
+
+
+def test_no_digit_depends_on_the_other_cases(made):
+    scenes = [made(*body(*sets)) for sets in ((), *((f"case={day}",) for day in DAYS))]
+    columns = [find(name) for name in ("gondola.x", "gondola.y", "gondola.z", "a.max_tension", "b.sag", "frequency_1")]
+    together = evaluate_suspensions(scenes, columns)
+    for one, row in zip(scenes, together, strict=True):
+        assert evaluate_suspensions([one], columns)[0].cells == row.cells
+
+
+def test_two_suspensions_in_one_scene_are_as_alone(made):
+    first = body("case=oblique")[0].replace("STATED", "unstretched_length: 77 m")
+    second = first.replace("gondola", "other").replace("mass: 400 kg", "mass: 300 kg")
+    for name in ANCHORS:
+        second = second.replace(f"  {name}: {{from", f"  {name}2: {{from")
+    both = first.partition("cables:\n")[0] + second.partition("bodies:\n")[2].replace(
+        "cables:\n", "cables:\n" + first.partition("cables:\n")[2]
+    )
+    names = ("gondola.y", "gondola.z", "a.tension_to", "b.sag")
+    others = ("other.y", "other.z", "a2.tension_to", "b2.sag")
+    found = numbers(made(both, "case=oblique"), *names, *others)
+    alone = numbers(made(first, "case=oblique"), *names) | numbers(made(second, "case=oblique"), *others)
+    assert found == pytest.approx(alone, rel=1e-10)
+
+
+# ---------------------------------------------------------------------------------------------------------- the wind
+
+
+def test_turbulence_acts_about_the_state_of_the_case(made):
+    """Mean displacements are those by the steady wind of the case, which takes the place of the mean wind."""
+    wind = "wind={speed: 10, turbulence_intensity: 0.15, length_scale: 50}"
+    calm, storm = (made(*body(f"case={day}", wind, "cases.none={}")) for day in ("none", "storm"))
+    columns = ["gondola.x", "gondola.y", "gondola.z", "a.tension_to"]
+    before, after = numbers(calm, *columns), numbers(storm, *columns)
+    moved = numbers(storm, "gondola.mean_x", "gondola.mean_y", "gondola.mean_z")
+    for axis in "xyz":
+        shift = 1e3 * (after[f"gondola.{axis}"] - before[f"gondola.{axis}"])
+        assert moved[f"gondola.mean_{axis}"] == pytest.approx(shift, abs=1e-8)
+    in_wind = SuspensionCase(storm).in_wind
+    assert in_wind.mean_tensions("a")[1] == pytest.approx(after["a.tension_to"], rel=1e-12)
+    # without a steady wind the mean one acts on the cables of the day
+    mean = SuspensionCase(made(*body("case=ice", wind))).in_wind
+    thick = SuspensionCase(made(*body("case=ice", wind, "cases.ice.ice.thickness=20 mm"))).in_wind
+    ratio = thick.movement.drag.cables / mean.movement.drag.cables
+    assert ratio == pytest.approx((D + 0.04) / (D + 0.02))
+
+
+def test_the_stated_error_of_uniform_drag_holds(made):
+    """Truth: each cable in 16 pieces that meet at free points, with their own directions in the wind."""
+    case = SuspensionCase(made(*body("case=storm", stated="unstretched_length: 79 m")))
+    error, moved = case.group.drag_error(0), case.group.drag_movement(0)[0]
+    assert 1e-4 < error < 0.2
+    text, pieces, points, cables = *body(stated="unstretched_length: 1"), 16, "", ""
+    own = SuspensionCase(made(*body("case=storm", stated="unstretched_length: 79 m"))).equilibrium
+    for number, name in enumerate(ANCHORS):
+        nodes = places(own.catenary.take(number), np.arange(1, pieces) / pieces) + ANCHORS[name]
+        ends = [f"{list(ANCHORS[name])}", *(f"{name}{k}" for k in range(1, pieces)), "gondola.eye"]
+        points += "".join(f"  {name}{k}: {{at: {node.tolist()}, free: true}}\n" for k, node in enumerate(nodes, 1))
+        cables += "".join(
+            f"  {name}-{k}: {{from: {ends[k]}, to: {ends[k + 1]}, unstretched_length: {79 / pieces}}}\n"
+            for k in range(pieces)
+        )
+    text = text.partition("cables:\n")[0] + "points:\n" + points + "cables:\n" + cables
+    truth = SuspensionCase(made(text, "case=storm"))
+    found, there = case.equilibrium.end_forces[:, 1], truth.equilibrium
+    last = [there.suspension.cable_names.index(f"{name}-{pieces - 1}") for name in ANCHORS]
+    own, true = np.linalg.norm(found, axis=-1), np.linalg.norm(there.end_forces[last, 1], axis=-1)
+    assert (np.abs(own / true - 1) <= error).all()
+    body_moved = np.abs(case.equilibrium.position[0] - there.position[0])
+    assert (body_moved <= moved + 1e-9).all()
+
+
+# --------------------------------------------------------------------------------------------------------- bad input
+
+
+@pytest.mark.parametrize(
+    ("sets", "message"),
+    [
+        (["case=icy"], 'case: unknown case "icy" (did you mean ice?)'),
+        (["case=3"], "case: expected text"),
+        (["cases.cold.temperature=25"], "cases.cold.temperature: must be from 60 K to 5000 K"),
+        (["cases.ice.ice.weight=3", "cases.ice.ice.thickness=1 mm"], "given together with"),
+        (["cases.ice.ice={}"], "missing key: one of thickness, weight"),
+        (["cases.storm.wind.speed=10", "cases.storm.wind.pressure=3"], "given together with"),
+        (["cases.storm.wind={direction: 3}"], "missing key: one of speed, pressure"),
+        (["cases.storm.wind.gust=3"], "cases.storm.wind.gust: unknown key"),
+        (["cases.storm.loads=[]"], "unknown key in a suspension"),
+        (["cable.expansion=null"], "cable: missing key: expansion (case cold has a temperature)"),
+        (["cables.a.reference.temperature=-300 degC"], "cables.a.reference.temperature: must be positive"),
+        (["cables.a.reference.loads=true"], "cables.a.reference.loads: unknown key"),
+        (["cable.reference=3"], "cable.reference: expected a mapping with the keys temperature"),
+        (["ground=[[0, 0]]"], "ground: expected at least 2 items, got 1"),
+        (["ground=[[0, 0], [0, 1]]"], "ground: the x of its points must ascend"),
+        (["ground=deep"], "ground: expected a length"),
+        (["cases=3"], "cases: expected a mapping"),
+        (["cases.storm=windy"], "cases.storm: expected a mapping"),
+    ],
+)
+def test_each_mistake_is_one_clear_line(made, sets, message):
+    with pytest.raises(SceneError) as raised:
+        made(*body(*sets))
+    lines = str(raised.value).splitlines()
+    assert any(message in text for text in lines), lines
+    assert len(lines) <= 3
+
+
+def test_what_a_case_needs_of_each_cable_is_told_once(made):
+    section = "axial_stiffness: 1 MN, mass_per_length: 1 kg/m, unstretched_length: 77 m"
+    with pytest.raises(SceneError) as raised:
+        made(BODY.replace(f"{SECTION}, STATED", section))
+    lines = str(raised.value).splitlines()
+    assert len(lines) == len(set(lines)) <= 6
+    assert any("missing key: diameter (case storm has wind or ice around the cable)" in line for line in lines)
+
+
+# ----------------------------------------------------------------------------------------------------------- extremes
+
+
+@pytest.mark.parametrize(
+    "sets",
+    [
+        ["cases.cold.temperature=5000", "case=cold"],  # nearly 10 % longer
+        ["cases.cold.temperature=60", "case=cold"],
+        ["cases.ice.ice.thickness=1 m", "case=ice"],
+        ["cases.ice.ice.thickness=0", "case=ice"],
+        ["cases.heavy.ice.weight=1e7", "case=heavy"],
+        ["cases.storm.wind.pressure=0", "case=storm"],
+        ["cases.storm.wind.pressure=1e-300", "case=storm"],
+        ["cases.storm.wind.pressure=1e7", "case=storm"],
+        ["cases.storm.wind.direction=-360 deg", "case=storm"],
+        ["gravity=0", "case=storm", "cable.unstretched_length=75"],
+        ["gravity=0", "case=heavy", "cable.unstretched_length=75"],
+    ],
+)
+def test_extremes_have_an_answer_or_a_reason(made, sets):
+    columns = [find(name) for name in ("gondola.z", "a.max_tension", "b.sag", "a.swing", "frequency_1")]
+    row = evaluate_suspensions([made(*body(*sets, "ground=-40"))], columns)[0]
+    values = [value for name, value in row.cells.items() if name != "status"]
+    assert "\n" not in row.cells["status"]
+    if row.cells["status"].startswith(("ok", "over strength")):
+        assert np.isfinite(values).all()
+    else:
+        assert len(row.cells["status"]) > 20
+
+
+def test_no_wind_and_no_change_are_the_reference(made):
+    names = ("gondola.z", "a.max_tension", "b.sag")
+    expected = numbers(made(*body()), *names)
+    for sets in (["case=storm", "cases.storm.wind.pressure=0"], ["case=none", "cases.none={}"],
+                 ["case=cold", "cases.cold.temperature=15 degC"], ["case=ice", "cases.ice.ice.thickness=0",
+                  "cases.ice.temperature=null"]):  # fmt: skip
+        assert numbers(made(*body(*sets)), *names) == pytest.approx(expected, rel=1e-11), sets
+
+
+def test_a_vertical_cable_in_each_case(made):
+    """A mass on a plumb line: the tension above is its weight and that of the cable; wind moves it aside."""
+    text = f"""\
+cable: {{{SECTION}, unstretched_length: 50 m}}
+{CASES}points: {{bob: {{at: [0, 0, -50], free: true, mass: 1000 kg}}}}
+cables: {{line: {{from: [0, 0, 0], to: bob}}}}
+"""
+    for day, (change, ice, _, pressure, degrees) in DAYS.items():
+        found = numbers(made(text, f"case={day}"), "line.tension_from", "bob.x", "bob.y", "line.reaction_1_vertical")
+        warm = 1 + ALPHA * change
+        weight = G * (1000 + (MASS / warm + ice) * 50 * warm)
+        if not pressure:
+            assert found["line.tension_from"] == pytest.approx(weight, rel=1e-10)
+            assert found["line.reaction_1_vertical"] == pytest.approx(weight, rel=1e-10)
+            assert found["bob.x"] == found["bob.y"] == 0
+        else:
+            assert math.degrees(math.atan2(found["bob.y"], found["bob.x"])) == pytest.approx(degrees, abs=1e-6)
+            assert math.hypot(found["bob.x"], found["bob.y"]) > 0.5
+
+
+def test_a_sweep_over_cases_and_numbers(made):
+    """Cases as a key of a study, in groups: as alone. Clearances too, and the column is refused without ground."""
+    scenes = [made(*body(f"case={day}", f"bodies.gondola.mass={mass}", "ground=-12"))
+              for day in ("cold", "storm") for mass in (400, 800)]  # fmt: skip
+    cases = cases_of(scenes)
+    columns = [find("a.clearance"), find("gondola.z")]
+    for one, case in zip(scenes, cases, strict=True):
+        clearance = columns[0].compute(case)
+        lowest = numbers(one, "a.lowest_point")["a.lowest_point"]
+        assert clearance == pytest.approx(lowest + 12, abs=1e-9)
+    without = evaluate_suspensions([replace_ground(scenes[0])], columns[:1])[0]
+    assert "a.clearance needs the key ground" in without.cells["status"]
+
+
+def replace_ground(scene):
+    """The same without ground."""
+    return scene.model_copy(update={"ground": None})
