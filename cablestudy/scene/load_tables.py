@@ -90,7 +90,7 @@ class CommonLoadCase(Table):
         return cable.expansion * (self.temperature - cable.reference.temperature)
 
     def wind_diameter(self, cable):
-        """Diameter of a cable that the wind sees, with the ice around it; None where that of the cable is unknown. [m]"""
+        """Diameter of a cable with the ice around it, which the wind sees; None where it is unknown. [m]"""
         diameter, ice = cable.section_diameter, self.ice
         if diameter is None or ice is None or ice.thickness is None:
             return diameter

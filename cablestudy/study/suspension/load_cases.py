@@ -1,8 +1,8 @@
 """What a load case does to suspensions: from the reference state to that of the day.
 
-Unstretched lengths are those of the reference state, which are stated or found there. Temperature changes them, ice adds
-to the mass per length, a steady wind acts on bodies and cables, and the pose is found again. The drag of a cable is that
-of one cable (`study.load_cases`): uniform, per unstretched length, by the direction of its chord.
+Unstretched lengths are those of the reference state, which are stated or found there. Temperature changes them, ice
+adds to the mass per length, a steady wind acts on bodies and cables, and the pose is found again. The drag of a cable
+is that of one cable (`study.load_cases`): uniform, per unstretched length, by the direction of its chord.
 """
 
 from dataclasses import dataclass, replace
