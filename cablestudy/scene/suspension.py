@@ -17,7 +17,7 @@ from cablestudy.scene.fields import Name, Quantity, Table, suggestion
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
-from cablestudy.scene.load_tables import CommonLoadCase, Ice, ReferenceTemperature, SteadyWind
+from cablestudy.scene.load_tables import CommonLoadCase, Ice, Load, ReferenceTemperature, SteadyWind
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
@@ -43,7 +43,7 @@ INSTEAD = {
     ("ends",): "each cable has from and to",
     ("chord",): "each cable has from and to",
     ("inclination",): "each cable has from and to",
-    ("loads",): "end two cables at a free point that carries the force",
+    ("loads",): "those of a cable are under cables.NAME.loads, on in every case but not in the reference state",
 }
 OF_CABLES = ("cable",), ("cables",), ("cases",)  # tables with keys of one cable
 NO_CASE = CommonLoadCase()
@@ -224,12 +224,14 @@ SUSPENSION_TABLES = {
     ("cable",): SharedCable,
     ("cable", "damping"): Damping,
     ("cable", "reference"): ReferenceTemperature,
+    ("cable", "loads", "*"): Load,
     ("points", "*"): Point,
     ("bodies", "*"): Body,
     ("bodies", "*", "wind"): BodyWind,
     ("cables", "*"): SuspendedCable,
     ("cables", "*", "damping"): Damping,
     ("cables", "*", "reference"): ReferenceTemperature,
+    ("cables", "*", "loads", "*"): Load,
     ("cases", "*"): CommonLoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,

@@ -5,12 +5,12 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
 
-from cablestudy.scene.cable_table import CableProperties, Length
+from cablestudy.scene.cable_table import CableProperties, Length, beyond_the_end
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
-from cablestudy.scene.load_tables import Force, ReferenceTemperature
+from cablestudy.scene.load_tables import MAX_LOADS, Force, Load, ReferenceTemperature
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
@@ -195,8 +195,9 @@ class _Stated(CableProperties):
     )
     force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
     reference: ReferenceTemperature = Field(
-        ReferenceTemperature(), description="The state in which lengths, tensions and sags hold"
+        ReferenceTemperature(), description="The state in which lengths, tensions and sags hold, without loads"
     )
+    loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
 
 
 class SharedCable(_Stated):
@@ -240,6 +241,8 @@ class SuspendedCable(_Stated):
         """See `section_relations`."""
         tensions = {("preload",): self.preload, ("tension_to",): self.tension_to}
         yield [*self.section_relations(), *self.tension_relations(tensions)]
+        if self.unstretched_length is not None:
+            yield beyond_the_end(("loads",), self.loads, self.unstretched_length)
 
 
 _force = Quantity("N", 1e-24, 1e24).read

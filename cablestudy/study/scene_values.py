@@ -79,12 +79,12 @@ def _load_arrays(listed):
     masses : ndarray, shape (n, k)
         [kg]
     """
-    merged = [_merged(loads) for loads in listed]
+    merged = [merged_loads(loads) for loads in listed]
     return tuple(np.array([[load[part] for load in loads] for loads in merged]).reshape(len(listed), -1, *size)
                  for part, size in ((0, ()), (1, ()), (2, (3,)), (3, ())))  # fmt: skip
 
 
-def _merged(loads):
+def merged_loads(loads):
     """(position, fraction, force, mass) of point loads, those at one place added, ascending from end 1."""
     found = {}
     for load in loads:

@@ -179,7 +179,12 @@ def spans(suspension, state):
     vector = np.where(close[..., None], down, state.vector)
     gravity, vertical = suspension.cable_gravity
     stiffness, mass = suspension.axial_stiffness, suspension.cable_mass
-    span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical)
+    loads = {}
+    if suspension.load_forces is not None:
+        loads = {"load_positions": suspension.load_positions, "load_forces": suspension.load_forces}
+    span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical, **loads)
+    if loads:
+        span = replace(span, load_masses=suspension.load_masses)
     return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
 
 
@@ -191,15 +196,25 @@ def evaluate(suspension, state):
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
     known = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, known)
-    q, n, y = (part[..., 0] for part in cables.tension)
+    q, squared = _along_and_squared(cables)
     length, tension = span.unstretched_length, cables.mean_tension
-    strained = (q**2 + n**2 + y**2 + span.weight**2 / 12) / (2 * span.axial_stiffness)
+    strained = squared / (2 * span.axial_stiffness)
     energy = length * (q * (1 + span.chord_strain) - tension - strained)
     solved = cables.record.reason != CABLE_STALLED
     return Point(
         net, scale, energy.sum(axis=-1), EPSILON * (length * cables.max_tension).sum(axis=-1), forces, stiffness,
         solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
     )  # fmt: skip
+
+
+def _along_and_squared(cables):
+    """Mean of the tension vectors at both ends along the chord [N], and the mean of |N(s)|^2 [N^2], shape (n, c)."""
+    if cables.segments.fraction.shape[-1] == 1:
+        q, n, y = (part[..., 0] for part in cables.tension)
+        return q, q**2 + n**2 + y**2 + cables.span.weight**2 / 12
+    ends = cables.end_forces()[..., 0]
+    squared = sum(part**2 for part in cables.tension) + cables.segments.weight**2 / 12
+    return (ends[..., 0] - ends[..., 1]) / 2, (squared * cables.segments.fraction).sum(axis=-1)
 
 
 def work(suspension, state, step):
@@ -224,7 +239,12 @@ def work(suspension, state, step):
         swing = step[:, owner, :3] + (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
         swing = (swing * vertical[..., None, :]).sum(axis=-1)
     raised = np.where(owner == GROUND, 0.0, swing).sum(axis=-1)
-    return bodies.sum(axis=-1) - (half * raised).sum(axis=-1)
+    total = bodies.sum(axis=-1) - (half * raised).sum(axis=-1)
+    if suspension.load_forces is None:
+        return total
+    swing = step[:, owner, :3] + (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
+    both = np.where((owner == GROUND)[..., None], 0.0, swing).sum(axis=-2)
+    return total + (suspension.load_forces.sum(axis=-2) * both).sum(axis=(-1, -2)) / 2
 
 
 def longest(state):
@@ -404,6 +424,8 @@ def typical_loads(suspension, state):
     """For each cable the smaller one of the loads on the bodies at its ends, shape (n, c). [N]"""
     gravity = np.abs(suspension.gravity)[:, None]
     weight = suspension.cable_mass * gravity * state.length
+    if suspension.load_forces is not None:
+        weight = weight + size(suspension.load_forces).sum(axis=-1)
     loads = (
         suspension.mass * gravity + size(suspension.force) + size(suspension.moment) / tangent.body_sizes(suspension)
     )

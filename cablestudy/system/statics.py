@@ -366,7 +366,10 @@ def equilibrium(suspension, flat, state, record):
 
 def span_of_shape(span, shape):
     """Cables of shape (n, c) in another shape of the same size."""
-    names = ("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity", "level", "vertical")
+    names = ["chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity", "level", "vertical"]
+    loaded = span.load_positions.shape[-1] > 0
+    names += ["load_positions", "load_forces", "load_masses"] if loaded else []
     arrays = {name: np.asarray(getattr(span, name)) for name in names}
     shaped = {name: array.reshape((*shape, *array.shape[2:])) for name, array in arrays.items()}
-    return replace(span, **shaped).without_loads().broadcast()
+    shaped = replace(span, **shaped)
+    return (shaped if loaded else shaped.without_loads()).broadcast()

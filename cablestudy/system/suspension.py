@@ -20,7 +20,7 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 CORES = {
     "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
     "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
-    "cable_wind": 2,
+    "cable_wind": 2, "load_positions": 2, "load_forces": 3, "load_masses": 2,
 }  # fmt: skip
 
 
@@ -66,6 +66,13 @@ class Suspension:
     cable_wind : ndarray, shape (..., c, 3), or None
         Uniform load on each cable beside its weight, per unstretched length, global axes; a cable without mass has
         none. [N/m]
+    load_positions : ndarray, shape (..., c, k), or None
+        Of point loads on each cable: arc length from end 1 along the unstretched cable, ascending. Cables have them
+        only where all state their unstretched length. [m]
+    load_forces : ndarray, shape (..., c, k, 3), or None
+        Point loads, global axes, the weight of their masses included. [N]
+    load_masses : ndarray, shape (..., c, k), or None
+        What moves with the cable there. [kg]
     """
 
     gravity: np.ndarray
@@ -88,6 +95,9 @@ class Suspension:
     value: np.ndarray
     force_density: np.ndarray | None = None
     cable_wind: np.ndarray | None = None
+    load_positions: np.ndarray | None = None
+    load_forces: np.ndarray | None = None
+    load_masses: np.ndarray | None = None
 
     def _arrays(self):
         """Arrays of numbers by name."""

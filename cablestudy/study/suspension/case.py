@@ -10,7 +10,7 @@ from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
-from cablestudy.study.suspension.load_cases import day_of
+from cablestudy.study.suspension.load_cases import day_of, load_counts
 from cablestudy.study.suspension.movement import drag_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
@@ -122,7 +122,8 @@ class Group:
             self.reference, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
             self.reference = statics.pose(_formed(numbers))
-        self._day = None if scenes[0].case is None else day_of(self.reference, scenes)
+        bare = scenes[0].case is None and not any(load_counts(scenes[0]).values())
+        self._day = None if bare else day_of(self.reference, scenes)
         self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
@@ -169,6 +170,8 @@ class Group:
         """The error of a case without a stable equilibrium, or None."""
         if self.problems[place]:
             return NoSolutionError(str(self.problems[place]))
+        if self._day is not None and self._day.problems[place] and self.reference.record.converged[place]:
+            return NoSolutionError(self._day.problems[place])
         states = [("", self.equilibrium)]
         if self._day is not None:
             states = [("in the reference state: ", self.reference), ("", self.calm), ("", self.equilibrium)]
@@ -374,7 +377,8 @@ class SuspensionCase:
         cable, end = np.nonzero(suspension.owner == place)
         unit = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
         moved = np.concatenate([unit, -cross_matrix(found.arms[cable, end])], axis=-1)
-        third = (found.catenary.span.mass * found.lengths)[cable, None, None] / 3
+        carried = 0.0 if suspension.load_masses is None else suspension.load_masses.sum(axis=-1)
+        third = (found.catenary.span.mass * found.lengths + carried)[cable, None, None] / 3
         mass = mass + (np.swapaxes(moved, -1, -2) @ moved * third).sum(axis=0)
         free = np.ix_(suspension.free[place], suspension.free[place])
         stiffness = self.body_stiffness(name)[free]
@@ -500,7 +504,7 @@ def cases_of(scenes):
     groups = {}
     for place, scene in enumerate(scenes):
         method = scene.tensions and scene.tensions.method
-        loads = scene.case is None, scene.load_case.wind is None, scene.wind is None
+        loads = scene.case is None, scene.load_case.wind is None, scene.wind is None, *load_counts(scene).values()
         key = (repr(topology_of(scene)), scene.solve_for, method, *loads)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)

@@ -1,16 +1,19 @@
 """What a load case does to suspensions: from the reference state to that of the day.
 
 Unstretched lengths are those of the reference state, which are stated or found there. Temperature changes them, ice
-adds to the mass per length, a steady wind acts on bodies and cables, and the pose is found again. The drag of a cable
-is that of one cable (`study.load_cases`): uniform, per unstretched length, by the direction of its chord.
+adds to the mass per length, point loads act on cables and a steady wind on bodies and cables, and the pose is found
+again. The drag of a cable is that of one cable (`study.load_cases`): uniform, per unstretched length, by the direction
+of its chord.
 """
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from cablestudy.study.load_cases import ICE_PARTS, SECOND_ORDER, ice_mass, uneven_drag_errors
+from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.suspension.movement import offered_by_bodies, wind_diameters
 from cablestudy.system import statics, tangent
 from cablestudy.system.rigid import size
@@ -30,11 +33,14 @@ class Day:
         Without the steady wind and with it, shape (n,).
     drag : Drag or None
         The steady wind; None where none of the cases has one.
+    problems : list of str
+        For each case a load that is not on its cable; empty without one.
     """
 
     calm: Equilibrium
     equilibrium: Equilibrium
     drag: Drag | None
+    problems: list
 
     @cached_property
     def drag_change(self):
@@ -123,14 +129,63 @@ def day_of(reference, scenes):
         position=reference.position,
         rotation=reference.rotation,
     )
+    problems = [""] * len(scenes)
+    if any(load_counts(scenes[0]).values()):
+        loads, problems = _loads(scenes, loaded.value, warm)
+        loaded = replace(loaded, **loads)
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
-        return Day(calm, calm, None)
+        return Day(calm, calm, None, problems)
     drag = _steady_drag(scenes, suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
     standing = reference.record.converged & calm.record.converged
     drag = replace(drag, velocity=np.where(standing[:, None], drag.velocity, 0.0))
-    return Day(calm, equilibrium_in_wind(calm, drag), drag)
+    return Day(calm, equilibrium_in_wind(calm, drag), drag, problems)
+
+
+def load_counts(scene):
+    """Name of each cable -> at how many places it carries loads."""
+    return {name: len(merged_loads(cable.loads)) for name, cable in scene.cables.items()}
+
+
+def _loads(scenes, lengths, warm):
+    """Point loads of all cables, as many for each: fields of `Suspension`, and for each case what is wrong with them.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        With equally many loads on cables of the same name.
+    lengths, warm : ndarray, shape (n, c)
+        Unstretched lengths at the temperature of the case [m], and over those in the reference state [-].
+    """
+    count = max(load_counts(scenes[0]).values())
+    places, forces, masses = (np.zeros((*lengths.shape, count, *more)) for more in ((), (3,), ()))
+    problems = [""] * len(scenes)
+    for case, scene in enumerate(scenes):
+        for number, (name, cable) in enumerate(scene.cables.items()):
+            length, own = lengths[case, number], {}
+            for at, fraction, force, mass in merged_loads(cable.loads):
+                place = fraction * length if np.isnan(at) else at * warm[case, number]
+                if place >= length:
+                    end = length / warm[case, number]
+                    problems[case] = f"{name}: the load at {at:.6g} m is beyond the cable's end, at {end:.6g} m"
+                    continue
+                before, carried = own.get(place, (0.0, 0.0))
+                own[place] = before + force - [0.0, 0.0, mass * scene.gravity], carried + mass
+            for nothing in _more_places(own, count, length):
+                own[nothing] = np.zeros(3), 0.0
+            for slot, place in enumerate(sorted(own)):
+                places[case, number, slot] = place
+                forces[case, number, slot], masses[case, number, slot] = own[place]
+    return {"load_positions": places, "load_forces": forces, "load_masses": masses}, problems
+
+
+def _more_places(places, count, length):
+    """Places at which a cable carries nothing, so that it has `count` of them: evenly along its longest free part."""
+    edges = sorted([0.0, *places, length])
+    begin, end = max(pairwise(edges), key=lambda pair: pair[1] - pair[0])
+    missing = count - len(places)
+    return [begin + (end - begin) * step / (missing + 1) for step in range(1, missing + 1)]
 
 
 def _ice_masses(scenes):
