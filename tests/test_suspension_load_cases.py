@@ -5,6 +5,7 @@ cable one vector of weight and wind per length, along which the axes of the refe
 """
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -14,11 +15,13 @@ from scipy.optimize import root
 from test_load_cases import LINE
 
 from cablestudy.cable.geometry import places
+from cablestudy.control.suspension import FROM, TO, Winch, state_space
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.system.coupled import Layout
 
 G, D, ALPHA, DENSITY, EA = 9.81, 0.022, 19e-6, 3500.0, 70e9 * math.pi * 0.022**2 / 4
 MASS = DENSITY * math.pi * D**2 / 4
@@ -235,6 +238,107 @@ def test_two_suspensions_in_one_scene_are_as_alone(made):
     assert found == pytest.approx(alone, rel=1e-10)
 
 
+# ---------------------------------------------------------------------------------------------- point loads on cables
+
+COUPLED = ["gondola.x", "gondola.y", "gondola.z", "a.tension_from", "c.tension_to", "d.tension_to"]
+LOADS = "loads: [{fraction: 0.25, mass: 80 kg}, {at: 200 m, force: [100, 50, -300]}, {at: 200 m, mass: 3 kg}]"
+
+
+@pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
+@pytest.mark.parametrize("day", [None, *DAYS])
+def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, made, stated, day):
+    """Beside a cable without loads, which is as alone too."""
+    one = tmp_path / "one.yaml"
+    text = LINE.format(stated=f"{stated}\n  {LOADS}", x=180, y=-240).partition("  visitor:")[0]
+    one.write_text(text, encoding="utf-8")
+    sets = ["ground=-3"] + ([f"case={day}"] if day else [])
+    many = text.replace("  ends: [[0, 0, 20], [180, -240, 28]]\n", "")
+    many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n"
+    many += "  n2: {from: [0, 0, 20], to: [180, -240, 28], loads: []}\n"
+    for name, more in (("n1", ()), ("n2", ("cable.loads=[]",))):
+        expected = cells(scene(*sets, *more, base=one), *OF_ONE)
+        found = numbers(made(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
+        for column, value in expected.items():
+            assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+
+
+@pytest.mark.parametrize("day", [None, "ice"])
+def test_modes_with_masses_on_a_cable_are_those_of_one_cable(tmp_path, made, day):
+    one = tmp_path / "one.yaml"
+    loads = "loads: [{fraction: 0.25, mass: 80 kg}, {at: 200 m, force: [100, 0, -300]}]"
+    text = LINE.format(stated=f"preload: 22 kN\n  {loads}", x=300, y=0).partition("  visitor:")[0]
+    one.write_text(text + "model: {accuracy: 1e-8}\n", encoding="utf-8")
+    many = text.replace("  ends: [[0, 0, 20], [300, 0, 28]]\n", "") + "model: {accuracy: 1e-8}\n"
+    many += "cables: {n1: {from: [0, 0, 20], to: [300, 0, 28]}}\n"
+    sets = [f"case={day}"] if day else []
+    planes = [f"{plane}_frequency_{k}" for plane in ("inplane", "outofplane") for k in (1, 2)]
+    expected = sorted(cells(scene(*sets, base=one), *planes).values())[:3]
+    found = numbers(made(many, *sets), "frequency_1", "frequency_2", "frequency_3")
+    assert list(found.values()) == pytest.approx(expected, rel=3e-8)
+
+
+@pytest.mark.parametrize("day", [None, "cold", "ice"])
+def test_a_load_on_a_moving_cable_is_a_free_point_that_carries_it(made, day):
+    """Cable a in two pieces that meet at a free point with the mass and the force: statics, modes, from a bad start."""
+    sets = ["model.accuracy=1e-7", *([f"case={day}"] if day else [])]
+    whole, *_ = body()
+    load = "loads: [{at: 30 m, mass: 50 kg, force: [0, 400, -200]}]"
+    loaded = whole.replace("to: gondola.eye}\n  b:", f"to: gondola.eye, {load}}}\n  b:")
+    assert loaded != whole
+    pieces = whole.replace(
+        "  a: {from: [60, 40, 25], to: gondola.eye}\n",
+        """\
+  a: {from: [60, 40, 25], to: knot, unstretched_length: 30 m}
+  a2: {from: knot, to: gondola.eye, unstretched_length: 47 m}
+""",
+    ).replace(
+        "cables:\n",
+        """\
+points: {knot: {at: [37, 24, 15], free: true, mass: 50 kg, force: [0, 400, -200]}}
+cables:
+""",
+    )
+    modes = ["frequency_1", "frequency_3", "frequency_6"]
+    common = ["gondola.x", "gondola.y", "gondola.z", "b.max_tension", "c.sag", "a.tension_from"]
+    truth = numbers(made(pieces, *sets), *common, "a2.tension_to", *modes)
+    for at in ([0, 0, 0], [20, -15, 30]):
+        found = numbers(made(loaded, *sets, f"bodies.gondola.at={at}"), *common, "a.tension_to", *modes)
+        assert [found[name] for name in common] == pytest.approx([truth[name] for name in common], rel=1e-9, abs=1e-9)
+        assert found["a.tension_to"] == pytest.approx(truth["a2.tension_to"], rel=1e-10)
+        assert [found[name] for name in modes] == pytest.approx([truth[name] for name in modes], rel=1e-6)
+
+
+def test_the_stiffness_with_loads_is_that_of_neighbouring_equilibria(made):
+    """Central differences of the place by a force on the body, in the storm, with loads on two of the cables."""
+    loads = ["cables.a.loads=[{fraction: 0.4, mass: 60 kg}]", "cables.c.loads=[{at: 20 m, force: [50, 20, -500]}]"]
+    stiffness = SuspensionCase(made(*body(*loads, "case=ice"))).body_stiffness("gondola")[:3, :3]
+    moved = []
+    for axis in range(3):
+        places = []
+        for force in (1.0, -1.0):
+            text = f"bodies.gondola.force={[force if k == axis else 0 for k in range(3)]}"
+            places.append(SuspensionCase(made(*body(*loads, "case=ice", text))).equilibrium.position[0])
+        moved.append((places[0] - places[1]) / 2)
+    assert stiffness @ np.array(moved).T == pytest.approx(np.eye(3), abs=2e-6)
+
+
+def test_winches_reel_cables_with_loads(made):
+    """Static gain of the state space against central differences of neighbouring lengths; tensions at both ends too."""
+    loads = ["cables.a.loads=[{at: 30 m, mass: 60 kg}]", "cables.c.loads=[{at: 20 m, force: [50, 20, -500]}]"]
+    case = SuspensionCase(made(*body(*loads)))
+    kept = case.modes(60).solution.kept
+    model = state_space(Layout(case.equilibrium), kept, [Winch(0, TO), Winch(1, FROM)])
+    rows = [model.outputs.index(label) for label in model.outputs if label[0] in COUPLED]
+    found = model.response(np.zeros(1))[0].real[rows]
+    for winch, name in enumerate("ab"):
+        states = [
+            list(numbers(made(*body(*loads, f"cables.{name}.unstretched_length={77 + change}")), *COUPLED).values())
+            for change in (-1e-3, 1e-3)
+        ]
+        expected = (np.array(states[0]) - np.array(states[1])) / 2e-3
+        assert found[:, winch] == pytest.approx(expected, rel=1e-4, abs=1e-5 * np.abs(expected).max())
+
+
 # ---------------------------------------------------------------------------------------------------------- the wind
 
 
@@ -300,6 +404,11 @@ def test_the_stated_error_of_uniform_drag_holds(made):
         (["cable.expansion=null"], "cable: missing key: expansion (case cold has a temperature)"),
         (["cables.a.reference.temperature=-300 degC"], "cables.a.reference.temperature: must be positive"),
         (["cables.a.reference.loads=true"], "cables.a.reference.loads: unknown key"),
+        (["cables.a.loads=[{at: 80 m, mass: 3}]"], "80 m is not on the cable, which is 77 m long"),
+        (["cables.a.loads=[{fraction: 0.5}]"], "cables.a.loads.0: missing key: force, mass, or both"),
+        (["cables.a.loads=[{mass: 3}]"], "missing key: one of at, fraction"),
+        (["cable.loads=[{fraction: 1.5, mass: 3}]"], "cable.loads.0.fraction: must be between 0 and 1"),
+        (["cables.a.loads=3"], "cables.a.loads: expected a list"),
         (["cable.reference=3"], "cable.reference: expected a mapping with the keys temperature"),
         (["ground=[[0, 0]]"], "ground: expected at least 2 items, got 1"),
         (["ground=[[0, 0], [0, 1]]"], "ground: the x of its points must ascend"),
@@ -341,6 +450,10 @@ def test_what_a_case_needs_of_each_cable_is_told_once(made):
         ["cases.storm.wind.pressure=1e7", "case=storm"],
         ["cases.storm.wind.direction=-360 deg", "case=storm"],
         ["gravity=0", "case=storm", "cable.unstretched_length=75"],
+        ["cables.a.loads=[{at: 1e-6, mass: 1e9}]"],
+        ["cables.a.loads=[{fraction: 0.5, mass: 1e-9}]", "case=ice"],
+        ["cables.a.loads=[{fraction: 0.5, force: [0, 0, 1e5]}]", "case=storm"],
+        ["cables.a.loads=[{at: 38.5, mass: 3}, {fraction: 0.5, mass: 3}]", "case=cold"],
         ["gravity=0", "case=heavy", "cable.unstretched_length=75"],
     ],
 )
@@ -353,6 +466,12 @@ def test_extremes_have_an_answer_or_a_reason(made, sets):
         assert np.isfinite(values).all()
     else:
         assert len(row.cells["status"]) > 20
+
+
+def test_a_load_beyond_the_end_that_is_found_is_told(made):
+    loads = "cables.a.loads=[{at: 90 m, mass: 3}]"
+    row = evaluate_suspensions([made(*body(loads, stated="preload: 20 kN"))], [find("gondola.z")])[0]
+    assert re.fullmatch(r"a: the load at 90 m is beyond the cable's end, at 7\d\.\d+ m", row.cells["status"])
 
 
 def test_no_wind_and_no_change_are_the_reference(made):
