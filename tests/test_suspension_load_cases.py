@@ -238,6 +238,54 @@ def test_two_suspensions_in_one_scene_are_as_alone(made):
     assert found == pytest.approx(alone, rel=1e-10)
 
 
+# --------------------------------------------------------------------------------------------- a tension at a place
+
+AT = {"end_1": "tension_from", "end_2": "tension_to", "horizontal": "horizontal_tension", "mean": "preload",
+      "max": "max_tension"}  # fmt: skip
+
+
+@pytest.mark.parametrize("share", [False, True])
+@pytest.mark.parametrize("at", AT)
+def test_a_tension_at_a_place_is_had_there(made, at, share):
+    """Of all cables, and of one beside those whose lengths are found."""
+    for newtons, percent, alone in ((20e3, 12, False), (4e3, 3, True)):
+        stated = f"tension: {{at: {at}, value: {f'{percent} %' if share else newtons}}}"
+        if alone:
+            text = body(f"cables.a={{from: [60, 40, 25], to: gondola.eye, {stated}}}", "solve_for=lengths", stated="")
+        else:
+            text = body(stated=stated)
+        wanted = percent / 100 * 300e6 * math.pi * D**2 / 4 if share else newtons
+        names = [f"{name}.{AT[at]}" for name in ("a" if alone else ANCHORS)]
+        assert list(numbers(made(*text), *names).values()) == pytest.approx([wanted] * len(names), rel=1e-9)
+
+
+@pytest.mark.parametrize("start", [[40, 0, 2], [-20, 5, 50]])
+@pytest.mark.parametrize("at", AT)
+def test_a_deep_cable_with_a_tension_at_a_place(made, at, start):
+    """It hangs from a knot on a steep one."""
+    text = f"""\
+cable: {{{SECTION}}}
+points: {{knot: {{at: {start}, free: true, mass: 150 kg}}}}
+cables:
+  steep: {{from: [45, 0, 60], to: knot, unstretched_length: 60 m}}
+  deep: {{from: knot, to: [-40, 0, 30], tension: {{at: {at}, value: 1.9 kN}}}}
+"""
+    assert numbers(made(text), f"deep.{AT[at]}")[f"deep.{AT[at]}"] == pytest.approx(1900, rel=1e-9)
+
+
+def test_tensions_that_no_lengths_give_are_told(made):
+    """Horizontal tensions on both sides of a knot without a horizontal force are equal."""
+    text = f"""\
+cable: {{{SECTION}}}
+points: {{knot: {{at: [0, 0, 2], free: true, mass: 150 kg}}}}
+cables:
+  right: {{from: [45, 0, 40], to: knot, tension: {{at: horizontal, value: 3 kN}}}}
+  left: {{from: knot, to: [-40, 0, 30], tension: {{at: horizontal, value: 2 kN}}}}
+"""
+    status = evaluate_suspensions([made(text)], [find("knot.z")])[0].cells["status"]
+    assert re.search(r"(right|left) has a horizontal_tension of \d.* N instead of \d000 N", status)
+
+
 # ---------------------------------------------------------------------------------------------- point loads on cables
 
 COUPLED = ["gondola.x", "gondola.y", "gondola.z", "a.tension_from", "c.tension_to", "d.tension_to"]
@@ -409,6 +457,9 @@ def test_the_stated_error_of_uniform_drag_holds(made):
         (["cables.a.loads=[{mass: 3}]"], "missing key: one of at, fraction"),
         (["cable.loads=[{fraction: 1.5, mass: 3}]"], "cable.loads.0.fraction: must be between 0 and 1"),
         (["cables.a.loads=3"], "cables.a.loads: expected a list"),
+        (["cable.unstretched_length=null", "cable.tension={at: middle, value: 3}"], 'got "middle"'),
+        (["cable.unstretched_length=null", "cable.tension={value: 3}"], "cable.tension: missing key: at"),
+        (["cables.a.tension={at: max, value: 1 TN}"], "cables.a.tension.value: 1e+12 N is"),
         (["cable.reference=3"], "cable.reference: expected a mapping with the keys temperature"),
         (["ground=[[0, 0]]"], "ground: expected at least 2 items, got 1"),
         (["ground=[[0, 0], [0, 1]]"], "ground: the x of its points must ascend"),

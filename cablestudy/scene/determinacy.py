@@ -2,7 +2,7 @@
 
 from cablestudy.scene.words import counted, first_of
 
-STATED = ("unstretched_length", "preload", "sag", "tension_to")
+STATED = ("unstretched_length", "preload", "sag", "tension_to", "tension")
 ROTATIONS = ("roll", "pitch", "yaw")
 LISTED = 8  # names in a message
 

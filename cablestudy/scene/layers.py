@@ -22,7 +22,7 @@ ALTERNATIVES = {
         *OF_SECTION,
     ),
     "cables": (
-        (("unstretched_length",), ("preload",), ("sag",), ("tension_to",)),
+        (("unstretched_length",), ("preload",), ("sag",), ("tension_to",), ("tension",)),
         *OF_SECTION,
     ),
     "material": OF_SECTION,
@@ -35,7 +35,7 @@ ALTERNATIVES = {
 }
 # Tables of which there may be many -> where each is; "*" is any name or index.
 PLACES = {
-    "load": ("cable.loads.*", "cases.*.loads.*"),
+    "load": ("cable.loads.*", "cables.*.loads.*", "cases.*.loads.*"),
     "ice": ("cases.*.ice",),
     "steady_wind": ("cases.*.wind",),
     "cables": ("cable", "cables.*"),

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, ReactionWheel, is_wheel
-from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, length_ratio
+from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, TensionAt, length_ratio
 from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
@@ -225,6 +225,7 @@ SUSPENSION_TABLES = {
     ("cable", "damping"): Damping,
     ("cable", "reference"): ReferenceTemperature,
     ("cable", "loads", "*"): Load,
+    ("cable", "tension"): TensionAt,
     ("points", "*"): Point,
     ("bodies", "*"): Body,
     ("bodies", "*", "wind"): BodyWind,
@@ -232,6 +233,7 @@ SUSPENSION_TABLES = {
     ("cables", "*", "damping"): Damping,
     ("cables", "*", "reference"): ReferenceTemperature,
     ("cables", "*", "loads", "*"): Load,
+    ("cables", "*", "tension"): TensionAt,
     ("cases", "*"): CommonLoadCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
 
-from cablestudy.scene.cable_table import CableProperties, Length, beyond_the_end
+from cablestudy.scene.cable_table import CableProperties, Length, TensionAt, beyond_the_end
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
@@ -16,6 +16,11 @@ from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
 
 MOTIONS = ("x", "y", "z", *ROTATIONS)
+# Where a tension is stated -> what of `system.suspension.GIVEN` that is.
+TENSION_KINDS = {
+    "mean": "preload", "end_1": "tension_from", "end_2": "tension_to", "horizontal": "horizontal_tension",
+    "max": "max_tension",
+}  # fmt: skip
 # Rounding of a tensor that is written with few digits, relative to its trace.
 INERTIA_ROUNDING = 1e-9
 NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
@@ -193,6 +198,7 @@ class _Stated(CableProperties):
     tension_to: StatedTension | None = Field(
         None, description="Tension at the end `to`, or its share of the breaking force (instead of unstretched_length)"
     )
+    tension: TensionAt | None = Field(None, description="Tension at a named place (instead of unstretched_length)")
     force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
     reference: ReferenceTemperature = Field(
         ReferenceTemperature(), description="The state in which lengths, tensions and sags hold, without loads"
@@ -224,12 +230,15 @@ class SuspendedCable(_Stated):
 
     @property
     def stated(self):
-        """Which of STATED the cable gives, or None."""
-        return next((key for key in STATED if getattr(self, key) is not None), None)
+        """What the cable states: one of `system.suspension.GIVEN`, or None."""
+        key = next((key for key in STATED if getattr(self, key) is not None), None)
+        return TENSION_KINDS[self.tension.at] if key == "tension" else key
 
     @property
     def stated_value(self):
         """What it gives, tensions that are shares of the breaking force in newtons; or None. [m] or [N]"""
+        if self.tension is not None:
+            return self.force_of(self.tension.value)
         return self.force_of(getattr(self, self.stated)) if self.stated else None
 
     @property
@@ -240,6 +249,7 @@ class SuspendedCable(_Stated):
     def relations(self):
         """See `section_relations`."""
         tensions = {("preload",): self.preload, ("tension_to",): self.tension_to}
+        tensions["tension", "value"] = self.tension and self.tension.value
         yield [*self.section_relations(), *self.tension_relations(tensions)]
         if self.unstretched_length is not None:
             yield beyond_the_end(("loads",), self.loads, self.unstretched_length)

@@ -1,4 +1,4 @@
-"""What a cable may state instead of its unstretched length (preload, sag, tension at end 2), and how it depends on it.
+"""What a cable may state instead of its unstretched length (tensions, sag), and how it depends on it.
 
 With N the tension vector at mid-length, P_1, P_2 the tension vectors at the ends, T_1, T_2 their sizes, d the vector
 from end 1 to end 2 and K the stiffness, at ends that do not move
@@ -29,6 +29,9 @@ LARGEST = 0.2  # change of an unstretched length in one step, over the length
 SLACKEST, TRIALS = 2.0, 17  # of the cable with the least tension: more than its length over chord, lengths on a grid
 LEAST_ERROR = 1e-3  # largest relative error of that tension, found on a grid and a finer one
 TINY = 1e-300
+FORCES = ["preload", "tension_to", "tension_from", "horizontal_tension", "max_tension"]
+LEVEL = np.array([1.0, 1.0, 0.0])
+STEEPEST = 1e-6  # least cosine of the inclination of a cable whose horizontal tension is stated
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ def values(cables, given):
     cables : Catenary
         Of shape (..., c).
     given : sequence of (str or None)
-        One of "unstretched_length", "preload", "sag", "tension_to", None for each cable.
+        One of `suspension.GIVEN`, or None, for each cable.
 
     Returns
     -------
@@ -75,6 +78,9 @@ def values(cables, given):
         "preload": lambda: cables.mean_tension,
         "sag": lambda: cables.sag,
         "tension_to": lambda: size(cables.end_forces("global")[..., 1, :]),
+        "tension_from": lambda: size(cables.end_forces("global")[..., 0, :]),
+        "horizontal_tension": lambda: size(cables.end_forces("global")[..., 0, :2]),
+        "max_tension": lambda: size(cables.end_forces("global")).max(axis=-1),
     }
     for kind, quantity in quantities.items():
         if (kinds == kind).any():
@@ -106,7 +112,15 @@ def rates(cables, given):
     gradients = {
         "preload": (direction, (t1 + t2)[..., 0] / 2 - mean),
         "tension_to": (tangents[1], (tangents[1] * half).sum(axis=-1)),
+        "tension_from": (tangents[0], -(tangents[0] * half).sum(axis=-1)),
     }
+    if (kinds == "horizontal_tension").any():
+        level = middle * LEVEL
+        gradients["horizontal_tension"] = level / np.maximum(size(level)[..., None], TINY), 0.0 * mean
+    if (kinds == "max_tension").any():
+        at_end_2 = t2 > t1
+        by_place, by_length_alone = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
+        gradients["max_tension"] = np.where(at_end_2, *by_place), np.where(at_end_2[..., 0], *by_length_alone)
     own = np.where(kinds == "unstretched_length", length[..., 0], np.nan)
     across = np.zeros_like(middle)
     for kind, (gradient, direct) in gradients.items():
@@ -204,13 +218,10 @@ def first_strains(span, given, value):
     Returns
     -------
     ndarray, shape (n,)
-        Of "tension_to" as if it were the mean tension; 0 where nothing is stated or no length was found. [-]
+        Of any tension as if it were the mean one; 0 where nothing is stated or no length was found. [-]
     """
     strain = np.zeros(len(value))
-    finders = {
-        "preload": initial_length.strains_for_tension, "tension_to": initial_length.strains_for_tension,
-        "sag": initial_length.strains_for_sag,
-    }  # fmt: skip
+    finders = dict.fromkeys(FORCES, initial_length.strains_for_tension) | {"sag": initial_length.strains_for_sag}
     for kind, find in finders.items():
         chosen = np.flatnonzero(given == kind)
         if len(chosen):
@@ -245,9 +256,11 @@ def fit(span, given, value, strain):
     """
     kinds = np.asarray(given, dtype=object)
     stated = np.array([kind is not None for kind in given])
-    force = np.isin(kinds, ["preload", "tension_to"])
-    heaviest = np.where(kinds == "tension_to", span.weight_per_length * span.chord, 0.0)  # end 2 may be the lower one
-    most = np.where(force, (value + heaviest) / span.axial_stiffness, np.inf)
+    force = np.isin(kinds, FORCES)
+    # an end may be the lower one
+    heaviest = np.where(np.isin(kinds, ["tension_to", "tension_from"]), span.weight_per_length * span.chord, 0.0)
+    steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), STEEPEST), 1.0)
+    most = np.where(force, (value + heaviest) / steepness / span.axial_stiffness, np.inf)
     strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
     best, idle = np.inf, 0  # errors so far, and steps since they last fell
     for _ in range(MAX_STEPS):

@@ -14,7 +14,9 @@ from cablestudy.cable.catenary import Catenary
 from cablestudy.system import stability, tangent
 from cablestudy.system.tangent import GROUND
 
-GIVEN = ("unstretched_length", "preload", "sag", "tension_to")
+GIVEN = (
+    "unstretched_length", "preload", "sag", "tension_to", "tension_from", "horizontal_tension", "max_tension",
+)  # fmt: skip
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 # dimensions that each array has for one case
 CORES = {
@@ -60,7 +62,8 @@ class Suspension:
     given : tuple of (str or None)
         What each cable states: one of GIVEN, or None.
     value : ndarray, shape (..., c)
-        Of what is given: unstretched length [m], preload (mean tension) [N], sag [m] or tension at end 2 [N].
+        Of what is given: unstretched length [m], preload (mean tension) [N], sag [m], tension at end 2 or end 1, its
+        horizontal part, or the largest one [N].
     force_density : ndarray, shape (..., c), or None
         For form finding. [N/m]
     cable_wind : ndarray, shape (..., c, 3), or None
