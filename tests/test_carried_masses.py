@@ -480,6 +480,17 @@ def test_what_viscous_damping_guarantees_beside_masses():
         assert np.all(guaranteed_decay(ends, phase) <= np.where(phase < 15, ends.decay, np.inf))
 
 
+def test_uneven_damping_that_couples_all_modes_goes_with_accuracy():
+    """Of cable modes that are damped more than critically, none may be left out."""
+    sets = (
+        "cable.ends=[[0, 0, 0], [185.8, 0, -2.2]]", "cable.unstretched_length=185.775 m", "cable.diameter=4 mm",
+        "cable.damping={loss_factor: 0.02, viscous: 0.05}", "winch.controller.gain=0", hung((0.5, 9.8), (0.85, 0.9)),
+    )  # fmt: skip
+    names = "gondola_rms", "gondola_damping_ratio"
+    coarse, fine = (cells(scene(*sets, f"model.accuracy={accuracy}"), *names) for accuracy in (1e-4, 1e-8))
+    assert coarse == pytest.approx(fine, rel=1e-7)
+
+
 @pytest.fixture(scope="module")
 def windy(tmp_path_factory):
     path = tmp_path_factory.mktemp("windy") / "windy.yaml"
