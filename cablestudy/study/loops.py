@@ -260,7 +260,8 @@ def _waves(case):
     across = np.sqrt(tension * span.mass) * np.maximum(1 - cosine**2, 0.0)
     along = np.sqrt(span.axial_stiffness * span.mass) * cosine**2
     time = float(span.unstretched_length * np.sqrt(span.mass / span.axial_stiffness))
-    part = float(np.diff([0.0, *(place for place, _ in span.point_masses), 1.0]).min())
+    mesh = case.model.mesh
+    part = float(np.diff(np.unique([0.0, *mesh.node_positions[mesh.carried > 0], 1.0])).min())
     return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time, part)
 
 
