@@ -151,7 +151,7 @@ STUDIES = {
 
 @pytest.mark.parametrize("what", STUDIES)
 def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkeypatch):
-    monkeypatch.setattr("cablestudy.sweep.chunks.evaluate_tables", None)
+    monkeypatch.setattr("cablestudy.sweep.chunks.evaluate_study", None)
     change, lines = STUDIES[what]
     Path("study.yaml").write_text(changed(*change, STUDY), encoding="utf-8")
     found = refused(folder, "sweep", "study.yaml")
@@ -207,7 +207,7 @@ def test_outputs_that_cannot_be_written_are_refused(folder):
         ("gravty=1", "--set gravty: unknown key (did you mean gravity?)"),
         ("gravity", "--set gravity: expected key=value, for example cable.area=3 mm^2"),
         ("gravity.x=1", "--set gravity.x: gravity is 9.81, which has no key x"),
-        ("cable=5", "--set cable: expected a mapping with the keys material, "),
+        ("cable=5", "--set cable: expected a mapping with the keys axial_stiffness, "),
         ("cable.ends.7=1", "--set cable.ends.7: cable.ends has 2 item(s)"),
         ("model.order=65", "--set model.order: expected a whole number from 1 to 64, got 65"),
         ("cable.loads=[{at: 185 m, force: [0, 0, 1]}]", "--set cable.loads: cable.loads.0.at: 185 m is not on the"),

@@ -223,6 +223,17 @@ def test_a_stress_above_the_strength_is_an_answer(model):
     assert table_of("modes", CARLINA, *sets)[0]["frequency_Hz"] == pytest.approx(string, rel=3e-4)
 
 
+def test_a_tension_above_the_breaking_force_of_a_cable_without_an_area(folder):
+    """H = 12 kN and half of its weight at the ends: 10 times 9.81 N."""
+    section = "axial_stiffness: 1 GN, mass_per_length: 1 kg/m, breaking_force: 12 kN"
+    (folder / "rope.yaml").write_text(f"cable: {{chord: 20 m, {section}, preload: 12 kN}}\n", encoding="utf-8")
+    outcome = run("static", "rope.yaml", "--format", "json")
+    (row,) = rows_of(outcome.out, "json")
+    assert outcome.lines == ["warning: the tension of 1.2e+04 N is above the breaking force of 1.2e+04 N"]
+    assert row["status"] == "over strength"
+    assert 1 < row["utilisation"] < math.hypot(1, 10 * 9.81 / 12e3)
+
+
 @pytest.mark.parametrize("count", [1, 2, 116, 117, 118, 1000])
 def test_modes_one_two_all_and_more_than_there_are(count):
     rows = table_of("modes", CARLINA, "-n", count)

@@ -33,7 +33,7 @@ def test_the_pages_have_examples():
     commands = [line for page in refresh.PAGES for line in page.read_text().splitlines() if line.startswith("$ cable")]
     assert (len(commands) >= 15, len(TOUR)) == (True, 11)
     used = " ".join(commands)
-    for command in ("static", "modes", "find", "sweep", "trade", "validate", "schema", "columns"):
+    for command in ("static", "modes", "find", "sweep", "trade", "validate", "schema", "columns", "materials"):
         assert f"cablestudy {command}" in used
 
 

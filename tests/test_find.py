@@ -153,6 +153,18 @@ def test_no_solution_is_exit_code_3_and_one_line(goal, key, words):
     assert words in outcome.err
 
 
+def test_a_solution_over_strength_is_told():
+    """Steel of 100 mm^2 and 100 MPa holds 10 kN; its largest tension is little above the mean one."""
+    (row,), outcome = find("max_tension = 12 kN", "--by", "cable.preload", "--set", "cable.strength=100 MPa")
+    assert row["status"] == "over strength"
+    assert row["max_tension_N"] == pytest.approx(12e3, rel=1e-6)
+    assert outcome.lines[-1] == "warning: the stress of 120 MPa is above the strength of 100 MPa"
+    weak = ("--set", "cable.strength=100 kPa")
+    (row,), outcome = find("knot.z = -3.3 m", "--by", "cable.unstretched_length", *weak, scene="knot.yaml")
+    assert row["status"] == "over strength: one, two"
+    assert outcome.lines[-1].startswith("warning: the stress is above the strength: one (utilisation ")
+
+
 def test_a_jump_is_no_solution():
     # the mode with the largest share of the gondola's compliance changes from one to another as the cable tightens
     between = ("--by", "cable.preload", "--between", "5 kN:20 kN")

@@ -243,11 +243,12 @@ def test_materials_are_categories_and_what_has_no_answer_is_left_out(tmp_path):
     """Polypropylene is over strength, which is an answer; steel of 1 N is too slack for its weight."""
     text = (
         "set: {cable.area: 2.69 mm^2}\ncolumns: [sag, end_stiffness]\nvary:\n"
-        "- {cable.material: [polypropylene, steel, aramid], cable.preload: [1344.75 N, 1 N, 1344.75 N]}\n"
+        "- {cable.material: [paper/polypropylene, steel, aramid], cable.preload: [1344.75 N, 1 N, 1344.75 N]}\n"
     )
     table, figure = drawn_study(tmp_path, text, "slack")
     assert [row["status"].split(" ")[0] for row in table.rows] == ["over", "a", "ok"]
-    assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == ["polypropylene", "steel", "aramid"]
+    labels = [label.get_text() for label in figure.axes[-1].get_xticklabels()]
+    assert labels == ["paper/polypropylene", "steel", "aramid"]
     assert list(figure.axes[0].lines[0].get_xdata()) == [0, 2]
     assert list(figure.axes[0].lines[0].get_ydata()) == [row["sag_m"] for row in table.rows[::2]]
 

@@ -38,13 +38,13 @@ LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]
 @pytest.fixture
 def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
-    calls, evaluate = [], chunks.evaluate_tables
+    calls, evaluate = [], chunks.evaluate_study
 
-    def evaluate_tables(tables, columns, explain):
+    def evaluate_study(study, tables, columns, *options):
         calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
-        return evaluate(tables, columns, explain)
+        return evaluate(study, tables, columns, *options)
 
-    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
+    monkeypatch.setattr(chunks, "evaluate_study", evaluate_study)
     return calls
 
 
@@ -129,7 +129,7 @@ def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
 
 
 def test_a_sweep_that_keeps_nothing_says_so_when_it_is_ended(folder, monkeypatch):
-    monkeypatch.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr(chunks, "evaluate_study", lambda *_: signal.raise_signal(signal.SIGTERM))
     study_file(folder, FEW, SLACK)
     before = signal.getsignal(signal.SIGTERM)
     outcome = run("sweep", "study.yaml", "--no-write", code=130)
@@ -229,9 +229,9 @@ def test_a_study_with_more_rows_computes_only_those(folder, computed):
     ],
 )
 def test_a_study_with_other_columns_computes_only_what_is_new(folder, computed, before, after, computes):
-    vary = "vary: [{cable.unstretched_length: [186 m, 187 m, 100 m]}]\n"
+    vary = "vary: [{cable.preload: [400 N, 300 N, 1 N]}]\n"
     study_file(folder, f"{vary}columns: {before}\n", SLACK)
-    run("sweep", "study.yaml", code=3)  # a cable of 100 m breaks
+    run("sweep", "study.yaml", code=3)  # 1 N is less than its weight asks for
     study_file(folder, f"{vary}columns: {after}\n", SLACK)
     computed.clear()
     run("sweep", "study.yaml", "--resume", code=3)
@@ -258,7 +258,7 @@ def test_a_growing_study_can_be_ended_too(folder, computed, monkeypatch):
     run("sweep", "study.yaml")
     study_file(folder, f"{vary}columns: [sag, preload]\n", SLACK)
     with monkeypatch.context() as ended:
-        ended.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGINT))
+        ended.setattr(chunks, "evaluate_study", lambda *_: signal.raise_signal(signal.SIGINT))
         outcome = run("sweep", "study.yaml", "--resume", code=130)
     assert outcome.lines[0] == "0 of 3 rows are there already, and some columns of 3 more"
     computed.clear()

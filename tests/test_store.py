@@ -40,10 +40,13 @@ def table(folder):
 @pytest.fixture
 def computed(monkeypatch):
     """Numbers of cases that are computed in this process."""
-    calls, evaluate = [], chunks.evaluate_tables
-    monkeypatch.setattr(
-        chunks, "evaluate_tables", lambda t, *rest: calls.append(sum(len(x.cases) for x in t)) or evaluate(t, *rest)
-    )
+    calls, evaluate = [], chunks.evaluate_study
+
+    def evaluate_study(study, tables, *rest):
+        calls.append(sum(len(table.cases) for table in tables))
+        return evaluate(study, tables, *rest)
+
+    monkeypatch.setattr(chunks, "evaluate_study", evaluate_study)
     return calls
 
 

@@ -51,6 +51,6 @@ def main():
 
 for _command in (
     scene.static, scene.modes, scene.windrms, find.find, sweep.sweep, sweep.merge, trade.trade,
-    files.validate, files.schema, files.columns, ssm.ssm,
+    files.validate, files.schema, files.columns, files.materials, ssm.ssm,
 ):  # fmt: skip
     main.add_command(_command)

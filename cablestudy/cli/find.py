@@ -2,6 +2,7 @@
 
 import click
 
+from cablestudy.cli.cases import CASE, with_case
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
 from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
 
@@ -17,20 +18,22 @@ from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
 )
 @click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
 @SET
+@CASE
 @FORMAT
 @QUIET
 @handle_errors
-def find(scene, goal, by, between, names, sets, style, quiet):
+def find(scene, goal, by, between, names, sets, case, style, quiet):
     """The value of a key for which a column takes a value: one row for each that there is."""
     from cablestudy.scene.document import apply_sets, read_document
     from cablestudy.study import find as study
 
+    sets = with_case(sets, case, "a search takes one case: give --case NAME")
     document = apply_sets(read_document(scene), sets)
     asked = study.read_goal(*study.read_find(goal, by, between), document)
     columns = study.shown_columns(asked, document, names)
     found = study.solve(asked, document)
-    table, failed = study.find_table(asked, found, columns)
-    echo_notes(found.notes, quiet)
+    table, failed, warnings = study.find_table(asked, found, columns)
+    echo_notes([*found.notes, *warnings], quiet)
     if len(found.values) > 1:
         echo_notes([f"{len(found.values)} values of {by}"], quiet)
     show(table, style)

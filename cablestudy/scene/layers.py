@@ -25,6 +25,7 @@ ALTERNATIVES = {
         (("unstretched_length",), ("preload",), ("sag",), ("tension_to",)),
         *OF_SECTION,
     ),
+    "material": OF_SECTION,
     "cable.damping": ((("ratio",), ("loss_factor",), ("time",)),),
     "wind": ((("turbulence_intensity",), ("turbulence_rms",)),),
     "model": ((("accuracy",), ("elements", "order", "mass")),),
@@ -38,6 +39,7 @@ PLACES = {
     "ice": ("cases.*.ice",),
     "steady_wind": ("cases.*.wind",),
     "cables": ("cable", "cables.*"),
+    "material": ("materials.*",),
 }
 
 # Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
@@ -63,9 +65,9 @@ def _replaces():
                     others = [(*prefix, key) for other in groups if other is not group for key in other]
                     for key in group:
                         table.setdefault((*prefix, key), []).extend(others)
-    own = ("fill_factor", "expansion", *(group[0] for groups in OF_SECTION for group in groups))
+    of_material = ("fill_factor", "expansion", *(group[0] for groups in OF_SECTION for group in groups))
     for cable in (("cable",), ("cables", "*")):
-        table[*cable, "material"] = [(*cable, key) for key in own]
+        table[*cable, "material"] = [(*cable, key) for key in of_material]
         # Both may be given in one layer; one alone is another size, of which the other follows.
         table[*cable, "area"], table[*cable, "diameter"] = [(*cable, "diameter")], [(*cable, "area")]
     # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.

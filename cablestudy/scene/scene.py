@@ -13,6 +13,7 @@ from cablestudy.scene.fields import Either, Name, Quantity, Table, suggestion, t
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.load_tables import Ice, Load, LoadCase, Reference, SteadyWind
+from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import collect
 from cablestudy.scene.model import Model
 from cablestudy.scene.strict_yaml import refuse
@@ -68,6 +69,7 @@ class Scene(Table):
     case: Name | None = Field(None, description="Which of the cases; without it the reference state with its loads")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: Correction | None = Field(None, description="The mirror that corrects the image")
+    materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
     model: Model = Field(Model(), description="How finely the cable is computed")
 
     @property
@@ -148,6 +150,7 @@ TABLES = {
     ("winch", "controller", "notch"): Notch,
     ("wind",): Wind,
     ("correction",): Correction,
+    ("materials", "*"): Material,
     ("model",): Model,
 }
 
@@ -195,7 +198,7 @@ def read_scene(document):
     if is_suspension(document):
         return read_suspension(document)
     try:
-        return Scene.model_validate(document.value)
+        return Scene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
         raise collect(error, document, TABLES) from None
 

@@ -5,9 +5,9 @@ from itertools import combinations
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
 from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, prune
+from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
 from cablestudy.scene.scene import TABLES
-from cablestudy.scene.section import materials
 from cablestudy.scene.study import StudyTable
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
 
@@ -33,7 +33,7 @@ def scene_schema():
     _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()], schema_generator=_Plain)
     definitions = schemas["$defs"]
     schema = definitions["Scene"]
-    definitions["Cable"]["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
+    _name_materials(definitions["Cable"])
     complete = {}
     for path, model in TABLES.items():
         table = definitions[model.__name__]
@@ -42,7 +42,7 @@ def scene_schema():
             table.pop("required", None)
         if pairs := _exclusions(model.table):
             table["allOf"] = pairs
-    schema["properties"] = {"base": _BASE, **schema["properties"]}
+    schema["properties"] = {"base": _BASE, **schema["properties"], "materials": _materials(schema)}
     del definitions["Scene"]
     definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
@@ -69,10 +69,10 @@ def suspension_schema():
         if pairs := _exclusions(model.table):
             table["allOf"] = pairs
         if "material" in table["properties"]:
-            table["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
+            _name_materials(table)
     definitions["Control"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema = definitions.pop("SuspensionScene")
-    schema["properties"] = {"base": _BASE, **schema["properties"]}
+    schema["properties"] = {"base": _BASE, **schema["properties"], "materials": _materials(schema)}
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
     return {"$schema": DIALECT, "title": "cablestudy suspension", **schema, "$defs": definitions}
 
@@ -164,6 +164,18 @@ def _complete(model, table):
             if groups not in OF_SECTION:
                 conditions.append({"oneOf": [{"required": [group[0]]} for group in groups]})
     return ({"required": list(required)} if required else {}) | ({"allOf": conditions} if conditions else {})
+
+
+def _name_materials(table):
+    """Let an editor offer the built-in materials; a scene may have others."""
+    table["properties"]["material"]["anyOf"][0] = {"anyOf": [{"enum": list(materials())}, {"type": "string"}]}
+
+
+def _materials(schema):
+    """The key `materials`: the name of a file, or its contents."""
+    contents = dict(schema["properties"]["materials"])
+    file = {"type": "string", "minLength": 1, "description": "File of materials, relative to this file"}
+    return {"description": contents.pop("description"), "anyOf": [file, contents]}
 
 
 def _nested(complete):

@@ -16,6 +16,7 @@ from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
+from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
 from cablestudy.scene.references import reference_mistakes
@@ -61,6 +62,7 @@ class SuspensionScene(Table):
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")
+    materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
     model: Model = Field(Model(), description="How finely the cables are computed")
     _written: dict = PrivateAttr({})  # the plain values of the file
 
@@ -210,6 +212,7 @@ SUSPENSION_TABLES = {
     ("actuators", "*"): ReactionMass,
     ("wind",): SuspensionWind,
     ("correction",): MarkerCorrection,
+    ("materials", "*"): Material,
     ("model",): Model,
 }
 # The other kind of what lies under actuators.
@@ -239,7 +242,8 @@ def read_suspension(document):
         All that is wrong with it, sorted by place.
     """
     try:
-        scene = SuspensionScene.model_validate(document.value)
+        context = {"materials": document.value.get("materials")}
+        scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
         written = document.value.get("actuators")
         wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()

@@ -22,6 +22,7 @@ from cablestudy.study.columns import STATUS, Column
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
 from cablestudy.study.row import evaluate_cases
 from cablestudy.study.scene_values import CaseTable, tables_of
+from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.table import Field, Table
@@ -360,7 +361,7 @@ def _why_none(goal, found, statuses):
     key, name = goal.key.name, goal.column.name
     where = f"{key} from {goal.of_key(found.low, found.high)}"
     if not len(places):
-        reason = next((status for status in statuses if status not in ("", "ok")), "it has no value")
+        reason = next((status for status in statuses if status and not has_answer(status)), "it has no value")
         return f"no solution of {goal}: none of {where} gives a value of {name}: {reason}"
     unit = f" {goal.column.unit}" if goal.column.unit else ""
     reached = values + goal.value
@@ -381,12 +382,16 @@ def _rows(scenes, columns):
 
 
 def find_table(goal, found, columns):
-    """`Table` of the solutions, and whether a column of one of them cannot be had; `columns` from `shown_columns`."""
+    """`Table` of the solutions, whether a column of one of them cannot be had, and warnings, each once.
+
+    `columns` are from `shown_columns`.
+    """
     rows = _rows(found.scenes, columns)
     cells = [{goal.key.header: value, **row.cells} for value, row in zip(found.values, rows, strict=True)]
     fields = (field_of_key(goal.key), *(column.field for column in columns), STATUS)
     errors = lambda: chain.from_iterable(row.known_errors() for row in rows)  # noqa: E731
-    return Table(fields, cells, errors=errors), any(row.failed for row in rows)
+    warnings = dict.fromkeys(warning for row in rows for warning in row.warnings)
+    return Table(fields, cells, errors=errors), any(row.failed for row in rows), list(warnings)
 
 
 def field_of_key(key):

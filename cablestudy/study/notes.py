@@ -85,6 +85,21 @@ def strength_warning(case):
     return (f"warning: the stress of {stress:.4g} MPa is above the strength of {force / area / 1e6:.4g} MPa",)
 
 
+def reference_without_loads(scene):
+    """Notes, at most one: the scene states a tension or a sag, and loads, but not whether it holds with them.
+
+    It held with them in version 0.2; the note is for one release. Returns a tuple of str.
+    """
+    cable = getattr(scene, "cable", None)
+    stated = [key for key in ("preload", "sag", "tension") if getattr(cable, key, None) is not None]
+    if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):
+        return ()
+    return (
+        f"note: cable.{stated[0]} is that of the cable without its point loads, since this version; "
+        "cable.reference.loads: true states it with them, as before",
+    )
+
+
 def assumed_damping(scene):
     """Notes, at most one: a scene without damping gets the default. Returns a tuple of str."""
     if "damping" in scene.cable.model_fields_set:

@@ -144,9 +144,20 @@ def _printed_values(study, columns):
     return names, numbers
 
 
+def _is_loaded(study):
+    """Whether the first case of a study has point loads or a load case, or the study varies the case."""
+    try:
+        _, scene = study.case(0)
+    except SceneError:
+        return False
+    return "case" in study.varied or bool(getattr(scene, "loads", ()) or getattr(scene, "case", None))
+
+
 def fields_of(study, columns, referenced):
     """Tuple of the fields of a study's table; `referenced` are the headers of columns that have printed values."""
     shown = {column.name for column in columns}
+    if _is_loaded(study):  # what is stated holds in the reference state, the column in the case
+        shown.difference_update(("preload", "sag"))
     fields = [Field(key, key) for key in study.varied if not shown.intersection(SHOWN_BY.get(key, ()))]
     for column in columns:
         if column.name == "status":

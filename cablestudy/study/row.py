@@ -225,12 +225,13 @@ def _solve_to_accuracy(answers, required, _):
 def _take_over(answer, needed, search):
     """Put what a search has found into the answer."""
     answer.case, answer.dof = search.used, search.used.dof
+    drag = float(search.used.results.drag_error[search.used.index])
     for column in needed.motion:
         name = column.header
         if name in search.values:
             answer.values[name] = search.values[name]
             integration = search.used.integration_error if column.needs in ("wind", "cable wind") else 0.0
-            answer.errors[name] = search.errors[name] + integration
+            answer.errors[name] = search.errors[name] + integration + drag
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:

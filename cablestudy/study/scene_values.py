@@ -16,8 +16,8 @@ from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import Scene, quantity_of
 from cablestudy.study.columns import attribute, lacks, without
 
-# names in keys of quantities that are no columns: a scene takes their sine, or compares them one by one
-NOT_COLUMNS = ("inclination", "attitude", "ends", "loads")
+# names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
+NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads")
 
 
 class SceneValues:

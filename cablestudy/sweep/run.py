@@ -6,7 +6,7 @@ import re
 import shlex
 import sys
 from collections import Counter
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -15,6 +15,7 @@ from itertools import islice
 from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.words import first_of
+from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
 from cablestudy.sweep.chunks import Chunks
@@ -223,13 +224,15 @@ class Run:
         return lines
 
     def warnings(self):
-        """List of at most one line: the rows whose stress is above the strength."""
+        """List of lines: what a stated tension means in the first case, the rows whose stress is above the strength."""
+        found = []
+        with suppress(SceneError):
+            found += reference_without_loads(self.study.case(0)[1])
         rows = [str(case + 1) for case in self.store.over_strength()]
-        if not rows:
-            return []
-        return [
-            f"warning: the stress is above the strength in {len(rows)} of {self.done} rows: {first_of(rows, SHOWN)}"
-        ]
+        if rows:
+            listed = first_of(rows, SHOWN)
+            found.append(f"warning: the stress is above the strength in {len(rows)} of {self.done} rows: {listed}")
+        return found
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""

@@ -13,7 +13,7 @@ from cablestudy.study.row import MODAL, Row
 from cablestudy.study.status import OVER_STRENGTH, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import WHOLE
-from cablestudy.study.suspension.notes import LISTED, notes_of
+from cablestudy.study.suspension.notes import LISTED, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import limits_passed
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
@@ -77,7 +77,7 @@ def _row(case, columns, seconds, noted):
     cells.update((header, number) for header, number in run.items() if header in cells)
     weak = list(case.over_strength) if case.solved else []
     cells["status"] = status_of(failures, f"{OVER_STRENGTH}: {first_of(weak, LISTED)}" if weak else "")
-    return Row(cells, case, notes_of(case) if noted else (), errors)
+    return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if weak else ())
 
 
 def value(case, column):
