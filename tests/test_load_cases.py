@@ -293,3 +293,24 @@ def test_rows_of_many_cases_are_those_of_each_alone_to_the_last_digit(line):
         scenes = [line(stated, f"case={day}") for day in days for stated in states]
         for model, row in zip(scenes, evaluate_cases(scenes, columns), strict=True):
             assert row.cells == evaluate(model, columns).cells
+
+
+def test_motion_of_a_level_cable_in_a_cross_wind_is_that_under_its_inclined_load(tmp_path):
+    """Weight and wind together are a larger gravity in a plane turned about the chord: modes and gondola as there."""
+    path = tmp_path / "level.yaml"
+    path.write_text(
+        "cable: {chord: 200 m, elastic_modulus: 100 GPa, density: 7000, diameter: 20 mm, unstretched_length: 201 m,\n"
+        "        damping: {time: 1 ms}}\n"
+        "gondola: {mass: 50 kg}\n"
+        "cases: {storm: {wind: {pressure: 400 Pa, direction: 90 deg}, ice: {weight: 5 N/m}}}\n",
+        encoding="utf-8",
+    )
+    names = ("cable_frequency", "inplane_frequency_3", "outofplane_frequency_2", "gondola_frequency",
+             "gondola_damping_ratio", "end_stiffness")  # fmt: skip
+    area = math.pi * 0.02**2 / 4
+    mass = 7000 * area + 5 / G
+    gravity = math.hypot(mass * G, 1.2 * 400 * 0.02) / mass
+    windy = cells(scene("case=storm", base=path), *names)
+    calm = cells(scene(f"gravity={gravity!r}", f"cable.density={mass / area!r}", base=path), *names)
+    for name in names:
+        assert windy[name] == pytest.approx(calm[name], rel=1e-9), name
