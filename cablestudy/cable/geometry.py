@@ -9,6 +9,7 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 
+ROUNDING = 1e-13  # of a distance over the chord
 MAX_STEPS, CLOSE = 60, 1e-15  # of the search for mid-span, and its last step, a share of the unstretched length
 
 
@@ -98,14 +99,15 @@ def sag_and_swing(cable, position):
     sag : ndarray, shape (...)
         Vertical. [m]
     swing : ndarray, shape (...)
-        Angle between the vertical and the way from chord to cable, seen along the chord. [rad]
+        Angle between the vertical and the way from chord to cable, seen along the chord; 0 of a vertical chord. [rad]
     """
     span = cable.span
     chord = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     moved = places(cable, np.asarray(position)[..., None])[..., 0, :] - chord / 2
     length = np.hypot(chord[..., 0], chord[..., 1])
     across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(length > 0, length, 1.0)[..., None]
-    aside = (moved[..., :2] * across).sum(axis=-1)
+    aside, whole = (moved[..., :2] * across).sum(axis=-1), np.asarray(span.chord)
+    aside = np.where((length > ROUNDING * whole) & (np.abs(aside) > ROUNDING * whole), aside, 0.0)
     return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
 
 
