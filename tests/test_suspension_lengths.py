@@ -219,7 +219,7 @@ def test_the_smallest_of_equally_balanced_tensions():
 
 
 @pytest.mark.parametrize("strain", [3e-4, -0.01, -0.3])
-@pytest.mark.parametrize("kind", ["preload", "tension_to", "sag"])
+@pytest.mark.parametrize("kind", [*stated.FORCES, "sag"])
 def test_rates_by_differences(kind, strain):
     """What a cable states and its end forces, by its length and by its end, against central differences."""
     end = np.array([30.0, 12.0, 9.0])
@@ -248,7 +248,8 @@ def test_lengths_that_are_fitted():
     """Of taut, slack and very stiff cables: each has what it states."""
     scene = sagging()
     ends = scene.ends(scene.position, scene.rotation)
-    for kind, wanted in (("preload", 300.0), ("tension_to", 450.0), ("sag", 0.2)):
+    tensions = {"preload": 300.0, "tension_to": 450.0, "tension_from": 450.0, "horizontal_tension": 200.0}
+    for kind, wanted in {**tensions, "max_tension": 450.0, "sag": 0.2}.items():
         value = np.full(10, wanted)
         span = Span.between(ends[:, 0], ends[:, 1], np.geomspace(1e4, 1e10, 10), 0.4)
         strain, error = stated.fit(span, (kind,) * 10, value, np.full(10, -0.01))
