@@ -9,6 +9,7 @@ import re
 
 import numpy as np
 import pytest
+from command import run
 from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import root
@@ -485,6 +486,14 @@ def test_what_a_case_needs_of_each_cable_is_told_once(made):
     assert any("missing key: diameter (case storm has wind or ice around the cable)" in line for line in lines)
 
 
+def test_what_is_explained(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    lines = run("static", path, "--set", "case=storm", "--explain", "--table", "bodies").lines
+    expected = r"load case storm: on the unstretched lengths of the reference state; drag is uniform .* 1\.\de-02"
+    assert any(re.fullmatch(expected, line) for line in lines), lines
+
+
 # ----------------------------------------------------------------------------------------------------------- extremes
 
 
@@ -523,6 +532,22 @@ def test_a_load_beyond_the_end_that_is_found_is_told(made):
     loads = "cables.a.loads=[{at: 90 m, mass: 3}]"
     row = evaluate_suspensions([made(*body(loads, stated="preload: 20 kN"))], [find("gondola.z")])[0]
     assert re.fullmatch(r"a: the load at 90 m is beyond the cable's end, at 7\d\.\d+ m", row.cells["status"])
+
+
+def test_stated_lengths_need_no_equilibrium_of_the_reference_state(made):
+    """Cables without weight are slack there, and a load on one of them holds the knot in the case."""
+    text = """\
+gravity: 0
+cable: {axial_stiffness: 1 MN, mass_per_length: 1 kg/m, diameter: 1 cm, unstretched_length: 60 m}
+points: {knot: {at: [0, 0, 40], free: true, force: [0, 0, 0]}}
+cables:
+  left: {from: [-50, 0, 40], to: knot, loads: [{fraction: 0.5, force: [0, 0, -100]}]}
+  right: {from: knot, to: [50, 0, 40], loads: [{fraction: 0.5, force: [0, 0, -100]}]}
+"""
+    found = numbers(made(text), "left.tension_from", "right.tension_to", "left.reaction_1_vertical", "knot.x")
+    assert found["left.reaction_1_vertical"] == pytest.approx(100, rel=1e-9)
+    assert found["left.tension_from"] == pytest.approx(found["right.tension_to"], rel=1e-9)
+    assert found["knot.x"] == pytest.approx(0, abs=1e-9)
 
 
 def test_no_wind_and_no_change_are_the_reference(made):

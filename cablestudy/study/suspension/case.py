@@ -170,16 +170,18 @@ class Group:
         """The error of a case without a stable equilibrium, or None."""
         if self.problems[place]:
             return NoSolutionError(str(self.problems[place]))
-        if self._day is not None and self._day.problems[place] and self.reference.record.converged[place]:
-            return NoSolutionError(self._day.problems[place])
         states = [("", self.equilibrium)]
         if self._day is not None:
-            states = [("in the reference state: ", self.reference), ("", self.calm), ("", self.equilibrium)]
+            states = [("", self.calm), ("", self.equilibrium)]
+            if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
+                states.insert(0, ("in the reference state: ", self.reference))
         for state, found in states:
             if not found.record.converged[place]:
                 return ConvergenceError(f"{state}no equilibrium: {explain(_one(found, place))}")
             if reason := found.stability.reason(place):
                 return NoSolutionError(state + reason)
+            if found is self.reference and self._day is not None and self._day.problems[place]:
+                return NoSolutionError(self._day.problems[place])
         return None
 
     def take(self, place):

@@ -121,13 +121,14 @@ def day_of(reference, scenes):
     """
     suspension = reference.suspension
     warm = 1.0 + np.array([[s.load_case.elongation(cable) for cable in s.cables.values()] for s in scenes])
+    standing = reference.record.converged
     loaded = replace(
         suspension,
         given=("unstretched_length",) * warm.shape[-1],
         value=reference.lengths * warm,
         cable_mass=suspension.cable_mass / warm + _ice_masses(scenes),
-        position=reference.position,
-        rotation=reference.rotation,
+        position=np.where(standing[:, None, None], reference.position, suspension.position),
+        rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
     )
     problems = [""] * len(scenes)
     if any(load_counts(scenes[0]).values()):
@@ -138,8 +139,7 @@ def day_of(reference, scenes):
         return Day(calm, calm, None, problems)
     drag = _steady_drag(scenes, suspension.body_names)
     # without an equilibrium there is nothing that the wind could move
-    standing = reference.record.converged & calm.record.converged
-    drag = replace(drag, velocity=np.where(standing[:, None], drag.velocity, 0.0))
+    drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return Day(calm, equilibrium_in_wind(calm, drag), drag, problems)
 
 

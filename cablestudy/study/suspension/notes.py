@@ -32,6 +32,7 @@ def notes_of(case):
         f"statics: {counted(len(found.suspension.cable_names), 'cable')} in closed form, "
         f"{counted(free, 'free displacement')}; {counted(int(record.steps), 'Newton step')}, "
         f"net force {shown} of the forces",
+        *_of_load_case(case),
         *_of_slack(found),
         *_of_wind(case),
         *(line for modes in case.largest_modes for line in _of_modes(modes)),
@@ -49,6 +50,16 @@ def strength_warning(case):
     """
     weak = [f"{name} (utilisation {share:.4g})" for name, share in case.over_strength.items()]
     return (f"warning: the stress is above the strength: {first_of(weak, LISTED)}",) if weak else ()
+
+
+def _of_load_case(case):
+    """What the load case is about, and what its drag leaves out."""
+    scene = case.scene
+    if scene.case is None:
+        return
+    error = case.group.drag_error(case.place)
+    drag = f"; drag is uniform along each cable: estimated error {error:.1e}" if error else ""
+    yield f"load case {scene.case}: on the unstretched lengths of the reference state{drag}"
 
 
 def _of_slack(found):
