@@ -84,8 +84,10 @@ OF_ONE = ("unstretched_length", "mass", "preload", "max_tension", "min_tension",
           "lowest_point", "clearance", "reaction_1_vertical", "reaction_2_horizontal", "utilisation")  # fmt: skip
 
 
-@pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
-@pytest.mark.parametrize("day", DAYS)
+@pytest.mark.parametrize(
+    ("stated", "day"),
+    [*(("preload: 22 kN", day) for day in DAYS), ("unstretched_length: 301 m", "oblique"), ("sag: 8 m", "oblique")],
+)
 def test_a_cable_between_fixed_points_is_the_scene_of_one_cable(tmp_path, made, stated, day):
     one, ground = tmp_path / "one.yaml", "ground=[[-10, -3], [90, 2], [200, -1]]"
     text = LINE.format(stated=stated, x=180, y=-240).partition("  visitor:")[0]
@@ -172,7 +174,7 @@ def balanced(day, lengths):
     return found.x, np.linalg.norm(forces(found.x), axis=-1)
 
 
-@pytest.mark.parametrize("day", DAYS)
+@pytest.mark.parametrize("day", ["cold", "ice", "storm", "oblique"])
 def test_a_body_on_four_cables(made, day):
     place, tensions = balanced(day, [77.0] * 4)
     names = [*(f"gondola.{axis}" for axis in "xyz"), *(f"{name}.tension_to" for name in ANCHORS)]
@@ -187,6 +189,8 @@ def test_lengths_are_those_of_the_reference_state(made, stated):
     length = ("a.unstretched_length", "a.mass")
     reference, oblique = numbers(made(*text), *length), numbers(made(*text, "case=oblique"), *length)
     assert oblique == reference
+    if not stated.startswith("preload"):
+        return
     place, tensions = balanced("oblique", [reference["a.unstretched_length"]] * 4)
     found = numbers(made(*text, "case=oblique"), "gondola.y", "a.tension_to")
     assert found["gondola.y"] == pytest.approx(place[1], abs=1e-8)
@@ -260,13 +264,12 @@ def test_a_tension_at_a_place_is_had_there(made, at, share):
         assert list(numbers(made(*text), *names).values()) == pytest.approx([wanted] * len(names), rel=1e-9)
 
 
-@pytest.mark.parametrize("start", [[40, 0, 2], [-20, 5, 50]])
 @pytest.mark.parametrize("at", AT)
-def test_a_deep_cable_with_a_tension_at_a_place(made, at, start):
-    """It hangs from a knot on a steep one."""
+def test_a_deep_cable_with_a_tension_at_a_place(made, at):
+    """It hangs from a knot on a steep one; the search begins far away."""
     text = f"""\
 cable: {{{SECTION}}}
-points: {{knot: {{at: {start}, free: true, mass: 150 kg}}}}
+points: {{knot: {{at: [-20, 5, 50], free: true, mass: 150 kg}}}}
 cables:
   steep: {{from: [45, 0, 60], to: knot, unstretched_length: 60 m}}
   deep: {{from: knot, to: [-40, 0, 30], tension: {{at: {at}, value: 1.9 kN}}}}
@@ -294,7 +297,7 @@ LOADS = "loads: [{fraction: 0.25, mass: 80 kg}, {at: 200 m, force: [100, 50, -30
 
 
 @pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
-@pytest.mark.parametrize("day", [None, *DAYS])
+@pytest.mark.parametrize("day", [None, "cold", "oblique"])
 def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, made, stated, day):
     """Beside a cable without loads, which is as alone too."""
     one = tmp_path / "one.yaml"
