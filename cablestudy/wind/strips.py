@@ -59,11 +59,11 @@ class Strip:
         return self.shapes.reshape(-1, count).T @ np.moveaxis(self.forces, 0, 1).reshape(-1, count)
 
     def coherent(self, forces, kappa):
-        """Covariance of forces by turbulence of unit variance with the coherence exp(-kappa r) along the cable.
+        """Covariance of forces by c components of turbulence of unit variance with the coherence exp(-kappa r).
 
         Parameters
         ----------
-        forces : ndarray, shape (p, m)
+        forces : ndarray, shape (p, c, m)
             By a unit speed at each node.
         kappa : ndarray, shape (q,)
             Positive. [1/m]
@@ -72,11 +72,12 @@ class Strip:
         -------
         ndarray, shape (q, m, m)
         """
-        ends = np.zeros_like(self.rod)
+        (nodes, _, count), ends = forces.shape, np.zeros_like(self.rod)
         ends[[0, -1], [0, -1]] = 1.0
         kappa = kappa[:, None, None]
         matrix = self.rod / kappa + kappa * np.diag(self.lengths) + ends
-        return 2 * forces.T @ np.linalg.solve(matrix, np.broadcast_to(forces, (len(kappa), *forces.shape)))
+        moved = np.linalg.inv(matrix) @ forces.reshape(nodes, -1)
+        return 2 * forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
 
 
 def strips(solution, layout, shapes, drag):

@@ -1,12 +1,13 @@
 """One suspension in the mean wind as a linear model: coordinates, actuators, gusts, and the loop of its winches."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.plant import Notch
-from cablestudy.control.pose_loop import PoseLoop, allocate, moved_by_winches
+from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.control.pose_margins import largest_gain, sensitivity_peak, single_limits
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.errors import NoSolutionError
@@ -159,6 +160,16 @@ class Movement:
         space[modes : len(omega), modes : modes + left.shape[1]] = left
         space[len(omega) :, modes + left.shape[1] :] = np.eye(strokes)
         return space
+
+    @cached_property
+    def fewer_motion(self):
+        """The `Motion` in that space."""
+        return self.motion.within(self.fewer)
+
+    @cached_property
+    def fewer_loop(self):
+        """The `PoseLoop` in that space, or None."""
+        return self.loop and replace(self.loop.within(self.fewer), motion=self.fewer_motion)
 
     @cached_property
     def _blown(self):
@@ -328,18 +339,12 @@ class Movement:
     def stable(self):
         """Whether no motion grows, with the winches at rest and with the loop."""
         loop = self.loop
-        if loop is None:
-            return self._at_rest.growing is None
-        return self._at_rest.growing is None and (not loop.gain or loop.growing is None)
-
-    @cached_property
-    def _at_rest(self):
-        return PoseLoop(self.motion, None, 0.0, ())
+        return growing(self.open_poles) is None and (loop is None or not loop.gain or loop.growing is None)
 
     @property
     def open_poles(self):
         """Eigenvalues with the winches at rest. [rad/s]"""
-        return self._at_rest.poles
+        return self.motion.eigen.poles
 
     def check_stable(self):
         """Refuse what grows.
@@ -349,10 +354,10 @@ class Movement:
         NoSolutionError
             With the motion that grows, and why.
         """
-        loop, open_loop = self.loop, self._at_rest
-        if (pole := open_loop.growing) is not None:
+        loop = self.loop
+        if (pole := growing(self.open_poles)) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
-            raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, open_loop)}")
+            raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
         if loop is not None and loop.gain and (pole := loop.growing) is not None:
             limit = self.largest_gain
             stable = f"; stable below {limit:.4g} rad/s" if limit else ""
@@ -364,9 +369,9 @@ class Movement:
             return "a motion above the modes of the model"
         return f"mode {place + 1} ({self.modes.moves[place]}, {self.modes.frequency[place]:.4g} Hz)"
 
-    def _named(self, pole, loop):
-        """The motion of a growing pole in words."""
-        dynamic = loop.dynamic_stiffness(np.array([pole]))[0]
+    def _named(self, pole, moving):
+        """The motion of a growing pole of a `Motion` or `PoseLoop` in words."""
+        dynamic = moving.dynamic_stiffness(np.array([pole]))[0]
         shape = np.linalg.svd(dynamic)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2
         place = int(np.argmax(energy))
