@@ -4,7 +4,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.pose_margins import largest_gain
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.suspension.driven_modes import with_driven_modes
 from cablestudy.study.suspension.movement import Movement
@@ -92,19 +91,10 @@ class InWind:
         """
         return self._found[1]
 
-    @staticmethod
-    def _gain_error(movement):
-        """Relative change of the largest gain by the highest coordinates; not a number where there is no limit. [-]"""
-        loop = movement.loop
-        if loop is None or movement.largest_gain is None:
-            return np.nan
-        fewer = largest_gain(loop.within(movement.fewer), movement.largest_gain)
-        return np.nan if fewer is None else abs(fewer / movement.largest_gain - 1)
-
-    @cached_property
+    @property
     def loop_error(self):
         """Estimated relative error of the numbers of the loop. [-]"""
-        return self._gain_error(self.movement) if self._model is None else np.nan
+        return self.movement.gain_error if self._model is None else np.nan
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.

@@ -180,7 +180,7 @@ class Response:
         """
         poles = self.movement.open_poles
         poles = poles[(poles.imag > 0) & (-poles.real < UNDAMPED * np.abs(poles))]
-        poles = np.abs(poles[np.abs(poles) < TURN * self.range[1]])
+        poles = np.sort(np.abs(poles[np.abs(poles) < TURN * self.range[1]]))
         if not len(poles):
             return
         motion, count = self.movement.motion, len(self.movement.gusts.into)
