@@ -170,30 +170,44 @@ class Gusts:
 
     def _at(self, kappa):
         """`_covariance` computed directly."""
-        count, bodies, rms = self.forces.shape[-1], len(self.areas), np.array(self.wind.turbulence)
+        count, rms = self.forces.shape[-1], np.array(self.wind.turbulence)
         blown = np.flatnonzero(rms)
-        found = np.zeros((len(kappa), count + 3 * bodies, count + 3 * bodies))
-        # forces by components of turbulence of unit variance at each node, shape (p, c, m)
-        by_strip = [np.einsum("ck,kpm->pcm", (rms[:, None] * self.directions)[blown], one.forces) for one in self.strips]
-        for strip, forces in zip(self.strips, by_strip, strict=True):
-            found[:, :count, :count] += strip.coherent(forces, kappa)
+        found = np.zeros((len(kappa), count + 3 * len(self.areas), count + 3 * len(self.areas)))
+        found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
         decay = -kappa[:, None, None]
-        if by_strip:
-            whole, nodes = np.concatenate(by_strip), np.concatenate([strip.places for strip in self.strips])
-            flat, owner = whole.reshape(len(nodes), -1), np.repeat(np.arange(len(by_strip)), list(map(len, by_strip)))
-            between = np.where(owner[:, None] < owner, size(nodes[:, None] - nodes[None]), np.inf)
-            one = whole.reshape(-1, count).T @ (np.exp(decay * between) @ flat).reshape(len(kappa), -1, count)
-            found[:, :count, :count] += one + np.swapaxes(one, -1, -2)
-            towards = np.exp(decay * size(nodes[:, None] - self.places[None]))
-        apart = size(self.places[:, None] - self.places[None])
-        for number, component in enumerate(blown.tolist()):
-            place = count + component + 3 * np.arange(bodies)
-            if by_strip:
-                mixed = rms[component] * whole[:, number].T @ towards
-                found[:, :count, place] = mixed
-                found[:, place, :count] = np.swapaxes(mixed, -1, -2)
-            found[:, place[:, None], place] = rms[component] ** 2 * np.exp(decay * apart)
+        points = np.concatenate([strip.points for strip in self.strips] or [np.zeros((0, 3))])
+        pushes = np.concatenate([strip.pushes for strip in self.strips] or [np.zeros((3, 0, count))], axis=1)
+        towards = np.exp(decay * size(points[:, None] - self.places))
+        between = np.exp(decay * size(self.places[:, None] - self.places))
+        for component in blown.tolist():
+            place, variance = count + component + 3 * np.arange(len(self.areas)), rms[component] ** 2
+            mixed = variance * np.tensordot(self.directions[component], pushes, axes=1).T @ towards
+            found[:, :count, place] = mixed
+            found[:, place, :count] = np.swapaxes(mixed, -1, -2)
+            found[:, place[:, None], place] = variance * between
         return found
+
+    def _of_cables(self, kappa, components):
+        """Covariance of the forces of the cables on the coordinates, shape (f, m, m).
+
+        Parameters
+        ----------
+        kappa : ndarray, shape (f,)
+        components : ndarray, shape (c, 3)
+            Directions of the turbulence times its RMS.
+        """
+        count = self.forces.shape[-1]
+        own, between = np.zeros((2, len(kappa), count, count))
+        points, pushes = np.zeros((0, 3)), np.zeros((0, len(components), count))
+        for strip in self.strips:
+            own += strip.coherent(np.einsum("ck,kpm->pcm", components, strip.forces), kappa)
+            pushed = np.einsum("ck,kpm->pcm", components, strip.pushes)
+            # with the cables before it
+            coherence = np.exp(-kappa[:, None, None] * size(strip.points[:, None] - points))
+            moved = coherence @ pushes.reshape(len(points), len(components) * count)
+            between += pushed.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
+            points, pushes = np.concatenate([points, strip.points]), np.concatenate([pushes, pushed])
+        return own + between + np.swapaxes(between, -1, -2)
 
 
 def gusts(wind, drag, layout, shapes, strips, areas):

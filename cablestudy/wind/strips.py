@@ -1,4 +1,4 @@
-"""Cables in turbulent wind: the nodes of each with its share of the drag, and the coherence along one cable.
+"""Cables in turbulent wind: the drag along each, and the coherence along one cable and between two.
 
 The drag on a node is linear in the turbulence and in the motion against it, see `drag`; as sums over the nodes it gives
 the forces on the coordinates of a suspension and the aerodynamic damping. The coherence exp(-kappa r) of two places of
@@ -8,6 +8,10 @@ same at all of them, their covariance is
     2 g^T (S/kappa + kappa diag(w) + E)^-1 g,
 
 S being the stiffness of the rod, w the length that belongs to each node, E one at both ends.
+
+Two cables that meet at a body are coherent near their common end alone, over a small part of the distance of two nodes.
+Their covariance is a sum over Gauss points that lie close together at the ends of each element: over t with the place
+3 t^2 - 2 t^3.
 """
 
 from dataclasses import dataclass
@@ -15,21 +19,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.assembly import add_elements
-from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.element import basis, lagrange, mesh_segments
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.wind.drag import drag_matrices
 
+MORE = 4  # points of an element than its order: an error of 1e-6 of the RMS on six cables that meet
 STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass
 
 
 @dataclass(frozen=True)
 class Strip:
-    """The nodes of one cable.
+    """One cable, its p nodes and q points.
 
     Attributes
     ----------
     places : ndarray, shape (p, 3)
-        Global axes. [m]
+        Of the nodes, global axes. [m]
     lengths : ndarray, shape (p,)
         Stretched length that belongs to each node. [m]
     shapes : ndarray, shape (p, 3, m)
@@ -38,6 +43,10 @@ class Strip:
         Force per length and speed, see `drag.drag_matrices`. [N s/m^2]
     rod : ndarray, shape (p, p)
         S. [1/m]
+    points : ndarray, shape (q, 3)
+        Global axes. [m]
+    pushes : ndarray, shape (3, q, m)
+        Force on each coordinate by a unit speed of the turbulence along x, y, z at each point.
     """
 
     places: np.ndarray
@@ -45,12 +54,13 @@ class Strip:
     shapes: np.ndarray
     drag: np.ndarray
     rod: np.ndarray
+    points: np.ndarray
+    pushes: np.ndarray
 
     @property
     def forces(self):
         """Force on each coordinate by a unit speed of the turbulence along x, y, z at each node, shape (3, p, m)."""
-        pushed = np.swapaxes(self.drag, -1, -2) @ self.shapes  # the matrices are symmetric
-        return np.moveaxis(pushed * self.lengths[:, None, None], 1, 0)
+        return _forces(self.drag, self.shapes, self.lengths)
 
     @property
     def damping(self):
@@ -115,16 +125,38 @@ def strips(solution, layout, shapes, drag):
         tangent = tangents.get(cable, equilibrium.catenary.span.frame[cable, 0])
         length = float(equilibrium.lengths[cable] * stretch[cable])
         matrices = drag_matrices(np.broadcast_to(tangent, places.shape), drag.velocity / speed)
+        matrices = float(drag.density) * drag.cables[cable] * speed * matrices
+        places = begin[cable] + places
+        along, weights = _points(mesh)
+        pushes = _forces(_at(mesh, along, matrices), _at(mesh, along, moved), length * weights)
+        rod = _rod(mesh) / length
         found.append(
-            Strip(
-                begin[cable] + places,
-                length * mesh.node_weights,
-                moved,
-                float(drag.density) * drag.cables[cable] * speed * matrices,
-                _rod(mesh) / length,
-            )
+            Strip(places, length * mesh.node_weights, moved, matrices, rod, _at(mesh, along, places), pushes)
         )
     return found
+
+
+def _forces(drag, shapes, lengths):
+    """Forces on the coordinates by a unit speed along x, y, z at some places, shape (3, p, m); see `Strip`."""
+    pushed = drag @ shapes  # the matrices are symmetric
+    return np.moveaxis(pushed * lengths[:, None, None], 1, 0)
+
+
+def _points(mesh):
+    """Points of each element on [0, 1], shape (n,), and the share of each point of all in the length, shape (q,)."""
+    if mesh.order == 1:  # bars have their mass and drag at the nodes
+        return np.zeros(0), mesh.node_weights
+    gauss, weights = np.polynomial.legendre.leggauss(mesh.order + MORE)
+    t = (gauss + 1) / 2
+    return t**2 * (3 - 2 * t), (mesh.sizes[:, None] * weights * 3 * t * (1 - t)).ravel()
+
+
+def _at(mesh, along, values):
+    """Values of nodes, shape (p, ...), at the points, shape (q, ...)."""
+    if mesh.order == 1:
+        return values
+    found = np.tensordot(lagrange(basis(mesh.order).nodes, along), values[mesh.element_nodes], axes=(1, 1))
+    return np.swapaxes(found, 0, 1).reshape(-1, *values.shape[1:])
 
 
 def _tangents(models):
