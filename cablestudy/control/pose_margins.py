@@ -122,7 +122,7 @@ def single_limits(loop):
 
 
 def limit(fixed, scaled, values, omega):
-    """`Limit` with the least factor above which fixed + factor scaled has a growing eigenvalue; None where there is none.
+    """`Limit` with the least factor above which fixed + factor scaled has a growing eigenvalue, or None.
 
     Parameters
     ----------

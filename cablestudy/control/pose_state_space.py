@@ -92,7 +92,7 @@ def by_forces(motion, forces, loop=None, actuators=()):
 
 
 def _rows(motion, forces, loop, actuators):
-    """`Equations`, x', lengths of winches, outputs of motion and actuators: the last three as rows over x, u, u', u''."""
+    """`Equations`, and as rows over x, u, u', u'': x', lengths of winches, outputs of motion and actuators."""
     found = equations(motion, loop and loop.allocation, loop.notches if loop else (), forces)
     whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
     m, size = len(motion), len(whole)

@@ -1,7 +1,7 @@
 """A linear system as a sum over its poles: after one eigenvalue problem each frequency costs one sum.
 
-    x' = A x + B u,   y = C x + D u        A = V L V^-1,   L = diag(l_a)
-    y = [D + sum c_a b_a/(s - l_a)] u      c_a the columns of C V, b_a the rows of V^-1 B
+x' = A x + B u,   y = C x + D u        A = V L V^-1,   L = diag(l_a)
+y = [D + sum c_a b_a/(s - l_a)] u      c_a the columns of C V, b_a the rows of V^-1 B
 """
 
 from dataclasses import dataclass

@@ -130,9 +130,7 @@ def strips(solution, layout, shapes, drag):
         along, weights = _points(mesh)
         pushes = _forces(_at(mesh, along, matrices), _at(mesh, along, moved), length * weights)
         rod = _rod(mesh) / length
-        found.append(
-            Strip(places, length * mesh.node_weights, moved, matrices, rod, _at(mesh, along, places), pushes)
-        )
+        found.append(Strip(places, length * mesh.node_weights, moved, matrices, rod, _at(mesh, along, places), pushes))
     return found
 
 

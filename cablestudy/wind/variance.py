@@ -6,8 +6,8 @@ covariance X of the amplitudes of the poles solves Lyapunov's equation with colo
     l_a X_ab + X_ab conj(l_b) = -(G_ab + conj(G_ba)),   G_ab = integral of r_a b_a S conj(b_b)^T df,
     r_a = 1/(i w - l_a) + 1/(-i w - l_a) = -2 l_a/(w^2 + l_a^2),
 
-since (i w - l_a)^-1 (-i w - conj(l_b))^-1 is a sum of two fractions. S is smooth: it is a sum of matrices times functions
-of frequency. What is narrow is in r_a alone, and Gauss's rule of each panel of frequencies is corrected for its pole.
+since (i w - l_a)^-1 (-i w - conj(l_b))^-1 is a sum of two fractions. S is smooth: it is a sum of matrices times
+functions of frequency. What is narrow is in r_a alone, and Gauss's rule of each panel is corrected for its pole.
 """
 
 from dataclasses import dataclass
@@ -95,7 +95,8 @@ class Panels:
         -----
         In z = log f, r_a has a pole at log(l_a/(2 pi i)). Gauss's rule of n points x_i is exact for a polynomial over
         x - z where its weights are multiplied by 1 + n P_(n-1)(x_i) Q_n(z), P and Q being Legendre's functions of the
-        first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z), Whittaker and Watson, Modern Analysis, 15.4.
+        first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z) (Whittaker and Watson, Modern Analysis,
+        15.4).
         """
         omega = 2 * np.pi * self.frequency
         found = -2 * poles[:, None] / (omega**2 + poles[:, None] ** 2) * self.weights
@@ -146,6 +147,7 @@ def variances(residues, panels, noise, weights):
 def _forced(given, panels, noise, weights, resolvents):
     """Integrals of r_a b_a S, shape (w, a, i), and of S, shape (w, i, i)."""
     count, inputs = given.shape
+    parts = np.concatenate([resolvents.real, resolvents.imag])
     forced = np.zeros((len(weights), count, inputs), dtype=complex)
     direct = np.zeros((len(weights), inputs, inputs))
     for row, functions in zip(noise.parts, noise.functions, strict=True):
@@ -154,7 +156,10 @@ def _forced(given, panels, noise, weights, resolvents):
             matrices = noise.matrices[:, row, column]
             pushed = np.tensordot(own, matrices, axes=(1, 1)).reshape(2, count, *matrices.shape[::2])
             weighted = weights[:, None] * function
-            integrals = np.moveaxis(weighted @ resolvents.T, -1, 0)
-            forced[..., column] += np.moveaxis(integrals @ (pushed[0] + 1j * pushed[1]), 1, 0)
+            integrals = (parts @ weighted.reshape(-1, len(panels.weights)).T).reshape(2, count, *weighted.shape[:2])
+            # (a + i b)(c + i d), matrix products of real numbers for each pole
+            straight, crossed = integrals @ pushed, integrals @ pushed[::-1]
+            found = straight[0] - straight[1] + 1j * (crossed[0] + crossed[1])
+            forced[..., column] += np.swapaxes(found, 0, 1)
             direct[:, row, column] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
     return forced, direct

@@ -6,6 +6,7 @@ import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.suspension.driven_modes import with_driven_modes
+from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 
@@ -25,10 +26,13 @@ class InWind:
         In the mean wind.
     drag : Drag or None
     model : FixedModel or None
+    known : dict
+        What cases of this equilibrium share: it is filled.
     """
 
-    def __init__(self, scene, calm, equilibrium, drag, model):
+    def __init__(self, scene, calm, equilibrium, drag, model, known):
         self.scene, self._calm, self._equilibrium, self._drag, self._model = scene, calm, equilibrium, drag, model
+        self._known = known
         self._accuracy = scene.model.accuracy or ACCURACY
 
     def movement_of(self, count):
@@ -39,7 +43,12 @@ class InWind:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        return Movement(self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
+        key = count, repr((self.scene.winches, self.scene.actuators))
+        if key not in self._known:
+            self._known[key] = LinearMotion(
+                self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model
+            )
+        return Movement(self.scene, self._known[key])
 
     @cached_property
     def _outcome(self):

@@ -87,14 +87,14 @@ class Response:
         Parameters
         ----------
         fewer : bool
-            Whether the highest modes are left out, see `Movement.fewer`.
+            Whether the highest modes are left out, see `LinearMotion.fewer`.
         """
         movement = self.movement
-        motion, loop = (movement.fewer_motion, movement.fewer_loop) if fewer else (movement.motion, self.loop)
+        motion, loop = (movement.linear.fewer_motion, movement.fewer_loop) if fewer else (movement.motion, self.loop)
         into = movement.gusts.into
         forces = np.zeros((len(movement.motion), into.shape[1]))  # strokes are not blown
         forces[: len(into)] = into
-        forces = movement.fewer.T @ forces if fewer else forces
+        forces = movement.linear.fewer.T @ forces if fewer else forces
         found = []
         for one in [None] if loop is None else [loop, None]:
             eigen = (one or motion).eigen
@@ -242,7 +242,7 @@ class Response:
     @cached_property
     def stiffness(self):
         """Energy per square of each output, about, by which different outputs are compared, shape (o,)."""
-        motion, shown = self.movement.motion, self._whole[-1]
+        motion = self.movement.motion
         count = len(motion)
         rows = by_forces(motion, np.zeros((count, 0)), None, self.movement.actuators)[1][:, : 2 * count] ** 2
         places = rows[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness)
