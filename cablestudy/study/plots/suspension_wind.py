@@ -145,7 +145,7 @@ def _states(case, response, names, place, frequency):
     )
     alone = Movement(bare, linear)
     if alone.stable:
-        found = _of(Response(alone), names, place, frequency)
+        found = _of(Response(alone, bare), names, place, frequency)
         looks = (("loop, no actuators", "#000000", "--"), ("winches at rest, no actuators", GREY, ":"))
         if len(found) == 1:
             looks = (("without actuators", GREY, "--"),)

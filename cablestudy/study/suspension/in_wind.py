@@ -43,12 +43,14 @@ class InWind:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        key = count, repr((self.scene.winches, self.scene.actuators))
-        if key not in self._known:
-            self._known[key] = LinearMotion(
-                self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model
-            )
-        return Movement(self.scene, self._known[key])
+        scene = self.scene
+        linear = count, repr((scene.winches, scene.actuators))
+        if linear not in self._known:
+            self._known[linear] = LinearMotion(scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
+        moving = *linear, repr(scene.control)
+        if moving not in self._known:
+            self._known[moving] = Movement(scene, self._known[linear])
+        return self._known[moving]
 
     @cached_property
     def _outcome(self):
@@ -62,14 +64,17 @@ class InWind:
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
         for count in COUNTS:
             movement = self.movement_of(count)
-            response = Response(movement) if self._drag is not None else None
+            response = Response(movement, self.scene) if self._drag is not None else None
             if response is None or len(movement.modes) < count:
                 break
             if movement.stable and response.moving_error <= 2 * self._accuracy:
                 break
-        wider = with_driven_modes(movement) if movement.loop is not None and self._model is None else movement
-        if wider is not movement:
-            movement, response = wider, Response(wider) if self._drag is not None else None
+        if movement.loop is not None and self._model is None:
+            if movement not in self._known:
+                self._known[movement] = with_driven_modes(movement)
+            wider = self._known[movement]
+            response = response and (response if wider is movement else Response(wider, self.scene))
+            movement = wider
         movement.check_stable()
         return movement, response
 

@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.motion import Actuator, basis, motion
+from cablestudy.control.pose_state_space import by_forces
+from cablestudy.control.residues import residues
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.coupled import Layout
@@ -203,6 +205,33 @@ class LinearMotion:
     def fewer_motion(self):
         """The `Motion` in that space."""
         return self.motion.within(self.fewer)
+
+    def residues_of(self, motion, loop=None, space=None):
+        """`Residues` of all outputs, those of actuators too, by the inputs of `Gusts.into`.
+
+        Parameters
+        ----------
+        motion : Motion
+            That of this object, or in a space of its coordinates.
+        loop : PoseLoop, optional
+            Of this motion.
+        space : ndarray, shape (m, r), optional
+        """
+        into = self.gusts.into
+        forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
+        forces[: len(into)] = into
+        forces = forces if space is None else space.T @ forces
+        return residues((loop or motion).eigen, *by_forces(motion, forces, loop, self.actuators))
+
+    @cached_property
+    def residues(self):
+        """`residues_of` it."""
+        return self.residues_of(self.motion)
+
+    @cached_property
+    def fewer_residues(self):
+        """The same in the space `fewer`."""
+        return self.residues_of(self.fewer_motion, space=self.fewer)
 
     @cached_property
     def _blown(self):

@@ -28,7 +28,7 @@ class Movement:
     def __init__(self, scene, linear):
         self.scene, self.linear, self.modes = scene, linear, linear.modes
         self.equilibrium, self.drag, self.layout = linear.equilibrium, linear.drag, linear.layout
-        self.winches, self.actuators = linear.winches, linear.actuators
+        self.winches, self.markers, self.actuators = linear.winches, linear.markers, linear.actuators
 
     @property
     def motion(self):
@@ -50,6 +50,19 @@ class Movement:
         """The `PoseLoop` in the space `LinearMotion.fewer`, or None."""
         linear = self.linear
         return self.loop and replace(self.loop.within(linear.fewer), motion=linear.fewer_motion)
+
+    @cached_property
+    def residues(self):
+        """`LinearMotion.residues` with the loop, where it does something, and with the winches at rest: list."""
+        open_, loop = self.linear.residues, self.loop
+        return [self.linear.residues_of(self.motion, loop), open_] if loop and loop.gain else [open_]
+
+    @cached_property
+    def fewer_residues(self):
+        """The same in the space `LinearMotion.fewer`."""
+        linear, loop = self.linear, self.fewer_loop
+        open_ = linear.fewer_residues
+        return [linear.residues_of(loop.motion, loop, linear.fewer), open_] if loop and loop.gain else [open_]
 
     # --------------------------------------------------------------------------------------------------- loop
 

@@ -11,7 +11,6 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.pose_state_space import by_forces
-from cablestudy.control.residues import residues
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind.imaging import correction_weight, exposure_weight
 from cablestudy.wind.variance import Panels, smooth_on, variances
@@ -60,10 +59,12 @@ class Response:
     ----------
     movement : Movement
         With wind, and stable.
+    scene : SuspensionScene
+        Its scene, or one with another exposure or correction.
     """
 
-    def __init__(self, movement):
-        self.movement = movement
+    def __init__(self, movement, scene):
+        self.movement, self.scene = movement, scene
 
     @cached_property
     def names(self):
@@ -81,30 +82,6 @@ class Response:
 
     # ------------------------------------------------------------------------------------------------ frequencies
 
-    def _residues(self, fewer=False):
-        """`Residues` of all outputs by the inputs of `Gusts.into`, with the loop, then with the winches at rest.
-
-        Parameters
-        ----------
-        fewer : bool
-            Whether the highest modes are left out, see `LinearMotion.fewer`.
-        """
-        movement = self.movement
-        motion, loop = (movement.linear.fewer_motion, movement.fewer_loop) if fewer else (movement.motion, self.loop)
-        into = movement.gusts.into
-        forces = np.zeros((len(movement.motion), into.shape[1]))  # strokes are not blown
-        forces[: len(into)] = into
-        forces = movement.linear.fewer.T @ forces if fewer else forces
-        found = []
-        for one in [None] if loop is None else [loop, None]:
-            eigen = (one or motion).eigen
-            found.append(residues(eigen, *by_forces(motion, forces, one, movement.actuators)))
-        return found
-
-    @cached_property
-    def _whole(self):
-        return self._residues()
-
     def responses(self, frequency):
         """All outputs per force on each coordinate, shape (2, f, m, o), or (1, f, m, o) without a loop.
 
@@ -114,7 +91,7 @@ class Response:
             [Hz]
         """
         forced = len(self.movement.gusts.into)
-        found = [one.response(2j * np.pi * frequency)[..., :forced] for one in self._whole]
+        found = [one.response(2j * np.pi * frequency)[..., :forced] for one in self.movement.residues]
         return np.swapaxes(np.stack(found), -1, -2)
 
     def spectra(self, frequency):
@@ -139,7 +116,7 @@ class Response:
     @cached_property
     def weights(self):
         """Functions of frequency that the spectra are weighted by, by the names of `Variances`."""
-        scene = self.movement.scene
+        scene = self.scene
         found = {"value": np.ones_like, "rate": lambda f: (TURN * f) ** 2}
         exposure, mirror = scene.exposure, scene.correction
         if exposure is not None:
@@ -216,8 +193,8 @@ class Response:
     @cached_property
     def _variances(self):
         """Variances of all outputs, and what the highest modes add to them, both of shape (w, 2, o) or (w, 1, o)."""
-        whole = self._integrated(self._whole)
-        return whole, np.abs(whole - self._integrated(self._residues(fewer=True)))
+        whole = self._integrated(self.movement.residues)
+        return whole, np.abs(whole - self._integrated(self.movement.fewer_residues))
 
     @cached_property
     def variances(self):
