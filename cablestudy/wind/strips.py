@@ -15,11 +15,12 @@ Their covariance is a sum over Gauss points that lie close together at the ends 
 """
 
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 
 from cablestudy.cable.assembly import add_elements
-from cablestudy.cable.element import basis, lagrange, mesh_segments
+from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.wind.drag import drag_matrices
 
@@ -33,34 +34,55 @@ class Strip:
 
     Attributes
     ----------
+    mesh : Mesh
+    length : float
+        Stretched. [m]
     places : ndarray, shape (p, 3)
         Of the nodes, global axes. [m]
-    lengths : ndarray, shape (p,)
-        Stretched length that belongs to each node. [m]
     shapes : ndarray, shape (p, 3, m)
         Displacements per coordinate.
     drag : ndarray, shape (p, 3, 3)
-        Force per length and speed, see `drag.drag_matrices`. [N s/m^2]
-    rod : ndarray, shape (p, p)
-        S. [1/m]
-    points : ndarray, shape (q, 3)
-        Global axes. [m]
-    pushes : ndarray, shape (3, q, m)
-        Force on each coordinate by a unit speed of the turbulence along x, y, z at each point.
+        Force per length and speed, symmetric, see `drag.drag_matrices`. [N s/m^2]
     """
 
+    mesh: Mesh
+    length: float
     places: np.ndarray
-    lengths: np.ndarray
     shapes: np.ndarray
     drag: np.ndarray
-    rod: np.ndarray
-    points: np.ndarray
-    pushes: np.ndarray
+
+    @property
+    def lengths(self):
+        """Stretched length that belongs to each node, shape (p,). [m]"""
+        return self.length * self.mesh.node_weights
 
     @property
     def forces(self):
         """Force on each coordinate by a unit speed of the turbulence along x, y, z at each node, shape (3, p, m)."""
-        return _forces(self.drag, self.shapes, self.lengths)
+        return np.moveaxis(self.drag @ self.shapes * self.lengths[:, None, None], 1, 0)
+
+    @cached_property
+    def points(self):
+        """Places of the points, shape (q, 3), global axes. [m]"""
+        return self._at_points(self.places)
+
+    @cached_property
+    def pushes(self):
+        """As `forces` at each point, shape (3, q, m)."""
+        mesh = self.mesh
+        shares = mesh.node_weights if mesh.order == 1 else (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
+        lengths = self.length * shares
+        pushed = self._at_points(self.drag) @ self._at_points(self.shapes)
+        return np.moveaxis(pushed * lengths[:, None, None], 1, 0)
+
+    def _at_points(self, values):
+        """Values of the nodes, shape (p, ...), at the points, shape (q, ...)."""
+        mesh = self.mesh
+        if mesh.order == 1:  # bars have their mass and drag at the nodes
+            return values
+        between = lagrange(basis(mesh.order).nodes, _points(mesh.order)[0])
+        found = np.tensordot(values[mesh.element_nodes], between, axes=(1, 1))
+        return np.moveaxis(found, -1, 1).reshape(-1, *values.shape[1:])
 
     @property
     def damping(self):
@@ -82,10 +104,10 @@ class Strip:
         -------
         ndarray, shape (q, m, m)
         """
-        (nodes, _, count), ends = forces.shape, np.zeros_like(self.rod)
+        (nodes, _, count), ends = forces.shape, np.zeros((len(self.places), len(self.places)))
         ends[[0, -1], [0, -1]] = 1.0
         kappa = kappa[:, None, None]
-        matrix = self.rod / kappa + kappa * np.diag(self.lengths) + ends
+        matrix = _rod(self.mesh) / self.length / kappa + kappa * np.diag(self.lengths) + ends
         moved = np.linalg.inv(matrix) @ forces.reshape(nodes, -1)
         return 2 * forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
 
@@ -126,35 +148,16 @@ def strips(solution, layout, shapes, drag):
         length = float(equilibrium.lengths[cable] * stretch[cable])
         matrices = drag_matrices(np.broadcast_to(tangent, places.shape), drag.velocity / speed)
         matrices = float(drag.density) * drag.cables[cable] * speed * matrices
-        places = begin[cable] + places
-        along, weights = _points(mesh)
-        pushes = _forces(_at(mesh, along, matrices), _at(mesh, along, moved), length * weights)
-        rod = _rod(mesh) / length
-        found.append(Strip(places, length * mesh.node_weights, moved, matrices, rod, _at(mesh, along, places), pushes))
+        found.append(Strip(mesh, length, begin[cable] + places, moved, matrices))
     return found
 
 
-def _forces(drag, shapes, lengths):
-    """Forces on the coordinates by a unit speed along x, y, z at some places, shape (3, p, m); see `Strip`."""
-    pushed = drag @ shapes  # the matrices are symmetric
-    return np.moveaxis(pushed * lengths[:, None, None], 1, 0)
-
-
-def _points(mesh):
-    """Points of each element on [0, 1], shape (n,), and the share of each point of all in the length, shape (q,)."""
-    if mesh.order == 1:  # bars have their mass and drag at the nodes
-        return np.zeros(0), mesh.node_weights
-    gauss, weights = np.polynomial.legendre.leggauss(mesh.order + MORE)
+@cache
+def _points(order):
+    """Points of an element on [0, 1] and their weights, shape (n,) both."""
+    gauss, weights = np.polynomial.legendre.leggauss(order + MORE)
     t = (gauss + 1) / 2
-    return t**2 * (3 - 2 * t), (mesh.sizes[:, None] * weights * 3 * t * (1 - t)).ravel()
-
-
-def _at(mesh, along, values):
-    """Values of nodes, shape (p, ...), at the points, shape (q, ...)."""
-    if mesh.order == 1:
-        return values
-    found = np.tensordot(lagrange(basis(mesh.order).nodes, along), values[mesh.element_nodes], axes=(1, 1))
-    return np.swapaxes(found, 0, 1).reshape(-1, *values.shape[1:])
+    return t**2 * (3 - 2 * t), weights * 3 * t * (1 - t)
 
 
 def _tangents(models):
