@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.control.pose_margins import gain_beside
 from cablestudy.control.suspension import winch_forces
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.system.coupled_modes import CoupledModes
@@ -66,23 +67,21 @@ class Candidates:
     Attributes
     ----------
     modes : CoupledModes
-    pulled : ndarray, complex, shape (k, i)
-        Force of each winch on each mode at its frequency, per length.
+    driven : tuple of 3 ndarray, shape (k, i)
+        Force on each mode per length that each winch reels in, its first and its second derivative.
     lost : ndarray, shape (k,)
         Damping force of each mode per velocity. [1/s]
     """
 
     modes: CoupledModes
-    pulled: np.ndarray
+    driven: tuple
     lost: np.ndarray
 
 
 def _candidates(linear, count):
     modes, layout = linear.lowest(count), linear.layout
     omega, shapes = modes.solution.omega, modes.shapes
-    zeroth, first, second = winch_forces(layout, modes.solution.kept, linear.winches)
-    s = 1j * omega[:, None]
-    pulled = shapes.T @ zeroth + s * (shapes.T @ first) + s**2 * (shapes.T @ second)
+    driven = tuple(shapes.T @ part for part in winch_forces(layout, modes.solution.kept, linear.winches))
     system = modes.system
     lost = (shapes * (system.damping @ shapes)).sum(axis=0)
     lost = lost + (shapes * (system.stiffness.imag @ shapes)).sum(axis=0) / omega
@@ -91,12 +90,30 @@ def _candidates(linear, count):
             lost = lost + (np.moveaxis(strip.forces, 0, 1) * strip.shapes).sum(axis=(0, 1))
     for begin, end in _clusters(omega):
         lost[begin:end] = lost[begin:end].min()
-    return Candidates(modes, pulled, lost)
+    return Candidates(modes, driven, lost)
+
+
+def gain_error(movement):
+    """Estimated relative error of the largest gain; not a number where it is not known. [-]
+
+    By leaving out the highest of the lowest modes; where modes above them decide, by taking in all that were looked at.
+    """
+    limit, linear = movement.limit, movement.linear
+    if movement.loop is None or limit is None:
+        return np.nan
+    other = movement.fewer_loop
+    if linear.driven:
+        wide = linear.candidates[max(linear.candidates)].modes
+        other = Movement(movement.scene, linear.with_modes(wide, range(len(wide)), 0)).loop
+    found = gain_beside(other, limit)
+    return np.nan if found is None else abs(found / limit.factor - 1)
 
 
 def _gains(movement, candidates):
     """Gain from which each mode alone would grow, infinite where none does, shape (k,). [rad/s]"""
-    omega, pulled = candidates.modes.solution.omega, candidates.pulled
+    omega = candidates.modes.solution.omega
+    s = 1j * omega[:, None]
+    pulled = sum(s**order * part for order, part in enumerate(candidates.driven))
     measured = movement.measured_of(candidates.modes.shapes)
     shares = movement.allocation.shares[None] * movement.loop.filters(1j * omega)[:, None, :]
     made = (shares @ measured.T[..., None])[..., 0]  # of the winches by each mode

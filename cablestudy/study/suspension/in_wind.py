@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.suspension.driven_modes import with_driven_modes
+from cablestudy.study.suspension.driven_modes import gain_error, with_driven_modes
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
@@ -105,10 +105,10 @@ class InWind:
         """
         return self._found[1]
 
-    @property
+    @cached_property
     def loop_error(self):
         """Estimated relative error of the numbers of the loop. [-]"""
-        return self.movement.gain_error if self._model is None else np.nan
+        return gain_error(self.movement) if self._model is None else np.nan
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.

@@ -150,9 +150,9 @@ class LinearMotion:
         key = tuple(chosen)
         if key not in self._extended:
             some = modes_among(modes, np.array(chosen))
-            self._extended[key] = LinearMotion(
-                self.scene, self.equilibrium, self.drag, some, self.accuracy, self.model, driven
-            )
+            extended = LinearMotion(self.scene, self.equilibrium, self.drag, some, self.accuracy, self.model, driven)
+            extended.candidates = self.candidates
+            self._extended[key] = extended
         return self._extended[key]
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.pose_margins import gain_beside, largest_gain, sensitivity_peak, single_limits
+from cablestudy.control.pose_margins import largest_gain, sensitivity_peak, single_limits
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 
@@ -185,7 +185,7 @@ class Movement:
         return PoseLoop(self.motion, self.allocation, given, self.notches)
 
     @cached_property
-    def _limit(self):
+    def limit(self):
         """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
         key = repr(self.scene.control.model_copy(update={"gain": None}))
         if key not in self.linear.limits:
@@ -195,15 +195,7 @@ class Movement:
     @property
     def largest_gain(self):
         """Below it the loop is stable; None where it always is. [rad/s]"""
-        return self._limit and self._limit.factor
-
-    @cached_property
-    def gain_error(self):
-        """Relative change of the largest gain by the highest modes; not a number where it is not known. [-]"""
-        if self.loop is None or self._limit is None:
-            return np.nan
-        fewer = gain_beside(self.fewer_loop, self._limit)
-        return np.nan if fewer is None else abs(fewer / self.largest_gain - 1)
+        return self.limit and self.limit.factor
 
     @cached_property
     def sensitivity_peak(self):
