@@ -191,8 +191,7 @@ def crossings(omega, values):
     after = np.concatenate([np.take_along_axis(values[1:], apart.argmin(axis=2), axis=1), values[1:]], axis=1)
     crosses = np.argwhere((before.imag * after.imag <= 0) & (np.minimum(before.real, after.real) < 0))
     found = [Crossing((omega[i], omega[i + 1]), (before[i, j], after[i, j])) for i, j in crosses.tolist()]
-    found = sorted((one.at(one.place).real, one.omega, one) for one in found)
-    return [one for real, _, one in found if real < 0]
+    return sorted((one for one in found if one.at(one.place).real < 0), key=lambda one: one.at(one.place).real)
 
 
 def refined(values, crossing):
