@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-DEPENDENT = 1e9  # entry of V^-1, the columns of V of unit size, above which A is taken for one without eigenvectors
-NUDGE = 1e-10  # change of its entries then, over the smaller one of the sizes of its rows
+DEPENDENT = 1e5  # entry of V^-1, the columns of V of unit size, above which A is taken for one without eigenvectors
+NUDGE = 1e-9  # change of its entries then, over the smaller one of the sizes of its rows
 
 
 @dataclass(frozen=True)
 class Eigen:
-    """Eigenvalues, shape (N,), and right and left eigenvectors V and V^-1, shape (N, N), of A."""
+    """Eigenvalues, complex, shape (N,), and right and left eigenvectors V and V^-1, shape (N, N), of A."""
 
     poles: np.ndarray
     right: np.ndarray
@@ -43,7 +43,7 @@ def eigen(a):
         noise = np.random.default_rng(0).normal(size=a.shape)
         poles, right = np.linalg.eig(a + NUDGE * np.minimum.outer(size[order], size[order]) * noise)
         left = np.linalg.inv(right)
-    return Eigen(poles, right[back], left[:, back])
+    return Eigen(poles + 0j, right[back], left[:, back])
 
 
 @dataclass(frozen=True)
