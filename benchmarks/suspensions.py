@@ -70,8 +70,14 @@ class MoorPyBody:
         self.begin = np.array([*body.at, 0.0, 0.0, 0.0])
         system.addBody(0, self.begin, m=body.mass, v=0, rCG=np.array(body.center_of_mass))
         for name, cable in scene.cables.items():
-            weight = cable.mass_per_length * scene.gravity
-            line = {"name": name, "m": cable.mass_per_length, "d_vol": 1e-9, "w": weight, "EA": cable.axial_stiffness}
+            weight = cable.section_mass * scene.gravity
+            line = {
+                "name": name,
+                "m": cable.section_mass,
+                "d_vol": 1e-9,
+                "w": weight,
+                "EA": cable.section_axial_stiffness,
+            }
             system.lineTypes[name] = {**line, "d_nom": 1e-9, "material": "", "input_d": 1e-9, "input_type": ""}
             system.addPoint(1, np.array(cable.ends[0]))
             system.addPoint(1, np.zeros(3))
@@ -126,7 +132,7 @@ class OpenSeesBody:
         ops.mass(1, *[self.body.mass] * 3, *map(float, self.inertia))
         ops.geomTransf("Corotational", 1, 0.3, 0.5, 0.8)
         numbers, loads, elements = {}, [(1, self.body.mass)], 0  # place or attachment -> node; (node, its mass)
-        stiff = ARMS * max(cable.axial_stiffness for cable in self.scene.cables.values())
+        stiff = ARMS * max(cable.section_axial_stiffness for cable in self.scene.cables.values())
         for places, cable in zip(self.nodes, self.scene.cables.values(), strict=True):
             own = cable.unstretched_length / BARS
             chain = [*map(tuple, places[:-1]), cable.ends[1]]
@@ -139,11 +145,11 @@ class OpenSeesBody:
                         ops.element("elasticBeamColumn", elements, 1, node, 1.0, stiff, stiff, ROUND, ROUND, ROUND, 1)
                     else:
                         ops.fix(node, *[int(k == 0)] * 3, 1, 1, 1)
-                loads.append((numbers[key], cable.mass_per_length * own / (2 if k in (0, BARS) else 1)))
+                loads.append((numbers[key], cable.section_mass * own / (2 if k in (0, BARS) else 1)))
             for k in range(BARS):
                 elements += 1
                 size = math.dist(places[k], places[k + 1])
-                ops.uniaxialMaterial("Elastic", 2 * elements, cable.axial_stiffness * size / own)
+                ops.uniaxialMaterial("Elastic", 2 * elements, cable.section_axial_stiffness * size / own)
                 ops.uniaxialMaterial("InitStrainMaterial", 2 * elements + 1, 2 * elements, 1 - own / size)
                 ends = numbers[chain[k]], numbers[chain[k + 1]]
                 ops.element("corotTruss", elements, *ends, 1.0, 2 * elements + 1)

@@ -64,9 +64,14 @@ class SceneError(CablestudyError):
     def __reduce__(self):
         return type(self), self.mistakes
 
+    @property
+    def without_places(self):
+        """The mistakes in one line, for the status of a row."""
+        return "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in self.mistakes)
+
 
 class NoSolutionError(CablestudyError):
-    """A valid scene that has no answer, for example a cable that breaks."""
+    """A valid scene that has no answer, for example an unstable loop."""
 
 
 class ConvergenceError(CablestudyError):

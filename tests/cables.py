@@ -57,7 +57,8 @@ def paper_span(length=PAPER_LENGTH, degrees=0.0, **other):
 
 def batch(spans):
     """Many cables with equally many loads as one `Span` of arrays."""
-    return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in CORES})
+    there = [name for name in CORES if getattr(spans[0], name) is not None]
+    return Span(**{name: np.array([getattr(span, name) for span in spans]) for name in there})
 
 
 def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravity=G, loads=()):
@@ -68,12 +69,13 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         chord_length=math.dist(end_1, end_2),
         axial_stiffness=axial_stiffness,
         mass_per_length=mass,
-        loads=[SimpleNamespace(at=float(place), force=force) for place, force in loads],
         unstretched_length=unstretched_length,
         preload=None,
         sag=None,
     )
-    results = Results(SceneValues([SimpleNamespace(cable=cable, gravity=gravity)]))
+    cable.loads = [SimpleNamespace(at=float(place), fraction=None, force=force, mass=None) for place, force in loads]
+    scene = SimpleNamespace(cable=cable, gravity=gravity, loads=cable.loads, elongation=0.0)
+    results = Results(SceneValues([scene]))
     results.check(0)
     return results.span.take(0)
 

@@ -57,21 +57,25 @@ def motion(path, *sets):
 # dense matrices
 
 
-def dense(case, frequency, direction):
+def dense(case, frequency, direction, carried=()):
     """Spectra of mid-span along the chord frame and of the tensions at both ends, shape (5, m).
 
-    All nodes in the chord frame, all at once, each frequency; two Gauss points to a bar, the covariance of all.
+    All nodes in the chord frame, all at once, each frequency; two Gauss points to a bar, the covariance of all. The
+    case carries no masses; `carried` are some that move with it, (node, kg).
     """
     state, span, scene_ = case.state, case.span, case.scene
     length, nodes, mesh = float(span.unstretched_length), state.mesh.nodes, state.mesh
-    K, E, M = matrices_of_all_nodes(case)
+    K, E, own = matrices_of_all_nodes(case)
+    M = own.copy()
+    for node, mass in carried:
+        M[3 * node : 3 * node + 3, 3 * node : 3 * node + 3] += mass * np.eye(3)
     inner = np.arange(3, 3 * nodes - 3)
     C, damping = np.zeros_like(K), scene_.cable.damping
     if damping.model == "modal":
         root = np.sqrt(np.diagonal(M)[inner])
         value, vector = np.linalg.eigh(K[np.ix_(inner, inner)] / np.outer(root, root))
         C[np.ix_(inner, inner)] = (vector * 2 * damping.ratio * np.sqrt(value)) @ vector.T * np.outer(root, root)
-    C += damping.viscous / float(span.mass) * M
+    C += damping.viscous / float(span.mass) * own
     t = np.array([0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)])
     sizes = mesh.sizes * state.stretch[:, 0] * length
     start = np.concatenate([[0.0], np.cumsum(sizes)])[:-1]

@@ -35,8 +35,11 @@ def test_a_wanted_tension_or_sag_is_had(wanted, column, model):
 
 
 def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
+    load = "cable.loads=[{at: 185 m, force: [0, 0, -1]}]"
     with pytest.raises(NoSolutionError, match="ends before its last load, at 185 m"):
-        _ = Case(scene("cable.preload=10 kN", "cable.loads=[{at: 185 m, force: [0, 0, -1]}]")).span
+        _ = Case(scene("cable.preload=10 kN", load, "cable.reference.loads=true")).span
+    with pytest.raises(NoSolutionError, match="the load at 185 m is beyond the cable's end, at 176"):
+        _ = Case(scene("cable.preload=10 kN", load)).span
 
 
 def test_results_are_computed_once(monkeypatch):

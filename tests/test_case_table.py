@@ -73,7 +73,8 @@ STUDIES = {
     "products out of range": (
         "vary: [{cable.area: {from: 1e-18, to: 1e9, count: 7, spacing: log}}, "
         "{cable.elastic_modulus: [1e12, 1e-12, 1e30]}]", 1),
-    "alternatives at once": ("vary: [{cable.area: [1 mm^2, 2 mm^2]}, {cable.diameter: [1 mm, 2 mm]}]", 0),
+    "area and diameter": ("vary: [{cable.area: [1 mm^2, 2 mm^2]}, {cable.diameter: [1 mm, 2 mm]}]", 1),
+    "alternatives at once": ("vary: [{cable.elastic_modulus: [1e9, 2e9]}, {cable.axial_stiffness: [1e5, 2e5]}]", 0),
     "an unknown key": ("vary: [{cable.densty: [1, 2]}]", 0),
     "what the scene lacks": ("set: {gondola: null}\nvary: [{gondola.area: [1, 2]}]", 0),
 }  # fmt: skip
@@ -97,7 +98,7 @@ def test_properties_of_a_scene_of_arrays_are_those_of_each_case():
     (table,), _ = tables_of(study, range(3, 17))
     assert table.cases.tolist() == list(range(3, 17))
     assert list(table.values) == ["cable.diameter", "wind.speed"]
-    for name in ("section_area", "section_diameter", "axial_stiffness", "mass_per_length"):
+    for name in ("section_area", "section_diameter", "section_axial_stiffness", "section_mass"):
         each = [getattr(study.case(case)[1].cable, name) for case in table.cases.tolist()]
         assert getattr(table.scene.cable, name).tolist() == each, name
     assert table.scene.wind.turbulence.tolist() == [study.case(k)[1].wind.turbulence for k in table.cases.tolist()]

@@ -39,9 +39,13 @@ def test_commands_and_options():
     assert complete("static", "--format", "j") == [("plain", "json"), ("plain", "jsonl")]
 
 
-@pytest.mark.parametrize("command", ["static", "modes", "windrms", "ssm", "sweep", "validate"])
+@pytest.mark.parametrize("command", ["static", "modes", "windrms", "ssm", "find", "sweep", "validate"])
 def test_files_where_a_scene_or_study_is_read(command):
     assert [kind for kind, _ in complete(command, "conf")] == ["file"]
+
+
+def test_columns_to_find_a_value_of():
+    assert complete("find", "scene.yaml", "sag") == [("plain", "sag_m"), ("plain", "sag_ratio")]
 
 
 def test_columns_to_sort_by():

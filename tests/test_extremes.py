@@ -108,7 +108,13 @@ def test_every_end_is_right_or_refused(ends):
             continue
         cable, elements = scene.cable, scene.model.elements
         loads = tuple((load.at, load.force) for load in cable.loads)
-        numbers = cable.chord, cable.inclination, cable.unstretched_length, cable.axial_stiffness, cable.mass_per_length
+        numbers = (
+            cable.chord,
+            cable.inclination,
+            cable.unstretched_length,
+            cable.section_axial_stiffness,
+            cable.section_mass,
+        )
         truth = Truth(Cable(*numbers, scene.gravity, loads))
         expected = {
             **{name: float(truth.statics[name]) for name in ("preload", "min_tension", "sag")},

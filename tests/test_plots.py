@@ -239,16 +239,18 @@ def test_samples_are_scattered_and_not_joined(tmp_path, varied, joined):
     assert line.get_marker() == "o"
 
 
-def test_materials_are_categories_and_a_broken_cable_is_left_out(tmp_path):
+def test_materials_are_categories_and_what_has_no_answer_is_left_out(tmp_path):
+    """Polypropylene is over strength, which is an answer; steel of 1 N is too slack for its weight."""
     text = (
-        "set: {cable.preload: 1344.75 N, cable.area: 2.69 mm^2}\n"
-        "vary: [{cable.material: [polypropylene, steel, aramid]}]\ncolumns: [sag, end_stiffness]\n"
+        "set: {cable.area: 2.69 mm^2}\ncolumns: [sag, end_stiffness]\nvary:\n"
+        "- {cable.material: [paper/polypropylene, steel, aramid], cable.preload: [1344.75 N, 1 N, 1344.75 N]}\n"
     )
     table, figure = drawn_study(tmp_path, text, "slack")
-    assert [row["status"] == "ok" for row in table.rows] == [False, True, True]
-    assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == ["polypropylene", "steel", "aramid"]
-    assert list(figure.axes[0].lines[0].get_xdata()) == [1, 2]
-    assert list(figure.axes[0].lines[0].get_ydata()) == [row["sag_m"] for row in table.rows[1:]]
+    assert [row["status"].split(" ")[0] for row in table.rows] == ["over", "a", "ok"]
+    labels = [label.get_text() for label in figure.axes[-1].get_xticklabels()]
+    assert labels == ["paper/polypropylene", "steel", "aramid"]
+    assert list(figure.axes[0].lines[0].get_xdata()) == [0, 2]
+    assert list(figure.axes[0].lines[0].get_ydata()) == [row["sag_m"] for row in table.rows[::2]]
 
 
 # ---------------------------------------------------------------------------------------------------------- files

@@ -40,9 +40,9 @@ def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
     calls, evaluate = [], chunks.evaluate_tables
 
-    def evaluate_tables(tables, columns, explain):
+    def evaluate_tables(tables, columns, *how):
         calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
-        return evaluate(tables, columns, explain)
+        return evaluate(tables, columns, *how)
 
     monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
     return calls
@@ -229,9 +229,9 @@ def test_a_study_with_more_rows_computes_only_those(folder, computed):
     ],
 )
 def test_a_study_with_other_columns_computes_only_what_is_new(folder, computed, before, after, computes):
-    vary = "vary: [{cable.unstretched_length: [186 m, 187 m, 100 m]}]\n"
+    vary = "vary: [{cable.preload: [400 N, 300 N, 1 N]}]\n"
     study_file(folder, f"{vary}columns: {before}\n", SLACK)
-    run("sweep", "study.yaml", code=3)  # a cable of 100 m breaks
+    run("sweep", "study.yaml", code=3)  # 1 N is less than its weight asks for
     study_file(folder, f"{vary}columns: {after}\n", SLACK)
     computed.clear()
     run("sweep", "study.yaml", "--resume", code=3)

@@ -1,15 +1,18 @@
-"""--where, --sort and --best on studies: which rows are shown, what is stored, and what is refused."""
+"""--where, --pareto, --sort and --best on studies: which rows are shown, what is stored, and what is refused."""
 
 import json
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command import rows_of, run, study_file
 
 from cablestudy.scene.study import read_study
+from cablestudy.sweep.pareto import pareto_front
 from cablestudy.sweep.select import read_selection
 
-# the third one breaks, the fourth is too slack for its weight
+# the third one is over strength, the fourth too slack for its weight
 STUDY = "vary: [{cable.preload: [1345 N, 600 N, 100 kN, 1 N, 2 kN]}]\ncolumns: [mass, sag]\n"
 
 
@@ -40,7 +43,7 @@ def test_the_errors_in_json_are_those_of_the_rows_that_are_shown():
 def test_where_shows_the_rows_that_satisfy_it():
     known = [row for row in shown()[0] if row["sag_m"] is not None]
     small = [row for row in known if row["sag_m"] < 0.1]
-    assert (len(known), len(small)) == (3, 1)
+    assert (len(known), len(small)) == (4, 2)
     for condition, expected in {
         "sag < 0.1": small,
         "sag < 100 mm": small,
@@ -52,6 +55,8 @@ def test_where_shows_the_rows_that_satisfy_it():
         assert outcome.lines[-1] == f"shown: {len(rows)} of 5 rows"
     rows, _ = shown("--where", "status != ok")
     assert [row["cable.preload"] for row in rows] == ["100 kN", "1 N"]
+    rows, _ = shown("--where", "status == 'over strength'")
+    assert [row["cable.preload"] for row in rows] == ["100 kN"]
     rows, _ = shown("--where", "cable.preload > 1 kN")
     assert [row["cable.preload"] for row in rows] == ["1345 N", "100 kN", "2 kN"]
 
@@ -65,12 +70,14 @@ def test_no_row_is_an_empty_table():
     ("options", "order"),
     [
         ("", "1345 N, 600 N, 100 kN, 1 N, 2 kN"),
-        ("--sort sag", "2 kN, 1345 N, 600 N, 100 kN, 1 N"),  # empty cells are last
+        ("--sort sag", "100 kN, 2 kN, 1345 N, 600 N, 1 N"),  # empty cells are last
         ("--sort -sag_m", "600 N, 1345 N, 2 kN, 100 kN, 1 N"),
         ("--sort chord", "1345 N, 600 N, 100 kN, 1 N, 2 kN"),  # equal rows keep their order; all have a chord
         ("--sort cable.preload", "1 N, 600 N, 1345 N, 2 kN, 100 kN"),
         ("--sort -cable.preload", "100 kN, 2 kN, 1345 N, 600 N, 1 N"),
-        ("--best|min sag", "2 kN"),
+        ("--best|min sag", "100 kN"),  # over strength is an answer
+        ("--best|min sag|--where|status == ok", "2 kN"),
+        ("--best|min sag|--where|utilisation < 1", "2 kN"),
         ("--best|max sag_m", "600 N"),
         ("--best|min sag|--where|sag > 0.1", "1345 N"),
         ("--best|max cable.preload", "100 kN"),
@@ -82,15 +89,69 @@ def test_sort_and_best(options, order):
     assert [row["cable.preload"] for row in shown(*arguments)[0]] == order.split(", ")
 
 
+def beaten(points):
+    """Which points have one that is at most as large in each coordinate and smaller in one, each compared with each."""
+    not_larger = (points[:, None] <= points[None]).all(axis=2)
+    smaller = (points[:, None] < points[None]).any(axis=2)
+    return (not_larger & smaller).any(axis=0)
+
+
+@pytest.mark.parametrize("objectives", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("count", [0, 1, 2, 63, 64, 65, 130, 400])
+def test_the_front_is_that_of_comparing_each_with_each(count, objectives):
+    random = np.random.default_rng([count, objectives])
+    for points in (
+        random.random((count, objectives)),
+        random.integers(0, 9, (count, objectives)).astype(float),  # many ties
+        -np.sort(random.random((count, objectives)), axis=0) * random.choice([-1, 1], objectives),
+    ):
+        assert (pareto_front(points) == ~beaten(points)).all()
+
+
+@pytest.mark.parametrize("objectives", [2, 3])
+def test_the_front_of_many_rows_is_quick_though_all_are_on_it(objectives):
+    points = np.random.default_rng(0).random((100_000, objectives))
+    points[:, -1] = -points[:, :-1].sum(axis=1)
+    begin = time.process_time()
+    assert pareto_front(points).all()
+    assert time.process_time() - begin < 2
+
+
+@pytest.mark.parametrize(
+    ("options", "loads"),
+    [
+        ("--pareto|min sag, min max_tension", "1345 N, 600 N, 100 kN, 2 kN"),  # each of them costs the other
+        ("--pareto|min sag, max horizontal_tension", "100 kN"),
+        ("--pareto|min chord", "1345 N, 600 N, 100 kN, 1 N, 2 kN"),  # equal ones are all kept
+        ("--pareto|min sag,min max_tension|--sort|sag", "100 kN, 2 kN, 1345 N, 600 N"),
+        ("--pareto|min sag,min max_tension|--best|max sag", "600 N"),
+        ("--pareto|min sag|--where|sag > 0.1", "1345 N"),
+        ("--pareto|min sag, min cable.preload", "1345 N, 600 N, 100 kN, 2 kN"),
+        ("--pareto|min sag|--where|sag < 0", ""),
+    ],
+)
+def test_pareto(options, loads):
+    rows, outcome = shown(*options.split("|"))
+    assert [row["cable.preload"] for row in rows] == loads.split(", ") * bool(loads)
+    assert outcome.lines[-1] == f"shown: {len(rows)} of 5 rows"
+
+
+def test_rows_that_lack_an_objective_are_counted():
+    _, outcome = shown("--pareto", "min sag, max mass")
+    assert outcome.lines[-2] == "--pareto: 1 row without a value of sag_m or mass_kg"
+
+
 def test_sort_by_status():
-    assert [row["status"] == "ok" for row in shown("--sort", "-status")[0]] == [True] * 3 + [False] * 2
+    *known, last = [row["status"] for row in shown("--sort", "-status")[0]]
+    assert known == ["over strength", "ok", "ok", "ok"]
+    assert last.startswith("a mean tension of 1 N")
 
 
 def test_no_best_row_is_no_answer():
     outcome = run("sweep", "study.yaml", "--no-write", "--best", "min sag", "--where", "sag < 0", code=3)
     assert outcome.out == ""
     assert outcome.lines[-1] == "--best: no row that --where lets pass has a value of sag_m"
-    study_file(".", STUDY.replace("1345 N, 600 N, 100 kN, 1 N, 2 kN", "100 kN"))
+    study_file(".", STUDY.replace("1345 N, 600 N, 100 kN, 1 N, 2 kN", "1 N"))
     outcome = run("sweep", "study.yaml", "--no-write", "--best", "min sag", code=3)
     assert outcome.lines[-1] == "--best: no row has a value of sag_m"
 
@@ -98,7 +159,7 @@ def test_no_best_row_is_no_answer():
 def test_the_stored_table_is_the_whole_study():
     run("sweep", "study.yaml", "--out", "whole", code=3)
     outcome = run("sweep", "study.yaml", "--out", "part", "--where", "sag < 0.1", "--sort", "-sag", code=3)
-    assert len(outcome.out.splitlines()) == 3
+    assert len(outcome.out.splitlines()) == 4
     for name in ("study.csv", "study.md"):
         assert Path("part", name).read_bytes() == Path("whole", name).read_bytes()
     run("sweep", "study.yaml", "--out", "best", "--best", "min sag", "--where", "sag < 0", code=3)
@@ -136,6 +197,12 @@ def test_a_column_is_asked_for_once():
         (["--best", "least mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'least mass'"]),
         (["--best", "min masss"], ["--best: unknown column 'masss' (did you mean mass?)"]),
         (["--best", "max status"], ["--best: status is text, which has no max"]),
+        (["--pareto", "mass, min sag"], ["--pareto: expected 'min COLUMN' or 'max COLUMN', got 'mass'"]),
+        (["--pareto", "min sag,"], ["--pareto: expected 'min COLUMN' or 'max COLUMN', got ''"]),
+        (["--pareto", "min masss"], ["--pareto: unknown column 'masss' (did you mean mass?)"]),
+        (["--pareto", "min sag, max sag_m"], ["--pareto: sag_m is there twice"]),
+        (["--pareto", "min status"], ["--pareto: status is text, which has no min"]),
+        (["--pareto", "min sag", "--check"], ["--check and --pareto exclude each other"]),
         (["--best", "min sag", "--sort", "sag"], ["--sort and --best exclude each other: --best shows a single row"]),
         (["--where", "sag <", "--sort", "x"], ["--where:6: expected a column", "--sort: unknown column 'x'"]),
         (["--check", "--where", "sag < 1"], ["--check and --where exclude each other"]),

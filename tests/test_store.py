@@ -41,9 +41,12 @@ def table(folder):
 def computed(monkeypatch):
     """Numbers of cases that are computed in this process."""
     calls, evaluate = [], chunks.evaluate_tables
-    monkeypatch.setattr(
-        chunks, "evaluate_tables", lambda t, *rest: calls.append(sum(len(x.cases) for x in t)) or evaluate(t, *rest)
-    )
+
+    def evaluate_tables(tables, *rest):
+        calls.append(sum(len(table.cases) for table in tables))
+        return evaluate(tables, *rest)
+
+    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
     return calls
 
 

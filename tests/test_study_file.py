@@ -146,8 +146,8 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
          f'3:22: gravity: must not be negative, got -1\nstudy.yaml:3:26: gravity: {ACCELERATION}, got "x"'),
         (HEAD + "vary: [{cable.densty: [1]}]", "3:24: cable.densty: unknown key (did you mean density?)"),
         (HEAD + "vary: [{gravity.x: [1]}]", f"3:21: gravity: {ACCELERATION}, got a mapping"),
-        (HEAD + "vary: [{cable.area: [1 mm^2]}, {cable.diameter: [1 mm]}]",
-         "3:50: cable.diameter: given together with area: give exactly one of area, diameter"),
+        (HEAD + "vary: [{cable.breaking_force: [1 N]}, {cable.strength: [1 Pa]}]",
+         "3:57: cable.strength: given together with breaking_force: give exactly one of breaking_force, strength"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_reported_at_its_place(text, message):

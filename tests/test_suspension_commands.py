@@ -193,9 +193,40 @@ def test_estimated_errors_of_modes():
     assert [row.keys() for row in errors()] == [{"frequency_Hz"}] * 3  # modal damping states none of its own
     hysteretic = "cable.damping={model: hysteretic, loss_factor: 0.02}"
     assert [row.keys() for row in errors("--set", hysteretic)] == [{"frequency_Hz", "damping_ratio"}] * 3
-    assert errors("--set", "model.elements=4") == [{}] * 3
     one = json.loads(run("modes", scene(), "--upto", "0.26 Hz", "--format", "json").out)
     assert len(one["errors"]) == len(one["rows"]) == 2
+
+
+# A string of 20 m without weight, of two cables with next to nothing between them.
+STRING = """\
+gravity: 0
+cable: {elastic_modulus: 70 GPa, area: 1 mm^2, density: 1440, preload: 100 N,
+        damping: {model: hysteretic, loss_factor: 0.02}}
+points: {left: [-10, 0, 0], right: [10, 0, 0], knot: {at: [0, 0, 0], free: true, mass: 1e-12}}
+cables: {a: {from: left, to: knot}, b: {from: knot, to: right}}
+"""
+
+
+@pytest.mark.parametrize("elements", [5, 20])
+def test_stated_errors_of_bars(elements):
+    """Of 2 n lumped bars along a string: sin(x)/x of x = k pi/(4 n)."""
+    sets = ("--set", f"model={{elements: {elements}}}")
+    true = [1 - math.sin(x) / x for x in (k * math.pi / (4 * elements) for k in (1, 1, 2, 2))]
+    answer = json.loads(run("modes", scene(STRING), "-n", 4, *sets, "--format", "json").out)
+    stated = [errors["frequency_Hz"] for errors in answer["errors"]]
+    assert all(error / 1.2 < own < 1.2 * error for own, error in zip(stated, true, strict=True))
+    said = f"motion: estimated error {stated[3]:.1e}, of mode "
+    for command in (("modes", "-n", 4), ("ssm", "--modes", 4, "--input", "knot.force_y", "--response", "1Hz:2Hz:3")):
+        lines = run(command[0], scene(STRING), *command[1:], *sets, "--explain").lines
+        assert [line.startswith(said) for line in lines].count(True) == 1
+    text = f"columns: [frequency_1, frequency_3, error_estimate]\nset: {{model: {{elements: {elements}}}}}\n"
+    answer = json.loads(run("sweep", study(text, STRING), "--no-write", "--format", "json").out)
+    (row,), (errors,) = answer["rows"], answer["errors"]
+    assert (errors["frequency_1_Hz"], errors["frequency_3_Hz"]) == pytest.approx((true[0], true[2]), rel=0.2)
+    assert row["error_estimate"] == max(errors.values())
+    # nobody asks: nothing is compared
+    silent = json.loads(run("static", scene(STRING), *sets, "--table", "cables", "--format", "json").out)["errors"]
+    assert max(max(errors.values()) for errors in silent) < 1e-9  # statics are closed forms
 
 
 @pytest.mark.parametrize("held", [False, True])
@@ -292,6 +323,24 @@ def test_json_states_the_error_of_each_cell():
         )
 
 
+def test_cables_over_their_strength_are_named():
+    """A third of the weight in each wire of 1000 mm^2: 98.1 kPa."""
+    held = scene(TRIFILAR.replace("to: disc.a2}", "to: disc.a2, strength: 98 kPa}"))
+    said = "warning: the stress is above the strength: w2 (utilisation 1.001)"
+    for options in (("static",), ("modes", "-n", 3), ("ssm", "--modes", 3, "--input", "disc.force_x", "--response",
+                    "0.1Hz:1Hz:5"), ("trade", "--columns", "max_tension", "--repeats", 1)):  # fmt: skip
+        outcome = run(options[0], held, *options[1:])
+        assert outcome.lines.count(said) == 1, options
+        assert outcome.out
+    study_file(".", "vary: [{cables.w1.strength: [99 kPa, 97 kPa]}]\ncolumns: [max_utilisation, disc.z]\n", base=held)
+    outcome = run("sweep", "study.yaml", "--format", "json")
+    rows = rows_of(outcome.out, "json")
+    assert [row["status"] for row in rows] == ["over strength: w2", "over strength: w1, w2"]
+    assert [row["max_utilisation"] for row in rows] == pytest.approx([98.1 / 98, 98.1 / 97], rel=1e-9)
+    assert outcome.lines[0] == "warning: the stress is above the strength in 2 of 2 rows: 1, 2"
+    assert run("sweep", "study.yaml", "--check").lines[-1].endswith("agrees")
+
+
 def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
     text = "vary: [{bodies.gondola.center_of_mass.2: [-1 m, 30 m, 0, -2 m]}]\n"
     text += "columns: [gondola.roll, gondola.stiffness_rxrx, frequency_1]\n"
@@ -328,8 +377,11 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
         ("disc.frequency_static_7", "unknown column of a suspension 'disc.frequency_static_7' (did you mean "),
         ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
         ("gondola_rms", "gondola_rms is a column of a single cable"),
-        ("w1.utilisation", "w1.utilisation needs the key cables.w1.strength, which the scene does not have"),
-        ("max_utilisation", "max_utilisation needs the strength of a cable, which the scene does not have"),
+        ("w1.utilisation", "w1.utilisation needs the key cables.w1.breaking_force, which the scene does not have"),
+        (
+            "max_utilisation",
+            "max_utilisation needs the strength or breaking_force of a cable, which the scene does not have",
+        ),
         (".z", "unknown column of a suspension '.z' ("),
         ("disc.", "unknown column of a suspension 'disc.' ("),
     ],

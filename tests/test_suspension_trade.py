@@ -144,7 +144,7 @@ def test_the_columns_by_default():
         ("cabn.z", "no body, free point or cable cabn (did you mean cabin?)"),
         ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
         ("end_stiffness", "end_stiffness is a column of a single cable"),
-        ("c1.utilisation", "c1.utilisation needs the key cables.c1.strength, which the scene does not have"),
+        ("c1.utilisation", "c1.utilisation needs the key cables.c1.breaking_force, which the scene does not have"),
         ("cabin.mass", "cabin.mass does not depend on the model"),
         ("cabin.z,cabin.z_m", "cabin.z is listed twice"),
     ],

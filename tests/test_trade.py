@@ -296,10 +296,19 @@ def test_a_sharp_bend_fails_bar_by_bar_at_most():
 
 
 def test_no_answer_at_all():
-    with pytest.raises(ConvergenceError, match="broken cable"):
-        trade.compare(scene("cable.unstretched_length=150 m"), columns("sag"))
+    with pytest.raises(NoSolutionError, match="below the least that this cable can have"):
+        trade.compare(scene("cable.preload=1 N"), columns("sag"))
     with pytest.raises(ConvergenceError, match="modal damping"):
         trade.compare(scene(), columns("gondola_rms"))
+
+
+def test_a_stress_above_the_strength_is_told():
+    """EA (185.8/170 - 1) over the area; the errors of the models are there."""
+    options = ("--columns", "sag", "--repeats", 1, "--set", "cable.unstretched_length=170 m")
+    outcome = run("trade", CARLINA, *options, "--format", "json")
+    stress = 70.3e3 * (185.8 / 170 - 1)  # MPa
+    assert outcome.lines == [f"warning: the stress of {stress:.4g} MPa is above the strength of 3000 MPa"]
+    assert all(row["sag_error"] is not None for row in rows_of(outcome.out, "json"))
 
 
 def test_small_errors_drown_in_the_reference():

@@ -55,7 +55,7 @@ WRITTEN = "a number, then a unit such as mm, kN, kg/m^3"
         ("3 m^2", '"3 m^2" (area)'),
         ("3 mmm", '"3 mmm" (unknown unit "mmm"; did you mean mm?)'),
         ("3 KM", '"3 KM" (unknown unit "KM"; did you mean km?)'),
-        ("5 degC", '"5 degC" (kelvin)'),
+        ("5 degC", '"5 degC" (temperature)'),
         *((text, f'"{text}"') for text in ("abc", "", "m", "nan", "__import__('os')")),
         *((text, f'"{text}" (out of range)') for text in ("1e999 m", "1e300 Gm", "1e999999999 m")),
         *((text, f'"{text}" ({WRITTEN})') for text in ("9**9**9 m", "1 m**9**9", "1 m * 2", "1 m;import os")),

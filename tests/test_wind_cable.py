@@ -166,17 +166,21 @@ def test_wind_across_and_along_bound_any_other_on_a_straight_cable():
 # the whole way, by dense matrices
 
 
-def dense(case, frequency, direction):
+def dense(case, frequency, direction, carried=()):
     """Spectrum of the gondola's place without control by the wind on the cable: all nodes, all at once, each frequency.
 
     Global axes, ends held but for x of end 2; damping in the matrices; covariance of Gauss points, two to an element.
+    The case carries no masses; `carried` are some that move with it, (node, kg).
     """
     state, span, scene_ = case.state, case.span, case.scene
     length = float(span.unstretched_length)
     nodes, mesh = state.mesh.nodes, state.mesh
-    K, E, M = matrices_of_all_nodes(case)
+    K, E, own = matrices_of_all_nodes(case)
     turn = np.kron(np.eye(nodes), span.frame)
-    K, E, M = (turn.T @ matrix @ turn for matrix in (K, E, M))
+    K, E, own = (turn.T @ matrix @ turn for matrix in (K, E, own))
+    M = own.copy()
+    for node, mass in carried:
+        M[3 * node : 3 * node + 3, 3 * node : 3 * node + 3] += mass * np.eye(3)
     # modal damping of the modes with fixed ends, of absolute movement: 2 zeta M sqrt(M^-1 K) inside
     inner = np.arange(3, 3 * nodes - 3)
     C = np.zeros_like(K)
@@ -204,7 +208,7 @@ def dense(case, frequency, direction):
     free = np.append(inner, 3 * nodes - 3)
     air = np.zeros_like(C)
     if scene_.wind.aerodynamic_damping:  # half of rho C_d d v on all of the cable
-        air = 1.2 * 1.2 * scene_.cable.section_diameter * 6.0 / 2 / float(span.mass) * M
+        air = 1.2 * 1.2 * scene_.cable.section_diameter * 6.0 / 2 / float(span.mass) * own
         air[-3, -3] += 1.2 * 1.17 * 0.6 * 6.0
     M[-3, -3] += scene_.gondola.mass
     apart = np.abs(place[:, None] - place)

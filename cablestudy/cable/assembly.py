@@ -283,6 +283,11 @@ class System:
         """M u of movements of all nodes of a cable of unit mass, shape (..., nodes, d, r)."""
         return sparse_product(self.full_mass(), joined(movements)).reshape(movements.shape)
 
+    def bare_inertia(self, movements):
+        """The same without point masses."""
+        bare = masses(self.state.mesh.bare, len(self.axes))[0]
+        return sparse_product(bare, joined(movements)).reshape(movements.shape)
+
 
 def sparse_product(matrix, dense):
     """A sparse matrix times stacked dense ones, shape (..., n, r); the digits of each column are those of it alone."""
@@ -316,9 +321,16 @@ def _frame(tangent):
 
 @lru_cache(maxsize=32)
 def masses(mesh, axes):
-    """Sparse mass matrices of all nodes, with `axes` components each, and of the interior; of a cable of unit mass."""
+    """Sparse mass matrices of all nodes, with `axes` components each, and of the interior; of a cable of unit mass.
+
+    Point masses come on top.
+    """
     per_node = mass_matrix(mesh.order, mesh.mass)
     whole = add_elements(mesh, axes, mesh.sizes[:, None, None] * np.kron(per_node, np.eye(axes)))
+    if mesh.point_masses:
+        from scipy.sparse import diags_array
+
+        whole = (whole + diags_array(np.repeat(mesh.carried, axes))).tocsr()
     return whole, whole[axes:-axes, axes:-axes]
 
 

@@ -10,12 +10,14 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.equilibrium_residual import EquilibriumResidual
+from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
 from cablestudy.cable.segment import TINY, SegmentedCable, evaluate, extension, flexibility, solve_symmetric
 from cablestudy.cable.span import Span
 
 GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
+HORIZONTAL_POINTS = 40  # on each segment, for the mean horizontal tension of a cable in a steady wind
 FOLDED = 1e-12  # share of the largest tension below which a cable counts as folded
 LAST = 1e-8  # relative size of the last step up to which a tension counts as found: the error is about its square
 
@@ -74,6 +76,13 @@ class Catenary(SegmentedCable):
         return self.segments.weight
 
     @cached_property
+    def edges(self):
+        """Ends of the segments, shares of the unstretched length, shape (..., k + 2). [-]"""
+        inner = np.cumsum(self.segments.fraction, axis=-1)
+        inner[..., -1] = 1.0
+        return np.concatenate([np.zeros_like(inner[..., :1]), inner], axis=-1)
+
+    @cached_property
     def kernel(self):
         """The closed-form quantities of each segment."""
         return evaluate(self.tension, self.segments.weight, *self._angles)
@@ -116,7 +125,19 @@ class Catenary(SegmentedCable):
     @property
     def horizontal_tension(self):
         """Mean horizontal tension, constant where no load acts horizontally, shape (...). [N]"""
-        return (self._vertical_and_horizontal[1] * self.segments.fraction).sum(axis=-1)
+        mean = (self._vertical_and_horizontal[1] * self.segments.fraction).sum(axis=-1)
+        return np.where(self._blown, self._mean_horizontal, mean) if self._blown.any() else mean
+
+    @property
+    def _mean_horizontal(self):
+        """That of a uniform load in any direction, by quadrature of the tension vector, linear on each segment. [N]"""
+        load = self.segments.weight[..., None] * self.span.up[..., None, :]
+        nodes, weights = np.polynomial.legendre.leggauss(HORIZONTAL_POINTS)
+        total = 0.0
+        for node, weight in zip(nodes, weights, strict=True):
+            force = self.span.in_frame(self.mid_forces + load * node / 2, "global")
+            total = total + weight / 2 * np.hypot(force[..., 0], force[..., 1])
+        return (total * self.segments.fraction).sum(axis=-1)
 
     @property
     def stretched_length(self):
@@ -190,7 +211,13 @@ class Catenary(SegmentedCable):
     @cached_property
     def middle(self):
         """Arc length at mid-span over unstretched length (`midspan`), shape (...). [-]"""
-        return arc_length_at_midspan(self)
+        middle, blown = arc_length_at_midspan(self), self._blown
+        return np.where(blown, midspan(self), middle) if blown.any() else middle
+
+    @property
+    def _blown(self):
+        """Whether the uniform load is not vertical, shape (...)."""
+        return np.asarray(self.span.vertical)[..., 2] != 1
 
     @cached_property
     def sag(self):
@@ -206,6 +233,8 @@ class Catenary(SegmentedCable):
         leaning = (np.abs(cosine) > 0.1) | (self.span.transverse_load < np.abs(cosine) * self.mean_tension)
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
         sag = self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
+        if self._blown.any():
+            sag = np.where(self._blown, sag_and_swing(self, position)[0], sag)
         return np.where(self.slack, np.nan, sag)
 
 

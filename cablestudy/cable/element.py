@@ -5,7 +5,7 @@ of the paper and for any order leaves no locking. Lumped mass is Lobatto quadrat
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import ceil
 
@@ -103,6 +103,7 @@ class Mesh:
     edges: np.ndarray  # element boundaries, shape (n + 1,)
     order: int
     mass: str = "lumped"  # one of MASSES
+    point_masses: tuple = ()  # of those carried: (share of the length, mass over that of the cable)
 
     @cached_property
     def elements(self):
@@ -116,8 +117,8 @@ class Mesh:
 
     @cached_property
     def mirror_symmetric(self):
-        """Whether the mesh is its own mirror image at mid-length."""
-        return bool(np.abs(self.edges + self.edges[::-1] - 1).max() < 1e-15)
+        """Whether the mesh is its own mirror image at mid-length, and carries nothing."""
+        return not self.point_masses and bool(np.abs(self.edges + self.edges[::-1] - 1).max() < 1e-15)
 
     @cached_property
     def element_nodes(self):
@@ -143,6 +144,24 @@ class Mesh:
         return weights
 
     @cached_property
+    def bare(self):
+        """The same mesh without point masses."""
+        return replace(self, point_masses=()) if self.point_masses else self
+
+    @cached_property
+    def carried(self):
+        """Point masses at each node over the mass of the cable, shape (nodes,). [-]"""
+        masses = np.zeros(self.nodes)
+        for share, mass in self.point_masses:
+            masses[self.order * np.argmin(np.abs(self.edges - share))] += mass
+        return masses
+
+    @cached_property
+    def node_masses(self):
+        """Lumped mass of each node over the mass of the cable, with that of the point masses, shape (nodes,). [-]"""
+        return self.node_weights + self.carried
+
+    @cached_property
     def point_weights(self):
         """Share of the unstretched length of each Gauss point, shape (n, q). [-]"""
         return self.sizes[:, None] * basis(self.order).weights
@@ -153,7 +172,7 @@ class Mesh:
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
 
 
-def mesh_segments(fractions, elements, order=1, mass="lumped"):
+def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
     """`Mesh` with a node at each point load: elements distributed over the segments by length, at least one each.
 
     Parameters
@@ -162,6 +181,8 @@ def mesh_segments(fractions, elements, order=1, mass="lumped"):
         Share of the unstretched length of each segment. [-]
     elements : int
         Total number.
+    point_masses : tuple
+        See `Mesh`; each is put on the nearest edge.
 
     Raises
     ------
@@ -177,7 +198,7 @@ def mesh_segments(fractions, elements, order=1, mass="lumped"):
     whole = np.floor(quota + 1e-9)
     counts = 1 + whole.astype(int)
     counts[np.argsort(whole - quota, kind="stable")[: elements - counts.sum()]] += 1  # the largest remainders
-    return mesh_pieces(tuple(edges), tuple(counts.tolist()), order, mass)
+    return mesh_pieces(tuple(edges), tuple(counts.tolist()), order, mass, point_masses)
 
 
 def pieces(fractions, singularities):
@@ -216,19 +237,21 @@ def counts_of_pieces(elements, shares):
 
 
 @lru_cache(maxsize=256)
-def mesh_pieces(edges, counts, order, mass="lumped"):
+def mesh_pieces(edges, counts, order, mass="lumped", point_masses=()):
     """`Mesh` with a number of equal elements for each piece, the same object for the same arguments.
 
     Parameters
     ----------
     edges : tuple of float, length k + 1
     counts : tuple of int, length k
+    point_masses : tuple
+        See `Mesh`; each is put on the nearest edge.
     """
     parts = [
         low + (high - low) * np.arange(count) / count
         for (low, high), count in zip(itertools.pairwise(edges), counts, strict=True)
     ]
-    return Mesh(np.array(_apart([*np.concatenate(parts), 1.0])), order, mass)
+    return Mesh(np.array(_apart([*np.concatenate(parts), 1.0])), order, mass, point_masses)
 
 
 def _ends(fractions):

@@ -10,11 +10,14 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.cable.assembly import inverse, local_compliance, static_force_transfer, transposed_force_transfer
-from cablestudy.cable.newton import SLACK, newton
+from cablestudy.cable.element import basis, lagrange
+from cablestudy.cable.newton import SLACK, STALLED, newton
 from cablestudy.cable.state import State
 from cablestudy.errors import ConvergenceError
 
 TINY = 1e-300
+MOST_UNEVEN = 60  # equilibria until a load that depends on them is found
+SETTLED = 1e-13  # change of such a load over the largest tension
 
 
 def from_catenary(catenary, mesh):
@@ -69,6 +72,8 @@ class ElementResidual:
     mesh : Mesh
     force : ndarray, shape (...)
         Unit of force. [N]
+    nodal : ndarray, shape (..., nodes, 3), optional
+        Dead loads on the nodes beside weight and point loads. [N]
 
     Notes
     -----
@@ -77,9 +82,11 @@ class ElementResidual:
 
     tolerance, stalled = 1e-9, 1e-6  # see `newton`; the error left is about the square of the last step
 
-    def __init__(self, span, mesh, force):
-        self.axes = 2 if span.planar else 3
+    def __init__(self, span, mesh, force, nodal=None):
+        self.axes = 2 if span.planar and nodal is None else 3
         self.loads = external_forces(span, mesh, force)[..., : self.axes]
+        if nodal is not None:
+            self.loads = self.loads + nodal / np.asarray(force)[..., None, None]
         self.transferred = static_force_transfer(mesh, self.loads[..., 1:-1, :])
         self.weights = mesh.point_weights.ravel()
         self.axial = (force / np.asarray(span.axial_stiffness, dtype=float))[..., None]
@@ -127,8 +134,16 @@ class ElementResidual:
         return np.sqrt((gap**2).sum(axis=0)) <= self.weights[least]
 
 
-def solve_many(catenary, mesh):
+def solve_many(catenary, mesh, uneven=None):
     """Equilibria of one discrete cable or of many on one mesh, from their `Catenary` as the start.
+
+    Parameters
+    ----------
+    catenary : Catenary
+    mesh : Mesh
+    uneven : callable, optional
+        `State` -> force per unstretched length at the Gauss points beside the uniform one, chord frame, shape
+        (..., n, q, 3) [N/m]. It depends on where the cable hangs, so the equilibrium is sought until both agree.
 
     Returns
     -------
@@ -136,8 +151,38 @@ def solve_many(catenary, mesh):
     record : Record
         Whether each cable is in equilibrium.
     """
+    if uneven is None:
+        return _solve_loads(catenary, mesh)
+    length = np.asarray(catenary.span.unstretched_length)[..., None, None]
+    before = np.zeros((*np.shape(catenary.max_tension), mesh.nodes, 3))
+    state, record = _solve_loads(catenary, mesh, before)
+    for _ in range(MOST_UNEVEN):
+        field = uneven(state)
+        nodal = _on_nodes(mesh, field) * length
+        state, record = _solve_loads(catenary, mesh, nodal)
+        state = replace(state, uneven=(mesh.point_weights[..., None] * field).sum(axis=-2) * length)
+        change, before = np.abs(nodal - before).sum(axis=(-1, -2)), nodal
+        settled = change <= SETTLED * np.asarray(catenary.max_tension)
+        if (settled | ~record.converged).all():
+            return state, record
+    return state, replace(record, reason=np.where(settled, record.reason, STALLED))
+
+
+def _on_nodes(mesh, field):
+    """Nodal forces of a force per length at the Gauss points, shape (..., n, q, 3), over the unstretched length."""
+    element = basis(mesh.order)
+    values = lagrange(element.nodes, element.points)  # shape (q, p + 1)
+    shared = values.T @ (mesh.point_weights[..., None] * field)
+    nodal = np.zeros((*field.shape[:-3], mesh.nodes, 3))
+    for place in range(mesh.order + 1):
+        nodal[..., mesh.element_nodes[:, place], :] += shared[..., place, :]
+    return nodal
+
+
+def _solve_loads(catenary, mesh, nodal=None):
+    """As `solve_many`, with dead loads on the nodes beside weight and point loads, shape (..., nodes, 3). [N]"""
     span, reference = catenary.span, np.asarray(catenary.max_tension)
-    problem = ElementResidual(span, mesh, reference)
+    problem = ElementResidual(span, mesh, reference, nodal)
     start = catenary.at(np.zeros(1))[1][..., 0, : problem.axes] / reference[..., None] - problem.loads[..., 0, :]
     active = np.ones(start.shape[:-1], dtype=bool)
     _, point, record = newton(problem, np.moveaxis(start, -1, 0), active)
@@ -151,7 +196,8 @@ def solve_many(catenary, mesh):
     displacement[..., 1:-1, : problem.axes] = -moved
     whole = np.zeros((*force.shape[:-1], 3))
     whole[..., : problem.axes] = force
-    return _state(catenary, mesh, whole, displacement), record
+    state = _state(catenary, mesh, whole, displacement)
+    return (state if nodal is None else replace(state, mirror_symmetric=False)), record
 
 
 def solve(catenary, mesh):

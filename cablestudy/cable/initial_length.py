@@ -13,15 +13,31 @@ LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
 TAUTEST = 1e3  # and of one that is stretched to a thousand times its length
 
 
-def closer_strain_for_tension(span, tension):
-    """Chord strain of a taut cable with a given mean tension, by a search that also finds the least tension.
+def _end(end):
+    return lambda catenary: np.sqrt((catenary.end_forces()[..., end, :] ** 2).sum(axis=-1))
+
+
+# Where a tension may be stated -> how messages name it, and its value. [N]
+TENSIONS = {
+    "mean": ("a mean tension", lambda catenary: catenary.mean_tension),
+    "horizontal": ("a horizontal tension", lambda catenary: catenary.horizontal_tension),
+    "max": ("a largest tension", lambda catenary: catenary.max_tension),
+    "end_1": ("a tension at end 1", _end(0)),
+    "end_2": ("a tension at end 2", _end(1)),
+}
+
+
+def closer_strain_for_tension(span, tension, at="mean"):
+    """Chord strain of a taut cable with a given tension, by a search that also finds the least tension.
 
     Parameters
     ----------
     span : Span
         One cable; its own chord strain is not used.
     tension : float
-        Mean tension, > 0. [N]
+        > 0. [N]
+    at : str
+        A key of TENSIONS: the tension where it is.
 
     Returns
     -------
@@ -33,41 +49,43 @@ def closer_strain_for_tension(span, tension):
     NoSolutionError
         The tension is below the least of all lengths, or the cable would end before its last load.
     """
-    highest = float(_tightest(span, tension))
+    highest, name = float(_tightest(span, tension, at)), TENSIONS[at][0]
 
     def excess(strain, _):
-        return _tension(span, strain) / tension - 1
+        return _tension(span, strain, at) / tension - 1
 
+    if excess(highest, 0) < 0 and not span.load_positions.shape[-1]:
+        raise NoSolutionError(f"no unstretched length gives {name} of {tension:.6g} N")
     if excess(highest, 0) < 0:  # too long to be taut: its last load needs the length
         raise NoSolutionError(
-            f"a mean tension of {tension:.6g} N needs a cable that ends before its last load, at "
+            f"{name} of {tension:.6g} N needs a cable that ends before its last load, at "
             f"{span.load_positions[-1]:.6g} m"
         )
-    lowest, least = _least_tension(span, highest)
+    lowest, least = _least_tension(span, highest, at)
     if not np.isfinite(least):
-        raise NoSolutionError(f"at no length with a mean tension of {tension:.6g} N has the cable a definite form")
+        raise NoSolutionError(f"at no length with {name} of {tension:.6g} N has the cable a definite form")
     if tension > least:
         return float(_between(excess, lowest, highest, 0))
     if tension >= least * (1 - ROUNDING):
         return lowest
     length = span.chord / (1 + lowest)
     raise NoSolutionError(
-        f"a mean tension of {tension:.6g} N is below the least that this cable can have: "
+        f"{name} of {tension:.6g} N is below the least that this cable can have: "
         f"{least:.6g} N, at an unstretched length of {length:.6g} m"
     )
 
 
-def strains_for_tension(span, tension):
-    """Chord strains of n taut cables with given mean tensions [N], each of shape (n,). [-]
+def strains_for_tension(span, tension, at="mean"):
+    """Chord strains of n taut cables with given tensions [N] at one of TENSIONS, each of shape (n,). [-]
 
     Not a number where no bracket near the guess was found: `closer_strain_for_tension` decides.
     """
-    highest = _tightest(span, tension)
+    highest = _tightest(span, tension, at)
     loose = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
     guess = tension / span.axial_stiffness + np.maximum(loose, -0.05)
 
     def excess(strain, index):
-        return _tension(span.take(index), strain) / tension[index] - 1
+        return _tension(span.take(index), strain, at) / tension[index] - 1
 
     strain = _root(excess, guess, highest)
     every = np.arange(len(tension))
@@ -96,14 +114,20 @@ def strains_for_sag(span, sag):
     return _root(excess, guess, _shortest(span, np.full(len(sag), TAUTEST)))
 
 
-def _tightest(span, tension):
-    """Chord strain at which the mean tension is at least `tension`, or the cable ends at its last load."""
+def _tightest(span, tension, at="mean"):
+    """Chord strain at which the tension is at least `tension`, or the cable ends at its last load."""
+    if at != "mean":  # the tension of an end is less by the weight at most, its horizontal part by the inclination
+        load = np.asarray(span.weight) + np.sqrt((span.load_forces**2).sum(axis=-1)).sum(axis=-1)
+        tension = (tension + 2 * load) / (np.maximum(np.abs(span.cosine), 1e-6) if at == "horizontal" else 1.0)
     return _shortest(span, tension / span.axial_stiffness * (1 + 1e-9) + 1e-300)
 
 
 def _shortest(span, strain):
     """The smaller of `strain` and the chord strain at which the cable ends at its last load."""
-    last = span.load_positions.max(axis=-1, initial=0.0)
+    places = span.load_positions
+    if span.load_fractions is not None:  # a load at a share of the length is always on the cable
+        places = np.where(np.isnan(span.load_fractions), places, 0.0)
+    last = places.max(axis=-1, initial=0.0)
     return np.where(last > 0, np.minimum(strain, span.chord / np.where(last > 0, last, 1.0) - 1), strain)
 
 
@@ -112,10 +136,10 @@ def _solved(span, strain):
     return solve(span.with_chord_strain(np.asarray(strain, dtype=float)))
 
 
-def _tension(span, strain):
-    """Mean tension at each chord strain; not a number where the cable has no definite form."""
+def _tension(span, strain, at="mean"):
+    """Tension at each chord strain; not a number where the cable has no definite form."""
     solved = _solved(span, strain)
-    return np.where(solved.record.converged, solved.mean_tension, np.nan)
+    return np.where(solved.record.converged, TENSIONS[at][1](solved), np.nan)
 
 
 def _root(function, guess, highest):
@@ -151,8 +175,8 @@ def _between(function, low, high, index):
     return elementwise.find_root(function, (low, high), args=(index,), tolerances=tolerances, maxiter=MAX_STEPS).x
 
 
-def _least_tension(span, highest):
-    """Chord strain and value of the least mean tension over all lengths."""
+def _least_tension(span, highest, at="mean"):
+    """Chord strain and value of the least tension over all lengths."""
     from scipy.optimize import elementwise
 
     near = np.geomspace(1e-14, 1e-2, 50)  # a steep cable has its least tension just before it is slack
@@ -161,10 +185,10 @@ def _least_tension(span, highest):
         [long, np.linspace(-0.9, -0.011, 100), -near[::-1], [0.0], near, np.geomspace(0.011, TAUTEST, 100)]
     )
     strain = np.append(strain[strain < highest], highest)
-    tension = _tension(span, strain)
+    tension = _tension(span, strain, at)
     place = int(np.argmin(np.where(np.isnan(tension), np.inf, tension)))
     if 0 < place < len(strain) - 1:
-        found = elementwise.find_minimum(lambda x: _tension(span, x), tuple(strain[place - 1 : place + 2]))
+        found = elementwise.find_minimum(lambda x: _tension(span, x, at), tuple(strain[place - 1 : place + 2]))
         if found.success and found.f_x <= tension[place]:
             return float(found.x), float(found.f_x)
     return float(strain[place]), float(tension[place])

@@ -73,7 +73,11 @@ class PlaneModes:
         """
         share = unresolved_share(self.system.state.mesh.order)
         left = share * self.system.highest_energy(self.shapes) / (2 * self.square)
-        return np.maximum(left, ROUNDING * np.sqrt(self.square / self.square[..., :1]))
+        apart = self.square / self.square[..., :1]
+        rounding = ROUNDING * np.sqrt(apart)
+        if self.system.state.mesh.point_masses:  # which may lie far below all others, and hide them
+            rounding = np.maximum(rounding, (ROUNDING * apart) ** 2)
+        return np.maximum(left, rounding)
 
     @cached_property
     def signed(self):
@@ -87,7 +91,9 @@ class PlaneModes:
     def symmetries(self):
         """Places in SYMMETRIES, shape (..., k)."""
         # of an axial mode the motion along the cable counts, which reflection reverses
-        even = self._sign or joined(self.shapes * self.system.inertia(_mirror(self.system, self.shapes))).sum(axis=-2)
+        even = self._sign or _overlap(self.system, self.shapes, _mirror(self.system, self.shapes))
+        if self.system.state.mesh.point_masses:  # the form of the cable, whatever it carries and where
+            even = even / _overlap(self.system, self.shapes, self.shapes)
         even = even * np.where(self.kinds == AXIAL, -1, 1)
         return np.where(even > PURE, SYMMETRIC, np.where(even < -PURE, ANTISYMMETRIC, MIXED))
 
@@ -132,8 +138,8 @@ def _definite_basis(system, shapes):
     """Orthogonal matrix that separates coincident modes by symmetry and by motion along the cable and out of plane."""
     along = _along(system, shapes)
     out = shapes[:, -1] if 2 in system.axes else 0 * shapes[:, 0]
-    mirror = joined(system.inertia(shapes)).T @ joined(_mirror(system, shapes))
-    nodal = system.state.mesh.node_weights[:, None]
+    mirror = joined(system.bare_inertia(shapes)).T @ joined(_mirror(system, shapes))
+    nodal = system.state.mesh.node_masses[:, None]
     slide, leave = (part.T @ (nodal * part) for part in (along, out))
     return np.linalg.eigh(mirror + mirror.T + 4 * slide + 16 * leave)[1]
 
@@ -157,11 +163,16 @@ def _along(system, shapes):
 
 def _kinetic_shares(system, shapes):
     """Share of the kinetic energy along the cable and out of its plane, each of shape (..., k)."""
-    nodal = system.state.mesh.node_weights
+    nodal = system.state.mesh.node_masses
     squares = (nodal[:, None, None] * shapes**2).sum(axis=-3)
     total = squares.sum(axis=-2)
     out = squares[..., 2, :] if 2 in system.axes else 0.0 * total
     return (nodal @ _along(system, shapes) ** 2) / total, out / total
+
+
+def _overlap(system, shapes, others):
+    """Products of shapes with others by the distributed mass, shape (..., k)."""
+    return joined(shapes * system.bare_inertia(others)).sum(axis=-2)
 
 
 def _mirror(system, shapes):

@@ -188,6 +188,11 @@ class SegmentedCable:
         sags = np.abs(vertical) < self.segment_weights / 2
         return np.where(sags, horizontal, self.edge_tensions.min(axis=-1)).min(axis=-1)
 
+    @property
+    def half_changes(self):
+        """Change of the tension vector along half of each segment, chord frame, shape (..., k, 3). [N]"""
+        return (self.segment_weights / 2)[..., None] * self.span.up[..., None, :]
+
     def end_forces(self, frame="chord"):
         """Force of the cable on each end, point loads there included, shape (..., 2, 3). [N]
 
@@ -195,7 +200,7 @@ class SegmentedCable:
         ----------
         frame : {"chord", "global"}
         """
-        half = (self.segment_weights / 2)[..., None] * self.span.up[..., None, :]
+        half = self.half_changes
         first, last = (self.mid_forces - half)[..., 0, :], (self.mid_forces + half)[..., -1, :]
         return self.span.in_frame(np.stack([first, -last], axis=-2), frame)
 

@@ -14,6 +14,8 @@ import numpy as np
 CORES = dict.fromkeys(("chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity"), 0) | {
     "load_positions": 1,
     "load_forces": 2,
+    "load_masses": 1,
+    "load_fractions": 1,
     "level": 1,
     "vertical": 1,
 }
@@ -43,7 +45,11 @@ class Span:
     load_positions : ndarray, shape (..., k)
         Arc length of the point loads from end 1 along the unstretched cable, ascending. [m]
     load_forces : ndarray, shape (..., k, 3)
-        Point loads in the chord frame. [N]
+        Point loads in the chord frame, the weight of their masses included. [N]
+    load_masses : ndarray, shape (..., k), or None
+        What moves with the cable at each load; None where nothing does. [kg]
+    load_fractions : ndarray, shape (..., k), or None
+        Places that are stated as shares of the unstretched length and follow it; NaN where it is an arc length. [-]
     level : ndarray, shape (..., 3)
         Unit vector normal to `vertical`, in the plane of it and the chord. [-]
     vertical : ndarray, shape (..., 3)
@@ -59,6 +65,8 @@ class Span:
     gravity: np.ndarray = 9.81
     load_positions: np.ndarray = field(default_factory=lambda: np.zeros(0))
     load_forces: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    load_masses: np.ndarray | None = None
+    load_fractions: np.ndarray | None = None
     level: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
     vertical: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
 
@@ -141,6 +149,16 @@ class Span:
         return self.weight_per_length * self.unstretched_length
 
     @property
+    def point_masses(self):
+        """What one cable carries: (share of the unstretched length, mass over that of the cable) of each, a tuple."""
+        if self.load_masses is None:
+            return ()
+        length = float(self.unstretched_length)
+        whole = float(self.mass) * length
+        pairs = zip(self.load_positions.tolist(), self.load_masses.tolist(), strict=True)
+        return tuple((place / length, mass / whole) for place, mass in pairs if mass)
+
+    @property
     def transverse_load(self):
         """Sum of weight and loads across the chord, absolute values, shape (...). [N]"""
         return np.abs(self.weight * self.cosine) + np.abs(self.load_forces[..., 1:]).sum(axis=(-1, -2))
@@ -198,12 +216,17 @@ class Span:
         ----------
         index : int or ndarray of int
         """
-        return replace(self, **{name: np.asarray(getattr(self, name))[index] for name in CORES})
+        return replace(self, **{name: array[index] for name, array in self._arrays().items()})
+
+    def _arrays(self):
+        """Name -> array of each field that is there."""
+        found = ((name, getattr(self, name)) for name in CORES)
+        return {name: np.asarray(array) for name, array in found if array is not None}
 
     def broadcast(self):
         """The same batch with all fields in its full shape."""
-        arrays = {name: np.asarray(getattr(self, name)) for name in CORES}
-        shape = np.broadcast_shapes(*(arrays[name].shape[: arrays[name].ndim - CORES[name]] for name in CORES))
+        arrays = self._arrays()
+        shape = np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in arrays.items()))
         if not shape:
             return self
         return replace(
@@ -215,12 +238,30 @@ class Span:
         )
 
     def with_chord_strain(self, chord_strain):
-        """The same cable with another unstretched length."""
-        return replace(self, chord_strain=chord_strain)
+        """The same cable with another unstretched length; loads at a share of it move along."""
+        other = replace(self, chord_strain=chord_strain)
+        if self.load_fractions is None:
+            return other
+        length = np.asarray(other.unstretched_length)[..., None]
+        places = np.where(np.isnan(self.load_fractions), self.load_positions, self.load_fractions * length)
+        order = np.argsort(places, axis=-1, kind="stable")
+
+        def ascending(values):
+            return np.take_along_axis(np.broadcast_to(values, places.shape), order, axis=-1)
+
+        forces = np.broadcast_to(self.load_forces, (*places.shape, 3))
+        return replace(
+            other,
+            load_positions=ascending(places),
+            load_forces=np.take_along_axis(forces, order[..., None], axis=-2),
+            load_fractions=ascending(self.load_fractions),
+            load_masses=None if self.load_masses is None else ascending(self.load_masses),
+        )
 
     def without_loads(self):
         """The same cable without its point loads."""
-        return replace(self, load_positions=np.zeros(0), load_forces=np.zeros((0, 3)))
+        nothing = {"load_masses": None, "load_fractions": None}
+        return replace(self, load_positions=np.zeros(0), load_forces=np.zeros((0, 3)), **nothing)
 
 
 def normal_to(vertical):
@@ -230,21 +271,3 @@ def normal_to(vertical):
     axis = np.where(np.abs(vertical[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     found = axis - (axis * vertical).sum(axis=-1, keepdims=True) * vertical
     return found / np.sqrt((found**2).sum(axis=-1, keepdims=True))
-
-
-def merged_loads(loads):
-    """Point loads in ascending order from end 1, those at the same place added.
-
-    Parameters
-    ----------
-    loads : iterable of (position, force)
-        Arc length along the unstretched cable [m] and global force vector [N].
-
-    Returns
-    -------
-    list of (float, ndarray of shape (3,))
-    """
-    forces = {}
-    for position, force in loads:
-        forces[position] = forces.get(position, 0.0) + np.asarray(force, dtype=float)
-    return sorted(forces.items())

@@ -21,11 +21,27 @@ class State(SegmentedCable):
     displacement: np.ndarray  # of the nodes from the chord, in unstretched lengths, shape (..., nodes, 3) [-]
     force: np.ndarray  # reference force, shape (...) [N]
     mirror_symmetric: bool  # whether each cable, with its elements, is its own mirror image at mid-length
+    uneven: np.ndarray | None = None  # load on each element beside weight and point loads, shape (..., n, 3) [N]
 
     def take(self, index):
         """One cable of a batch, or some of them."""
-        arrays = {name: getattr(self, name)[index] for name in ("direction", "tension", "displacement", "force")}
+        names = ("direction", "tension", "displacement", "force", "uneven")
+        arrays = {name: getattr(self, name)[index] for name in names if getattr(self, name) is not None}
         return replace(self, span=self.span.take(index), **arrays)
+
+    @property
+    def half_changes(self):
+        """See `SegmentedCable.half_changes`."""
+        changes = super().half_changes
+        return changes if self.uneven is None else changes - self.uneven / 2
+
+    @cached_property
+    def edge_tensions(self):
+        """See `SegmentedCable.edge_tensions`."""
+        if self.uneven is None:
+            return super().edge_tensions
+        middle, half = self.mid_forces, self.half_changes
+        return np.sqrt((np.stack([middle - half, middle + half], axis=-2) ** 2).sum(axis=-1))
 
     @property
     def compliance(self):
@@ -50,6 +66,15 @@ class State(SegmentedCable):
         In equilibrium N(s) is linear between point loads: dN/ds = m g along the vertical.
         """
         return np.asarray(self.span.weight)[..., None] * self.mesh.sizes
+
+    @property
+    def edges(self):
+        """Ends of the elements, shares of the unstretched length, shape (n + 1,). [-]"""
+        return self.mesh.edges
+
+    def at(self, positions):
+        """As `Catenary.at`, of one cable; see `interpolate`."""
+        return interpolate(self, positions)
 
 
 def interpolate(state, positions):

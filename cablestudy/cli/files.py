@@ -1,4 +1,4 @@
-"""The commands that compute nothing: validate, schema, columns."""
+"""The commands that compute nothing: validate, schema, columns, materials."""
 
 import click
 
@@ -45,3 +45,14 @@ def columns(style):
     from cablestudy.study import report
 
     show(report.columns_table(), style)
+
+
+@click.command()
+@click.argument("files", nargs=-1, metavar="[FILE...]", type=PATH)
+@FORMAT
+@handle_errors
+def materials(files, style):
+    """Materials and ropes with their numbers and sources: of files of them, of scenes and studies, and built-in."""
+    from cablestudy.study.materials import materials_table
+
+    show(materials_table(files), style)

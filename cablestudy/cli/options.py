@@ -6,6 +6,7 @@ from functools import wraps
 
 import click
 
+from cablestudy.cli.cases import CASE
 from cablestudy.cli.error_handling import handle_errors
 from cablestudy.errors import SceneError
 
@@ -70,7 +71,7 @@ def _command(*shared):
     return decorate
 
 
-scene_command = _command(SCENE, SET, FORMAT, PLOT, EXPLAIN, QUIET)
+scene_command = _command(SCENE, SET, CASE, FORMAT, PLOT, EXPLAIN, QUIET)
 study_command = _command(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
 
 

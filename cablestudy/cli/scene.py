@@ -2,6 +2,7 @@
 
 import click
 
+from cablestudy.cli.cases import ALL, every_case, with_case
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, show
 from cablestudy.cli.options import refuse, save_plot, scene_command
 from cablestudy.errors import SceneError
@@ -15,13 +16,23 @@ FORM_TABLES = ("points", "cables")
 @click.option("--shape", is_flag=True, help="The coordinates along the cable instead.")
 @click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
 @click.option("--form-finding", "form", is_flag=True, help="Of a suspension: the form by force densities instead.")
-def static(scene, sets, shape, name, form, style, plot, explain, quiet):
+def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
     """Tension, sag, end stiffness and more of one scene; of a suspension bodies, points, cables and stiffness."""
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study import report
+    from cablestudy.study.notes import reference_without_loads
 
-    _, model = load_scene(scene, sets, suspensions=True)
+    def row_of(_, model, where, plot=None):
+        echo_notes(reference_without_loads(model), quiet)
+        table, row = report.static_table(model, explain or style == "json")
+        code = report_row(where, row, explain, quiet, plot, lambda plots: plots.static_form(row.case))
+        return table, code, row
+
+    if case == ALL:
+        refuse({"--shape": shape, "--plot": plot}, f"--case {ALL} has one row for each case")
+        return every_case(scene, sets, style, lambda *of_case: row_of(*of_case)[:2])
+    document, model = load_scene(scene, with_case(sets, case), suspensions=True)
     if isinstance(model, SuspensionScene):
         refuse({"--shape": shape}, "the scene is a suspension")
         if form:
@@ -31,8 +42,7 @@ def static(scene, sets, shape, name, form, style, plot, explain, quiet):
             _suspension_tables(model, name, style, plot, explain, quiet)
         return 0
     refuse({"--table": name, "--form-finding": form}, "the scene has one cable")
-    table, row = report.static_table(model)
-    code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.static_form(row.case))
+    table, code, row = row_of(document, model, scene, plot)
     if not shape:
         show(table, style)
     elif not row.failed:
@@ -44,12 +54,12 @@ def _suspension_tables(scene, name, style, plot, explain, quiet):
     """Print one table of a suspension, or all of them."""
     _check_one_table(name, style, TABLES)
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
     from cablestudy.study.suspension.report import static_tables
 
     case = SuspensionCase(scene)
     tables = static_tables(case, name)
-    echo_notes(notes_of(case) if explain else (), quiet)
+    echo_notes((*(notes_of(case) if explain else ()), *strength_warning(case)), quiet)
     save_plot(plot, lambda plots: plots.suspension_views(case))
     _show(tables, name, style)
 
@@ -83,7 +93,7 @@ def _show(tables, name, style):
 @scene_command
 @click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
-def modes(scene, sets, count, upto, style, plot, explain, quiet):
+def modes(scene, sets, case, count, upto, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""
     if count is not None and upto is not None:
         raise SceneError("-n and --upto exclude each other")
@@ -92,34 +102,45 @@ def modes(scene, sets, count, upto, style, plot, explain, quiet):
     from cablestudy.scene.units import read_frequency
     from cablestudy.study import case_modes, report
     from cablestudy.study.case import Case
+    from cablestudy.study.notes import reference_without_loads
 
     limit = None if upto is None else read_frequency("--upto", upto)
-    _, model = load_scene(scene, sets, suspensions=True)
+
+    def table_of(_, model, where, plot=None):
+        solved, found, notes, warnings = case_modes.modes(Case(model), count or 12, limit, estimate=explain)
+        lines = [*(notes if explain else ()), *reference_without_loads(model), *warnings]
+        if limit is None and len(found) < (count or 12):
+            lines.append(f"the model has {len(found)} modes, not {count or 12}")
+        echo_notes([line if where == scene else f"{where}: {line}" for line in lines], quiet)
+        save_plot(plot, lambda plots: plots.mode_shapes(solved, found))
+        return report.mode_table(solved, found), 0
+
+    if case == ALL:
+        refuse({"--plot": plot}, f"--case {ALL} has the modes of each case")
+        return every_case(scene, sets, style, table_of)
+    document, model = load_scene(scene, with_case(sets, case), suspensions=True)
     if isinstance(model, SuspensionScene):
         _suspension_modes(model, count or 12, limit, style, plot, explain, quiet)
-        return
-    case, found, notes, warnings = case_modes.modes(Case(model), count or 12, limit, estimate=explain)
-    echo_notes((*(notes if explain else ()), *warnings), quiet)
-    if limit is None and len(found) < (count or 12):
-        echo_notes([f"the model has {len(found)} modes, not {count or 12}"], quiet)
-    save_plot(plot, lambda plots: plots.mode_shapes(case, found))
-    show(report.mode_table(case, found), style)
+    else:
+        show(table_of(document, model, scene, plot)[0], style)
+    return 0
 
 
 def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
     """Print the coupled modes of a suspension, so many or all up to a frequency."""
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.notes import notes_of
-    from cablestudy.study.suspension.report import mode_table
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
+    from cablestudy.study.suspension.report import mode_notes, mode_table
 
     case = SuspensionCase(scene)
     found = case.modes(count) if limit is None else case.modes_up_to(limit)
-    echo_notes(notes_of(case) if explain else (), quiet)
+    asked = range(len(found)) if limit is None else found.up_to(limit)
+    notes = (*notes_of(case), *mode_notes(case, found, len(asked))) if explain else ()
+    echo_notes((*notes, *strength_warning(case)), quiet)
     if limit is None and len(found) < count:
         echo_notes([f"the model has {len(found)} modes, not {count}"], quiet)
-    asked = range(len(found)) if limit is None else found.up_to(limit)
     save_plot(plot, lambda plots: plots.suspension_modes(case, found, len(asked)))
-    show(mode_table(found, asked), style)
+    show(mode_table(case, found, asked), style)
 
 
 @scene_command
@@ -129,14 +150,27 @@ def _suspension_modes(scene, count, limit, style, plot, explain, quiet):
     help="What the wind acts on. Default: gondola, or a cable without one. Of a suspension it is the key wind.on.",
 )
 @click.option("--table", "name", type=click.Choice(WIND_TABLES), help="Of a suspension: only this table.")
-def windrms(scene, sets, style, plot, on, name, explain, quiet):
+def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
     """RMS of the gondola in the wind, with and without the winch loop; loop margins. Without a gondola, of the cable;
     of a suspension, of its bodies, markers, cables and actuators."""
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
+    from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.wind_report import wind_table
 
-    document, model = load_scene(scene, sets, suspensions=True)
+    def row_of(document, model, where, plot=None):
+        table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
+        remarks = (*reference_without_loads(model), *remarks)
+
+        def draw(plots):
+            return plots.wind_response(row.case, on or "gondola")
+
+        return table, report_row(where, row, explain, quiet, plot, draw, remarks)
+
+    if case == ALL:
+        refuse({"--plot": plot}, f"--case {ALL} has one row for each case")
+        return every_case(scene, sets, style, row_of)
+    document, model = load_scene(scene, with_case(sets, case), suspensions=True)
     if isinstance(model, SuspensionScene):
         refuse({"--on": on}, "the scene is a suspension, whose key wind.on says so")
         _suspension_wind(document, model, name, style, plot, explain, quiet)
@@ -144,9 +178,7 @@ def windrms(scene, sets, style, plot, on, name, explain, quiet):
     refuse({"--table": name}, "the scene has one cable")
     if model.gondola is None:
         refuse({"--plot": plot}, "the scene has no gondola")
-    table, row, remarks = wind_table(document, model, on, estimate=explain or style == "json")
-    on = on or "gondola"
-    code = report_row(scene, row, explain, quiet, plot, lambda plots: plots.wind_response(row.case, on), remarks)
+    table, code = row_of(document, model, scene, plot)
     show(table, style)
     return code
 
@@ -158,7 +190,7 @@ def _suspension_wind(document, scene, name, style, plot, explain, quiet):
     from cablestudy.study.suspension.notes import notes_of
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
 
-    case = SuspensionCase(scene)
+    case = SuspensionCase(scene, estimate=explain or style == "json")
     tables = wind_tables(document, case, name)
     echo_notes([*(notes_of(case) if explain else ()), *remarks_of(case)], quiet)
     save_plot(plot, lambda plots: plots.suspension_wind(case))

@@ -2,6 +2,7 @@
 
 import click
 
+from cablestudy.cli.cases import with_case
 from cablestudy.cli.error_handling import echo_notes, show
 from cablestudy.cli.options import refuse, save_plot, scene_command
 from cablestudy.errors import SceneError
@@ -24,16 +25,18 @@ from cablestudy.errors import SceneError
 @click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
 @click.option("--input", "input_", metavar="NAME", help="For --response and --error. Default: end_2_x, or the first.")
 @click.option("--output", metavar="NAME", help="A force of the cable, as end_2_x, or an output of a suspension.")
-def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output,
+def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output,
         style, plot, explain, quiet):  # fmt: skip
     """A cable or a suspension as a state space: file, kept modes, frequency response."""
     from cablestudy.scene.scene import load_scene
     from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study import ssm as study
+    from cablestudy.study.notes import reference_without_loads
 
     study.check_file(out)
     options = study.Options(count, upto, error, kinds, not no_residual, attached, wind, input_, output)
     span = study.read_span(span) if span else None
+    sets = with_case(sets, case, "a state space is that of one case: give --case NAME")
     document, model = load_scene(scene, sets, suspensions=True)
     several = isinstance(model, SuspensionScene)
     _check(options, several, bool(span), plot)
@@ -45,7 +48,7 @@ def ssm(scene, sets, out, count, upto, error, kinds, no_residual, attached, wind
         from cablestudy.study import ssm_tables as tables
 
         choice = study.choose(document, model, options)
-    echo_notes(choice.notes if explain else (), quiet)
+    echo_notes((*(choice.notes if explain else ()), *reference_without_loads(model)), quiet)
     echo_notes(choice.warnings, quiet)
     if out or not span:
         _write(choice, out, quiet)

@@ -18,7 +18,7 @@ EXCLUSIVE = (
     (("--jobs",), ("--scheduler",)),
     (("--check",), ("--row",)),
     (("--dry-run",), ("--plot", "--row")),
-    (INSTEAD, ("--where", "--sort", "--best")),
+    (INSTEAD, ("--where", "--sort", "--best", "--pareto")),
     *(((one,), (other,)) for one, other in itertools.combinations(INSTEAD, 2)),
 )
 
@@ -33,6 +33,11 @@ EXCLUSIVE = (
     help="Show the rows in this order; -COLUMN: largest first.",
 )
 @click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'.")
+@click.option(
+    "--pareto",
+    metavar="'min A, max B'",
+    help="Show only the rows that no other beats in all of these columns: 'min COLUMN, max COLUMN, ...'.",
+)
 @click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows.")
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
@@ -51,8 +56,8 @@ EXCLUSIVE = (
 @click.option("--row", type=click.IntRange(min=1), help="Only this row of the table; write nothing.")
 @click.option("--fail-fast", is_flag=True, help="Stop at the first case without an answer.")
 @EXPLAIN
-def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_write, check, rtols, style, plot, shard,
-          quiet, **how):  # fmt: skip
+def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, out, no_write, check, rtols, style, plot,
+          shard, quiet, **how):  # fmt: skip
     """Compute a study: one row for each case, written to DIR/NAME.csv and DIR/NAME.md, and printed.
 
     Rows are kept as they are done: whatever ends a run, --resume goes on with it.
@@ -76,7 +81,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_wr
         echo_notes(requested.notes, quiet)
         if dry_run:
             return print_cases(requested, style)
-        select = selection_of(requested, where, sort, best, sensitivity)
+        select = selection_of(requested, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
         if requested.asked and keep:
             keep = False
             echo_notes([f"not written: the study does not list {', '.join(requested.asked)}"], quiet)
@@ -86,7 +91,8 @@ def sweep(study, sets, vary, dry_run, where, sort, best, sensitivity, out, no_wr
         if check:
             files.check_stored()
             tolerance = read_tolerances(rtols, requested)
-        with run.Run(requested, files, run.Options(keep=keep, shard=parts, quiet=quiet, **how)) as work:
+        options = run.Options(keep=keep, shard=parts, quiet=quiet, estimate=style == "json", **how)
+        with run.Run(requested, files, options) as work:
             compute(work, words_of(study, sets, vary))
             if not parts:
                 return finish(work, style, plot, tolerance, run.command(typed), select)
@@ -103,17 +109,17 @@ def print_cases(study, style):
     show(cases_table(study), style)
 
 
-def selection_of(study, where, sort, best, sensitivity):
+def selection_of(study, sensitivity, **options):
     """What is shown of a study's table: Table -> Table and notes; None for all of it."""
     if sensitivity:
         from cablestudy.sweep.sensitivity import Sensitivity
 
         return Sensitivity(study).table
-    if (where, sort, best) == (None, None, None):
+    if set(options.values()) == {None}:
         return None
     from cablestudy.sweep.select import read_selection
 
-    return read_selection(study, where, sort, best).table
+    return read_selection(study, **options).table
 
 
 def words_of(study, sets, vary):
@@ -129,7 +135,7 @@ def compute(work, words):
     work.compute()
     if options.explain:
         echo_notes(work.notes(), options.quiet)
-    echo_notes(work.failures(words), options.quiet)
+    echo_notes([*work.failures(words), *work.warnings()], options.quiet)
     work.check_complete()
 
 
@@ -178,5 +184,5 @@ def merge(study, sets, vary, out, style, plot, quiet):
         files.check_writable()
         words = words_of(study, sets, vary)
         with MergedRun(requested, files, words, quiet) as work:
-            echo_notes(work.failures(words), quiet)
+            echo_notes([*work.failures(words), *work.warnings()], quiet)
             return finish(work, style, plot, None, run.command(click.get_current_context().obj["words"]))

@@ -4,6 +4,7 @@ import sys
 
 import click
 
+from cablestudy.cli.cases import with_case
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, show
 from cablestudy.cli.options import save_plot, scene_command
 
@@ -17,7 +18,7 @@ from cablestudy.cli.options import save_plot, scene_command
 )
 @click.option("--repeats", type=click.IntRange(1, 1000), default=5, help="Of each timing. Default: 5.")
 @click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
-def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
+def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
     import shlex
 
@@ -25,6 +26,7 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
     from cablestudy.study import trade as study
     from cablestudy.study.table import TableFiles
 
+    sets = with_case(sets, case, "models are compared for one case: give --case NAME")
     document, model = load_scene(scene, sets, suspensions=True)
     columns, notes = study.columns_to_compare(document, model, names)
     place = None if out is None else TableFiles(out, study.file_name(scene))
@@ -38,7 +40,7 @@ def trade(scene, sets, names, repeats, out, style, plot, explain, quiet):
             found = study.compare(model, columns, repeats, progress=bar.update)
     else:
         found = study.compare(model, columns, repeats)
-    echo_notes(study.notes_of(found) if explain else (), quiet)
+    echo_notes([*(study.notes_of(found) if explain else ()), *found.reference.warnings], quiet)
     title = shlex.join([scene, *(word for change in sets for word in ("--set", change))])
     for name, reason in found.reference.failures.items():
         click.echo(f"{scene}: {name}: {reason}", err=True)

@@ -11,7 +11,8 @@ the displacement, m the mass matrix of an element of size h and J the integral f
 
 S being the force at a Gauss point (weight w) per force on a node, N_1 the force at the last one. In each element u is
 eliminated, all elements at once; what is left are displacement and force where elements meet, one band for the whole
-cable. Both are counted along each axis by the root of what the cable gives along it: all entries are of order one.
+cable; a mass that is carried there adds its inertia to the force. Both are counted along each axis by the root of what
+the cable gives along it: all entries are of order one.
 """
 
 from dataclasses import dataclass
@@ -64,20 +65,23 @@ class Moved:
         Force on end 2 along its movement. [N/m]
     elastic : complex
         Derivative of it with respect to c. [N/m]
-    inertia : complex
-        Derivative of it with respect to g = s^2 + viscous s, at constant c. [kg]
-    strain, bend, moving_mass : float
-        Of the shape u: strain energy without damping and energy of the tension [N/m], and mass [kg], with |u|^2:
-        where M s^2 + `stiffness` is zero, M s^2 + moving_mass g + bend + (1 + c) strain is zero too, a sum of positive
-        numbers.
+    inertia, carried_inertia : complex
+        Derivatives of it with respect to g = s^2 + viscous s of the cable, and to s^2 of what it carries, at constant
+        c. [kg]
+    strain, bend, moving_mass, carried_mass : float
+        Of the shape u: strain energy without damping and energy of the tension [N/m], mass of the cable and of what it
+        carries [kg], with |u|^2: where M s^2 + `stiffness` is zero,
+        (M + carried_mass) s^2 + moving_mass g + bend + (1 + c) strain is zero too, a sum of positive numbers.
     """
 
     stiffness: complex
     elastic: complex
     inertia: complex
+    carried_inertia: complex
     strain: float
     bend: float
     moving_mass: float
+    carried_mass: float
 
 
 class ComplexStiffness:
@@ -115,8 +119,9 @@ class ComplexStiffness:
         Moved
         """
         unit, mass = self._unit, self._mass
-        moved = [plane.moved(s * (s + self.viscous) * mass / unit, loss) for plane in self._planes]
-        units = (unit, unit, mass, unit, unit, mass)
+        squares = s * (s + self.viscous) * mass / unit, s**2 * mass / unit
+        moved = [plane.moved(*squares, loss) for plane in self._planes]
+        units = (unit, unit, mass, mass, unit, unit, mass, mass)
         return Moved(*(of * sum(part) for of, part in zip(units, zip(*moved, strict=True), strict=True)))
 
 
@@ -130,6 +135,7 @@ class _Plane:
         self._integral, self._inner, self._first, self._last = _integration(mesh.order, mesh.mass)
         self._nodal = mass_matrix(mesh.order, mesh.mass)
         self._weights = mesh.sizes[:, None] * element.weights
+        self._carried = mesh.carried[:: mesh.order]  # where elements meet
         self._t, self._compliance = state.direction[..., axes], state.compliance
         self._across = state.stretch / state.tension
         # I - t t^T, its diagonal without cancellation
@@ -146,11 +152,11 @@ class _Plane:
         self._along /= unit
         self._direction = direction / self._scale
 
-    def moved(self, square, loss):
-        """The numbers of `Moved`, in units."""
+    def moved(self, square, carried_square, loss):
+        """The numbers of `Moved`, in units, where g and s^2 are these."""
         give = self._normal + self._along / (1 + loss)
         force, gradient, step = self._elements(square, give)
-        begin, pull = self._between(step)
+        begin, pull = self._between(step, carried_square)
         force, gradient = (np.einsum("eqjk,ek->eqj", part, begin) for part in (force, gradient))
         d = self._d
         shape = begin[:, None, :d] + self._h[:, None, None] * np.einsum("ig,egj->eij", self._integral, gradient)
@@ -160,13 +166,16 @@ class _Plane:
         aside = force - self._t * tension[..., None]
         weights, share = self._weights * self._compliance, 1 / (1 + loss)
         weighted = self._h[:, None, None] * np.einsum("ik,ekj->eij", self._nodal, shape)
+        borne = np.concatenate([shape[:, 0], [self._direction * self._scale]])  # where elements meet
         return (
             complex(self._direction @ pull),
             complex((weights * tension**2).sum() * share**2),
             complex((shape * weighted).sum()),
+            complex(self._carried @ (borne**2).sum(axis=1)),
             float((weights * np.abs(tension) ** 2).sum() * abs(share) ** 2),
             float(((self._weights * self._across)[..., None] * np.abs(aside) ** 2).sum()),
             float((shape.conj() * weighted).real.sum()),
+            float(self._carried @ (np.abs(borne) ** 2).sum(axis=1)),
         )
 
     def _elements(self, square, give):
@@ -196,8 +205,11 @@ class _Plane:
         across[:, d + axes, axes] -= h[:, None] * heavy
         return force, gradient, across
 
-    def _between(self, across):
-        """u at the near end and N at the far end of each element, shape (n, 2 d), and N at end 2, which is moved."""
+    def _between(self, across, square):
+        """u at the near end and N at the far end of each element, shape (n, 2 d), and N at end 2, which is moved.
+
+        N jumps by s^2 m u at a carried mass m; the `square` is s^2.
+        """
         from scipy.linalg import solve_banded
 
         n, d = len(across), self._d
@@ -206,6 +218,8 @@ class _Plane:
         blocks = np.zeros((n, 2 * d, 4 * d), dtype=complex)
         blocks[..., :d], blocks[..., 3 * d :] = across[..., :d], across[..., d:]
         blocks[:, d:, d : 2 * d] = blocks[:, :d, 2 * d : 3 * d] = -np.eye(d)
+        inertia = square * np.multiply.outer(self._carried, self._scale**2)
+        blocks[:, d + np.arange(d), np.arange(d)] -= inertia[:-1]
         rows = np.broadcast_to(np.arange(size).reshape(n, 2 * d, 1), blocks.shape)
         columns = np.broadcast_to(2 * d * np.arange(n)[:, None, None] + np.arange(4 * d) - d, blocks.shape).copy()
         columns[-1, :, 3 * d :] -= d
@@ -217,7 +231,7 @@ class _Plane:
         right = np.zeros(size, dtype=complex)
         right[size - 2 * d : size - d] = self._direction
         answer = solve_banded((width, width), band, right, overwrite_ab=True, overwrite_b=True, check_finite=False)
-        met, pull = answer[d : size - d].reshape(n - 1, 2, d), answer[size - d :]
+        met, pull = answer[d : size - d].reshape(n - 1, 2, d), answer[size - d :] + inertia[-1] * self._direction
         near = np.concatenate([np.zeros((1, d)), met[:, 0]])
         far = np.concatenate([met[:, 1], pull[None]])
         return np.concatenate([near, far], axis=1), pull
@@ -269,7 +283,7 @@ def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
         return 0.0
     if not here.imag:
         return 1.0
-    total = mass + moved.moving_mass
+    total = mass + moved.moving_mass + moved.carried_mass
     if law == "hysteretic":
         # the root of total s^2 + drag s + whole + i loss strain, its real part a sum of positive numbers
         root = np.sqrt(complex(4 * total * whole - drag**2, 4 * total * amount * strain))
@@ -293,7 +307,8 @@ class _Path:
         """The cable, what is left of the balance, and its slopes with respect to s and to the share."""
         rate = self._amount * (s if self._rate else 1j)
         moved = self._stiffness(s, share * rate)
-        slope = 2 * s * (self._mass + moved.inertia) + self._stiffness.viscous * moved.inertia
+        slope = 2 * s * (self._mass + moved.inertia + moved.carried_inertia)
+        slope += self._stiffness.viscous * moved.inertia
         slope += share * self._viscous
         if self._rate:
             slope += moved.elastic * share * self._amount

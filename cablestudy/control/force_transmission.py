@@ -24,6 +24,8 @@ def modal_force_transmission(model, s):
     With modal damping p r/(W^2 (r + W^2)), r = s^2 + 2 zeta W s. With damped strain
     -(c R + s^2 m)^T (s^2 + W^2 + c E)^-1, as a sum over the poles of the inverse. Symbols: see `system.superelement`.
     """
+    if model.uneven:
+        return -model.held_by_modes(s, [GONDOLA])[:, 0]
     s = np.asarray(s)[:, None]
     inertial, coupling = s**2 + model.viscous * s, model.coupling[:, GONDOLA]
     if model.strain is None:

@@ -24,7 +24,7 @@ def truncated(model, chosen):
         With `stiffness` and `inertia` as the truncation has them.
     """
     kept, omitted = model.select(chosen), np.setdiff1d(np.arange(len(model.omega)), chosen)
-    held, strain = -model.coupling[omitted], kept.strain  # q = -m u
+    held, strain, carried = -model.coupling[omitted], kept.strain, kept.carried  # q = -m u
     if strain is not None:
         whole = model.strain
         mixed = held.T @ whole.coupling[omitted]
@@ -33,11 +33,16 @@ def truncated(model, chosen):
             coupling=strain.coupling + whole.modes[np.ix_(chosen, omitted)] @ held,
             ends=strain.ends + mixed + mixed.T + held.T @ whole.modes[np.ix_(omitted, omitted)] @ held,
         )
+    if carried is not None:
+        moved = np.zeros_like(carried)
+        moved[:, len(kept.omega) :] = model.carried[:, omitted] @ held
+        carried = carried + moved
     return replace(
         kept,
         stiffness=model.stiffness + held.T @ (model.omega[omitted, None] ** 2 * held),
         inertia=model.inertia - held.T @ held,
         strain=strain,
+        carried=carried,
     )
 
 

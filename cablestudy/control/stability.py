@@ -10,6 +10,12 @@ cable has F^2 = 2 W^2 Z n^2/t, Z being the impedance of the end (sqrt(T m) acros
 direction cosine and t the travel time from end to end. Beyond the frequency where this falls below the decay that
 damping guarantees (strain damping for waves along the cable, viscous damping for all), no mode can be driven.
 
+Masses on the cable reflect waves, and t is then that of the shortest segment between ends and masses. Viscous damping
+does not act on them. With A the amplitude of a wave of number k on a segment of length l, it has the mass
+m A^2 (l - 1/k)/2 at least; the force on a mass M is that of the waves beside it, so that M y^2 <= m (A1^2 + A2^2)/k.
+The masses have the share 4/(k l + 3) of the modal mass at most, and beyond k l = HALVED half of the viscous damping is
+guaranteed.
+
 Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is
 not called instability: no material is known to be that undamped. A mode whose damping ratio without control is below
 UNDAMPED and which the gain drives by more is refused by name: cable.damping.viscous decides then, and not the strain.
@@ -29,6 +35,7 @@ NEGLIGIBLE = 1e-9  # growth over frequency that is not called instability: twofo
 # which modes are in the model of the loop
 DRIVEN = 0.02  # a mode is included if the gain shifts its pole by more than this share of its decay
 SAFETY = 4  # divides the guaranteed decay in the bound for the modes that are not included
+HALVED = 5.0  # phase of waves along a segment beyond which masses at its ends have at most half of the modal mass
 FEWEST = 5  # modes up to so many times the gondola's frequency are always candidates
 MOST_MODES = 300  # more are refused: one eigenvalue problem of some 600 states takes about a second
 NEEDED = 1e-4  # relative error of the poles by the other modes
@@ -53,12 +60,15 @@ class Waves:
         sqrt(T m) (1 - n^2) and sqrt(EA m) n^2, n the cosine between cable and x, the larger of both ends. [kg/s]
     time_across, time_along : float
         From end to end. [s]
+    part : float
+        Of these times along the shortest segment between ends and masses on the cable. [-]
     """
 
     across: float
     along: float
     time_across: float
     time_along: float
+    part: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -116,16 +126,36 @@ def driven_up_to(plant, waves, gain):
         Infinite where there is none. [rad/s]
     """
     omega = np.geomspace(plant.main, 1e9 * plant.main, 721)
-    strain, viscous = plant.cable.strain, plant.cable.viscous / 2
-    push = 2 * gain * np.abs(plant.controller(1j * omega)) / (plant.mass * omega)
+    strain, part = plant.cable.strain, waves.part
+    push = 2 * gain * np.abs(plant.controller(1j * omega)) / (plant.mass * omega * part)
     loss = np.zeros_like(omega) if strain is None else np.abs(strain.factor(1j * omega)) * omega / 2
-    floor = viscous / SAFETY + NEGLIGIBLE * omega
-    driven = (push * waves.across / waves.time_across > floor) | (
-        push * waves.along / waves.time_along > floor + loss / SAFETY
+    across, along = (
+        guaranteed_decay(plant.cable, omega * part * time) / SAFETY + NEGLIGIBLE * omega
+        for time in (waves.time_across, waves.time_along)
+    )
+    driven = (push * waves.across / waves.time_across > across) | (
+        push * waves.along / waves.time_along > along + loss / SAFETY
     )
     if driven[-1]:
         return np.inf
     return float(max(omega[driven].max(initial=0.0), FEWEST * plant.main))
+
+
+def guaranteed_decay(cable, phase):
+    """Rate at which viscous damping makes waves decay at least.
+
+    Parameters
+    ----------
+    cable : Superelement
+    phase : ndarray, shape (m,)
+        Wave number times length of the shortest segment between ends and masses on the cable. [-]
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        [1/s]
+    """
+    return np.where(phase >= HALVED, 0.5, 0.0) * cable.viscous / 2 if cable.uneven else cable.viscous / 2
 
 
 def judge(plant, gain):
@@ -188,7 +218,7 @@ class ResolvedLoop:
     def exact(self, pole):
         """The cable with every mode that matters for a pole."""
         plant, about = self.plant, int(np.ceil(np.log2(max(abs(pole) / self.plant.main, 1.0))))
-        if self._whole.strain is None or not plant.tolerance:
+        if self._whole.strain is None or self._whole.uneven or not plant.tolerance:
             return self._whole
         if about not in self._exact:
             chosen = self._chosen.copy()

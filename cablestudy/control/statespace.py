@@ -213,12 +213,14 @@ def _second_order(model, chosen, residual, forces):
     mass[n:, n:] = source.residual_inertia
     participation = source.participation
     stiffness = np.block([[np.diag(source.omega**2), participation], [participation.T, source.feedthrough]])
-    damping, hysteretic = source.viscous * mass, None
+    damping, hysteretic, absolute = source.viscous * mass, None, np.eye(n + ENDS)
+    absolute[:n, n:] = -source.coupling  # amplitudes about the static shapes: q = y - m u
+    if source.uneven:
+        carried = source.carried @ absolute
+        damping = damping - source.viscous * carried.T @ carried
     if source.strain is None:
         damping[:n, :n] += np.diag(2 * source.damping_ratio * source.omega)
     else:
-        absolute = np.eye(n + ENDS)
-        absolute[:n, n:] = -source.coupling  # amplitudes about the static shapes: q = y - m u
         elastic = source.strain.amount * absolute.T @ source.strain.matrix @ absolute
         if source.strain.law == "kelvin_voigt":
             damping = damping + elastic

@@ -1,57 +1,26 @@
 """The table `cable` of a scene: ends, material, section, length or tension, damping, loads."""
 
 import math
-import os
-from functools import cache
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from cablestudy.scene.document import read_file
-from cablestudy.scene.fields import Quantity, Table, suggestion, wrong
-from cablestudy.scene.units import show
+from cablestudy.scene.fields import Quantity, Table
+from cablestudy.scene.load_tables import MAX_LOADS, Load, Reference
+from cablestudy.scene.section import Section, Tension, limited, within
 
-MAX_LOADS = 1000
 # Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
 LENGTH_RATIO = (0.2, 200.0)
 _LIKELY_RATIO = (0.5, 5.0)
-# Products of keys, beyond any cable by many powers of ten: their squares and those of frequencies stay finite.
-CHORD_RANGE = (1e-9, 1e9)  # [m]
-STIFFNESS_RANGE = (1e-12, 1e24)  # elastic modulus times area [N]
-MASS_RANGE = (1e-18, 1e12)  # density times area [kg/m]
-PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over elastic modulus times area [-]
+CHORD_RANGE = (1e-9, 1e9)  # [m] squares, and those of frequencies, stay finite
 
 Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
 Length = Annotated[float, Quantity("m", *CHORD_RANGE)]
-Stress = Annotated[float, Quantity("Pa", 1e-12, 1e30)]
 Ratio = Annotated[float, Quantity("", 0, 2)]
-Force = Annotated[float, Quantity("N", -1e24, 1e24)]
 Inclination = Annotated[
     float, Quantity("rad", -math.pi / 2, math.pi / 2, limits="from -90 deg to 90 deg (a bare number is rad)")
 ]
 Point = tuple[Coordinate, Coordinate, Coordinate]
-
-
-@cache
-def materials():
-    """The table of materials: name -> {elastic_modulus [Pa], density [kg/m^3], strength [Pa]}."""
-    return read_file(os.path.join(os.path.dirname(__file__), "materials.yaml")).value
-
-
-def _known_material(name):
-    if name not in materials():
-        raise wrong(f"unknown material {show(name)} ({suggestion(name, materials())})")
-    return name
-
-
-def within(value, limits):
-    """Whether a number, or each of an array, is between two limits, both allowed."""
-    return (limits[0] <= value) & (value <= limits[1])
-
-
-def _root(value):
-    """Square root of a number, or of each of an array, to the last digit alike."""
-    return math.sqrt(value) if isinstance(value, float) else value**0.5
 
 
 class Damping(Table):
@@ -94,73 +63,19 @@ class Damping(Table):
         yield [((), getattr(self, parameter) is not None, lambda: message)]
 
 
-class Load(Table):
-    """A point load."""
+class CableProperties(Section):
+    """What a cable is made of and how it loses energy, wherever it hangs."""
 
-    at: Length = Field(description="Arc length from end 1 along the unstretched cable")
-    force: tuple[Force, Force, Force] = Field(description="Force along x, y, z (z up)")
-
-
-class CableProperties(Table):
-    """What a cable is made of, in SI, wherever it hangs. Of alternatives that are not given the values are None."""
-
-    material: Annotated[str, Field(strict=True), AfterValidator(_known_material)] | None = Field(
-        None, description="Name in the table of materials: for elastic_modulus, density, strength not given here"
-    )
-    elastic_modulus: Stress = Field(description="Elastic modulus of the cross-section")
-    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e15)] = Field(description="Mass per volume")
-    strength: Stress | None = Field(None, description="Stress at which the cable breaks, for utilisation")
-    area: Annotated[float, Quantity("m^2", 1e-18, 1e9)] | None = Field(
-        None, description="Area of the cross-section (instead of diameter)"
-    )
-    diameter: Annotated[float, Quantity("m", 1e-9, 1e5)] | None = Field(
-        None, description="Diameter of a round solid cross-section (instead of area)"
-    )
     damping: Damping = Field(Damping(), description="How the cable loses energy")
 
-    @model_validator(mode="before")
-    @classmethod
-    def _of_material(cls, data):
-        """What the material gives and the file does not."""
-        name = data.get("material") if isinstance(data, dict) else None
-        return {**materials()[name], **data} if isinstance(name, str) and name in materials() else data
 
-    @property
-    def section_area(self):
-        """Area of the cross-section, given or pi d^2 / 4. [m^2]"""
-        return self.area if self.area is not None else math.pi * (self.diameter * self.diameter) / 4
+class TensionAt(Table):
+    """A tension at a named place of the cable."""
 
-    @property
-    def section_diameter(self):
-        """Diameter, given or that of the circle of equal area. [m]"""
-        return self.diameter if self.diameter is not None else _root(4 * self.area / math.pi)
-
-    @property
-    def axial_stiffness(self):
-        """Elastic modulus times area, EA. [N]"""
-        return self.elastic_modulus * self.section_area
-
-    @property
-    def mass_per_length(self):
-        """Mass per unstretched length, rho A. [kg/m]"""
-        return self.density * self.section_area
-
-    def product_relations(self):
-        """Products of keys are within what the solvers can hold: a list as of `relations`."""
-        product = "times the area of the cross-section is {:g} "
-        return [
-            limited("elastic_modulus", self.axial_stiffness, STIFFNESS_RANGE, "N", f"{product}N".format),
-            limited("density", self.mass_per_length, MASS_RANGE, "kg/m", f"{product}kg/m".format),
-        ]
-
-    def tension_relation(self, key):
-        """The tension that a key states is not far beyond what the cable can take: an item of `relations`."""
-        tension = getattr(self, key)
-
-        def text(ratio):
-            return f"{tension:g} N is {ratio:.3g} times the elastic modulus times the area"
-
-        return limited(key, tension / self.axial_stiffness, PRESTRAIN_RANGE, "times", text)
+    at: Literal["end_1", "end_2", "horizontal", "mean", "max"] = Field(
+        description="end_1, end_2, horizontal (its horizontal part), mean, or max (the largest)"
+    )
+    value: Tension = Field(description="The tension there, or its share of the breaking force")
 
 
 class Cable(CableProperties):
@@ -174,13 +89,25 @@ class Cable(CableProperties):
         None, description="With chord: angle above the horizontal, end 2 higher when positive; a bare number is rad"
     )
     unstretched_length: Length | None = Field(None, description="Length without tension (instead of preload or sag)")
-    preload: Annotated[float, Quantity("N", 1e-24, 1e24)] | None = Field(
-        None, description="Mean tension (instead of unstretched_length or sag)"
+    preload: Tension | None = Field(
+        None, description="Mean tension, or its share of the breaking force (instead of unstretched_length or sag)"
     )
+    tension: TensionAt | None = Field(None, description="Tension at a named place (instead of preload)")
+    reference: Reference = Field(Reference(), description="The state in which preload, tension and sag hold")
     sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
     )
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
+
+    @property
+    def stated_preload(self):
+        """The preload, given in newtons or as a share of the breaking force; or None. [N]"""
+        return self.force_of(self.preload)
+
+    @property
+    def stated_tension(self):
+        """The value of `tension`, likewise; or None. [N]"""
+        return None if self.tension is None else self.force_of(self.tension.value)
 
     @property
     def end_1(self):
@@ -212,25 +139,24 @@ class Cable(CableProperties):
         chord, length = self.chord_length, self.unstretched_length
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
         yield [limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
-        products = self.product_relations()
-        if self.preload is not None:
-            products.append(self.tension_relation("preload"))
+        stated = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
+        products = [*self.section_relations(), *self.tension_relations(stated)]
         if length is not None:
             holds = within(length / chord, LENGTH_RATIO)
             products.append((("unstretched_length",), holds, lambda: length_ratio(length, chord)))
         yield products
         if length is not None:
-            message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
-            yield [
-                (("loads", index, "at"), load.at < length, lambda at=load.at: message(at, length))
-                for index, load in enumerate(self.loads)
-            ]
+            yield beyond_the_end(("loads",), self.loads, length)
 
 
-def limited(key, value, limits, unit, text):
-    """The relation that a value is between two limits; `text` says what the value is."""
-    allowed = f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
-    return (key,), within(value, limits), lambda: f"{text(value)}: {allowed}"
+def beyond_the_end(path, loads, length):
+    """The relations that point loads are on a cable of an unstretched length; a list as of `relations`."""
+    message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
+    return [
+        ((*path, index, "at"), load.at < length, lambda at=load.at: message(at, length))
+        for index, load in enumerate(loads)
+        if load.at is not None
+    ]
 
 
 def length_ratio(length, chord):

@@ -124,7 +124,7 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Merge a document upon its own `base:` files, to any depth.
+    """Merge a document upon its own `base:` files, to any depth, with the contents of the files of materials.
 
     Parameters
     ----------
@@ -139,24 +139,40 @@ def resolve_base(document, chain=()):
         A file of the chain cannot be read, or the chain is a circle.
     """
     own = {key: value for key, value in document.value.items() if key != "base"}
+    places = document._places
+    if isinstance(own.get("materials"), str):
+        table = _read_beside(document, "materials")
+        own["materials"] = table.value
+        places = places | {("materials", *path): place for path, place in table._places.items() if path}
     if "base" not in document.given:
-        return Document(document.name, prune(own), document._places)
+        return Document(document.name, prune(own), places)
     lower = read_base(document, chain)
-    return Document(document.name, prune(merge(lower.value, own)), lower._places | document._places)
+    return Document(document.name, prune(merge(lower.value, own)), lower._places | places)
+
+
+def _beside(document, key):
+    """The path of a file that a key of a document names, relative to the document; SceneError if it is no name."""
+    name = document.value[key]
+    if not isinstance(name, str) or not name or not name.isprintable():
+        raise refuse(document.place((key,)), "expected the name of a file", key)
+    return os.path.join(os.path.dirname(document.name) if document.name != STDIN else "", name)
+
+
+def _read_beside(document, key):
+    """The document of the file that a key of another one names, its own base unread; SceneError as of `read_file`."""
+    name, place = _beside(document, key), document.place((key,))
+    return _parse(_read_bytes(lambda: open(name, "rb"), place, key, f"{name}: "), name)
 
 
 def read_base(document, chain=()):
     """The document that the key `base` of another one names, merged upon its own bases; as `resolve_base`."""
-    base, place = document.value["base"], document.place(("base",))
-    if not isinstance(base, str) or not base or not base.isprintable():
-        raise refuse(place, "expected the name of a file", "base")
-    name = os.path.join(os.path.dirname(document.name) if document.name != STDIN else "", base)
+    name, place = _beside(document, "base"), document.place(("base",))
     chain = (*(chain or (document.name,)), name)
     if os.path.realpath(name) in [os.path.realpath(above) for above in chain[:-1] if above != STDIN]:
         raise refuse(place, "base files in a circle: " + " -> ".join(chain), "base")
     if len(chain) > MAX_BASES:
         raise refuse(place, f"more than {MAX_BASES} base files upon each other", "base")
-    return resolve_base(_parse(_read_bytes(lambda: open(name, "rb"), place, "base", f"{name}: "), name), chain)
+    return resolve_base(_read_beside(document, "base"), chain)
 
 
 def _read_bytes(open_file, place, key="", shown=""):

@@ -122,7 +122,7 @@ def entries_of_options(texts, entries):
             continue
         option = f"--vary {key}"
         taken = [other for entry in (*entries, *added) for other in entry.keys]
-        reason = next(filter(None, (_clash(key, other) for other in taken)), None)
+        reason = next(filter(None, (clash(key, other) for other in taken)), None)
         if reason:
             mistakes.append(Mistake(option, "", reason))
         added.append(Entry(((key, values, partial(_place_of_option, option)),)))
@@ -138,8 +138,8 @@ def _place_of_option(option, index):  # a lambda could not be pickled
     return option
 
 
-def _clash(key, other):
-    """Why a key cannot vary beside another one, or None."""
+def clash(key, other):
+    """Why a key cannot vary beside another one, or be solved for, or None."""
     path, taken = split_key(key), split_key(other)
     if path == taken:
         return "varies already"

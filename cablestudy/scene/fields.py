@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from cablestudy.scene.layers import ALTERNATIVES
+from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
 Name = Annotated[str, StringConstraints(strict=True, min_length=1)]
@@ -198,7 +198,7 @@ def group_mistakes(table, given, optional=False):
             found += [((key,), message) for key in present if key not in used[0]]
         elif used and used[0][0] not in given:
             found.append(((), f"missing key: {used[0][0]} ({present[0]} goes with it)"))
-        elif not used and not optional:
+        elif not (used or optional or groups in OF_SECTION):
             found.append(((), f"missing key: one of {_first_keys(groups)}"))
     return found
 
@@ -222,6 +222,17 @@ class Table(BaseModel):
     table: ClassVar[str] = ""
     optional_groups: ClassVar[bool] = False
 
+    @classmethod
+    def key_mistakes(cls, given):
+        """Keys that exclude each other, or that are missing: list of (path inside the table, message).
+
+        Parameters
+        ----------
+        given : collection of str
+            The keys that are there.
+        """
+        return group_mistakes(cls.table, given, cls.optional_groups)
+
     def value_at(self, path):
         """The value at a path (names and indices) after reading; None when nothing is there."""
         return value_at(self, path)
@@ -244,7 +255,7 @@ class Table(BaseModel):
     @model_validator(mode="after")
     def _check_relations(self):
         given = [key for key, value in self.__dict__.items() if value is not None and key in self.model_fields_set]
-        found = group_mistakes(self.table, given, self.optional_groups) or self._broken()
+        found = self.key_mistakes(given) or self._broken()
         if found:
             text = "; ".join(": ".join((".".join(map(str, path)), message)).strip(": ") for path, message in found)
             raise PydanticCustomError("cablestudy", "{text}", {"text": text, "found": found})

@@ -5,28 +5,48 @@ scene refuses them.
 """
 
 from functools import lru_cache
+from itertools import permutations, product
 
 from cablestudy.scene.strict_yaml import MAX_DEPTH
 
+# Rows of alternatives of which none need be given: a material gives them, or nothing asks for them.
+OF_SECTION = (
+    (("axial_stiffness",), ("elastic_modulus",)),
+    (("mass_per_length",), ("density",)),
+    (("breaking_force",), ("strength",)),
+)
 # Table -> rows of alternatives: of the groups of a row exactly one may be given.
 ALTERNATIVES = {
     "cable": (
         (("ends",), ("chord", "inclination")),
-        (("area",), ("diameter",)),
-        (("unstretched_length",), ("preload",), ("sag",)),
+        (("unstretched_length",), ("preload",), ("sag",), ("tension",)),
+        *OF_SECTION,
     ),
     "cables": (
-        (("area",), ("diameter",)),
         (("unstretched_length",), ("preload",), ("sag",), ("tension_to",)),
+        *OF_SECTION,
     ),
+    "material": OF_SECTION,
     "cable.damping": ((("ratio",), ("loss_factor",), ("time",)),),
     "wind": ((("turbulence_intensity",), ("turbulence_rms",)),),
     "model": ((("accuracy",), ("elements", "order", "mass")),),
+    "load": ((("at",), ("fraction",)),),
+    "ice": ((("thickness", "density"), ("weight",)),),
+    "steady_wind": ((("speed", "air_density"), ("pressure",)),),
+}
+# Tables of which there may be many -> where each is; "*" is any name or index.
+PLACES = {
+    "load": ("cable.loads.*", "cases.*.loads.*"),
+    "ice": ("cases.*.ice",),
+    "steady_wind": ("cases.*.wind",),
+    "cables": ("cable", "cables.*"),
+    "material": ("materials.*",),
 }
 
 # Tables whose keys are names ("*": any name) -> what a name stands for, and keys by which a dotted key adds a new one.
 NAMED = {
     ("cables",): ("cable", ("from", "to")),
+    ("cases",): ("case", ("temperature", "ice", "wind", "loads")),
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),
     ("actuators",): ("actuator", ("axis",)),
@@ -36,33 +56,47 @@ NAMED = {
 
 
 def _replaces():
-    """Dotted key -> the paths that it removes from a lower layer; `cable` stands for one of `cables` too."""
+    """Pattern of a path ("*": any name) -> the patterns that a value there removes from a lower layer."""
     table = {}
+    for key, other in _alternatives():
+        table.setdefault(key, []).append(other)
+    own = ("fill_factor", "expansion", *(group[0] for groups in OF_SECTION for group in groups))
+    damping = ("ratio", "loss_factor", "time")
+    for cable in (("cable",), ("cables", "*")):
+        table[*cable, "material"] = [(*cable, key) for key in own]
+        # Both may be given in one layer; one alone is another size, of which the other follows.
+        table[*cable, "area"], table[*cable, "diameter"] = [(*cable, "diameter")], [(*cable, "area")]
+        # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.
+        model = (*cable, "damping", "model")
+        table[model] = [(*cable, "damping", name) for name in damping]
+        for key in table[model]:
+            table[key] = [model, *(other for other in table[model] if other != key)]
+    return {key: tuple(dict.fromkeys(others)) for key, others in table.items()}
+
+
+def _alternatives():
+    """Yield the patterns of each key of ALTERNATIVES and of one that it excludes."""
     for name, rows in ALTERNATIVES.items():
-        prefix = "cable" if name == "cables" else name
-        for groups in rows:
-            for group in groups:
-                others = [key for other in groups if other is not group for key in other]
-                for key in group:
-                    table[f"{prefix}.{key}"] = [f"{prefix}.{other}" for other in others]
-    table["cable.material"] = ["cable.elastic_modulus", "cable.density", "cable.strength"]
-    # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.
-    parameters = [f"cable.damping.{name}" for name in ("ratio", "loss_factor", "time")]
-    for key in parameters:
-        table[key].append("cable.damping.model")
-    table["cable.damping.model"] = parameters
-    return {key: tuple(tuple(other.split(".")) for other in others) for key, others in table.items()}
+        for place, groups in product(PLACES.get(name, (name,)), rows):
+            for group, other in permutations(groups, 2):
+                yield from product(*([(*place.split("."), key) for key in keys] for keys in (group, other)))
 
 
 REPLACES = _replaces()
 
 
+@lru_cache(maxsize=4096)
 def replaced_by(key):
-    """Tuple of the paths that a dotted key removes from a lower layer; those of `cables` do as those of `cable`."""
-    if not key.startswith("cables."):
-        return REPLACES.get(key, ())
-    _, name, *inside = key.split(".", 2)
-    return tuple(("cables", name, *path[1:]) for path in REPLACES.get(".".join(("cable", *inside)), ()))
+    """Tuple of the paths that a dotted key removes from a lower layer."""
+    path = tuple(key.split("."))
+    if path in REPLACES:
+        return REPLACES[path]
+    for pattern, others in REPLACES.items():
+        if len(pattern) == len(path) and all(name in ("*", part) for name, part in zip(pattern, path, strict=True)):
+            return tuple(
+                tuple(part if name == "*" else name for name, part in zip(other, path, strict=True)) for other in others
+            )
+    return ()
 
 
 @lru_cache(maxsize=4096)

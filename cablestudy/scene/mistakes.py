@@ -3,7 +3,7 @@
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import group_mistakes, suggestion, table_at
+from cablestudy.scene.fields import suggestion, table_at
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import show
 from cablestudy.scene.words import counted
@@ -31,10 +31,7 @@ def collect(error, document, tables):
 def findings(error, value, tables):
     """What `collect` reports, as (path, message) pairs; `value` is what was read, as plain values."""
     found = [item for detail in error.errors(include_url=False) for item in _plain(detail, tables)]
-    found += _groups(value, tables)
-    # a cable of an unknown material lacks its numbers too: only the material is reported
-    unknown = {path[:-1] for path, _ in found if path[-1:] == ("material",)}
-    return [item for item in found if not (item[0] in unknown and item[1].endswith("(or give material)"))]
+    return found + _groups(value, tables)
 
 
 def located(found, document):
@@ -96,8 +93,7 @@ def _missing(path, detail):
     if isinstance(path[-1], int):
         expected = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
         return path[:-1], f"expected {expected}, got {len(detail['input'])}"
-    hint = " (or give material)" if path[-1] in ("elastic_modulus", "density") else ""
-    return path[:-1], f"missing key: {path[-1]}{hint}"
+    return path[:-1], f"missing key: {path[-1]}"
 
 
 def _keys(path, tables):
@@ -107,12 +103,11 @@ def _keys(path, tables):
 
 
 def _groups(value, tables):
-    """Exclusive groups in the raw file, because pydantic skips them where a single key is wrong."""
+    """Exclusive and missing keys in the raw file, because pydantic skips them where a single key is wrong."""
     found = []
     for pattern, model in tables.items():
         for path, inside in _inside(value, pattern) if model.table else ():
-            mistakes = group_mistakes(model.table, inside, model.optional_groups)
-            found += [((*path, *key), message) for key, message in mistakes]
+            found += [((*path, *key), message) for key, message in model.key_mistakes(inside)]
     return found
 
 

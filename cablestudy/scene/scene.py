@@ -1,19 +1,24 @@
 """A scene: the file format as typed models. Every value is in SI after reading."""
 
+from functools import partial
+from itertools import pairwise
 from typing import Annotated, Literal, get_args
 
-from pydantic import Field, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
-from cablestudy.scene.cable_table import Cable, Damping, Load
+from cablestudy.scene.cable_table import Cable, Coordinate, Damping, TensionAt, beyond_the_end
 from cablestudy.scene.control_tables import AutoGain, Controller, Margin, Notch
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import Quantity, Table, table_at
+from cablestudy.scene.fields import Either, Name, Quantity, Table, suggestion, table_at
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
+from cablestudy.scene.load_tables import Ice, Load, LoadCase, Reference, SteadyWind
+from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import collect
 from cablestudy.scene.model import Model
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
+from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
 STUDY_KEYS = ("vary", "columns")
@@ -34,6 +39,23 @@ class Winch(Table):
     controller: Controller | None = Field(None, description="What drives the winch")
 
 
+_level = Quantity("m", -1e9, 1e9)
+_profile = TypeAdapter(
+    Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=10_000)]
+).validate_python
+Ground = Annotated[
+    float | tuple,
+    Either(
+        (((int, float, str), _level.read), ((list, tuple), _profile)),
+        "a level, or a list of [x, z]",
+        (
+            *_level.schema()["anyOf"],
+            {"type": "array", "minItems": 2, "items": {"type": "array", "minItems": 2, "maxItems": 2}},
+        ),
+    ),
+]
+
+
 class Scene(Table):
     """The contents of a scene file."""
 
@@ -42,9 +64,70 @@ class Scene(Table):
     gondola: Gondola | None = Field(None, description="The body on end 2, free along x")
     winch: Winch | None = Field(None, description="The winch that moves the cable")
     wind: Wind | None = Field(None, description="The wind on the gondola")
+    ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cable")
+    cases: dict[Name, LoadCase] = Field({}, description="Name -> temperature, ice, steady wind and loads of one day")
+    case: Name | None = Field(None, description="Which of the cases; without it the reference state with its loads")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: Correction | None = Field(None, description="The mirror that corrects the image")
+    materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
     model: Model = Field(Model(), description="How finely the cable is computed")
+
+    @property
+    def load_case(self):
+        """The chosen `LoadCase`; without one that of no temperature, ice, wind and loads."""
+        return NO_CASE if self.case is None else self.cases[self.case]
+
+    @property
+    def loads(self):
+        """All point loads: those of the cable, then those of the case."""
+        return self.cable.loads + self.load_case.loads
+
+    @property
+    def temperature_change(self):
+        """Temperature of the cable less that of its reference state. [K]"""
+        temperature = self.load_case.temperature
+        return 0.0 if temperature is None else temperature - self.cable.reference.temperature
+
+    @property
+    def elongation(self):
+        """Relative change of the unstretched length by the temperature. [-]"""
+        return 0.0 if self.cable.expansion is None else self.cable.expansion * self.temperature_change
+
+    @property
+    def wind_diameter(self):
+        """Diameter that the wind sees, with the ice around the cable; None where that of the cable is unknown. [m]"""
+        diameter, ice = self.cable.section_diameter, self.load_case.ice
+        if diameter is None or ice is None or ice.thickness is None:
+            return diameter
+        return diameter + 2 * ice.thickness
+
+    def relations(self):
+        """The case is one of the cases, what it needs of the cable is there, and its loads are on the cable."""
+        known = self.case is None or self.case in self.cases
+        yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        cable, length = self.cable, self.cable.unstretched_length
+        yield [relation for name, case in self.cases.items() for relation in _needs_of_cable(name, case, cable)]
+        if length is not None:
+            for name, case in self.cases.items():
+                yield beyond_the_end(("cases", name, "loads"), case.loads, length)
+        if isinstance(self.ground, tuple):
+            rising = all(one[0] < other[0] for one, other in pairwise(self.ground))
+            yield [(("ground",), rising, lambda: "the x of its points must ascend")]
+
+
+NO_CASE = LoadCase()
+
+
+def _needs_of_cable(name, case, cable):
+    """The relations that the cable has what a case needs of it; a list as of `Table.relations`."""
+    around = case.wind is not None or (case.ice is not None and case.ice.thickness is not None)
+    text = "missing key: {} (case {} has {})".format
+    return [
+        (("cable",), not around or cable.section_diameter is not None,
+         partial(text, "diameter", name, "wind or ice around the cable")),
+        (("cable",), case.temperature is None or cable.expansion is not None,
+         partial(text, "expansion", name, "a temperature")),
+    ]  # fmt: skip
 
 
 # Where each mapping of the file lies ("*": any index) and which model reads it.
@@ -53,6 +136,12 @@ TABLES = {
     ("cable",): Cable,
     ("cable", "damping"): Damping,
     ("cable", "loads", "*"): Load,
+    ("cable", "tension"): TensionAt,
+    ("cable", "reference"): Reference,
+    ("cases", "*"): LoadCase,
+    ("cases", "*", "ice"): Ice,
+    ("cases", "*", "wind"): SteadyWind,
+    ("cases", "*", "loads", "*"): Load,
     ("gondola",): Gondola,
     ("winch",): Winch,
     ("winch", "controller"): Controller,
@@ -61,6 +150,7 @@ TABLES = {
     ("winch", "controller", "notch"): Notch,
     ("wind",): Wind,
     ("correction",): Correction,
+    ("materials", "*"): Material,
     ("model",): Model,
 }
 
@@ -108,7 +198,7 @@ def read_scene(document):
     if is_suspension(document):
         return read_suspension(document)
     try:
-        return Scene.model_validate(document.value)
+        return Scene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
         raise collect(error, document, TABLES) from None
 

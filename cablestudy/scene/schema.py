@@ -4,8 +4,8 @@ from itertools import combinations
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
-from cablestudy.scene.cable_table import materials
-from cablestudy.scene.layers import ALTERNATIVES, prune
+from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, prune
+from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
 from cablestudy.scene.scene import TABLES
 from cablestudy.scene.study import StudyTable
@@ -15,7 +15,11 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
 # A scene upon a base may lack any key; what is inside of a list or a gain is never merged.
 _ALWAYS_WHOLE = ("Load", "AutoGain", "Margin")
-_OF_MATERIAL = ("elastic_modulus", "density")
+_SECTION = (  # of each row one must be given; of the last, a size or both of what it would serve for
+    ({"required": ["material"]}, {"required": ["axial_stiffness"]}, {"required": ["elastic_modulus"]}),
+    ({"required": ["material"]}, {"required": ["mass_per_length"]}, {"required": ["density"]}),
+    ({"required": ["area"]}, {"required": ["diameter"]}, {"required": ["axial_stiffness", "mass_per_length"]}),
+)
 
 
 def scene_schema():
@@ -29,7 +33,7 @@ def scene_schema():
     _, schemas = models_json_schema([(model, "validation") for model in TABLES.values()], schema_generator=_Plain)
     definitions = schemas["$defs"]
     schema = definitions["Scene"]
-    definitions["Cable"]["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
+    _name_materials(definitions["Cable"])
     complete = {}
     for path, model in TABLES.items():
         table = definitions[model.__name__]
@@ -38,7 +42,7 @@ def scene_schema():
             table.pop("required", None)
         if pairs := _exclusions(model.table):
             table["allOf"] = pairs
-    schema["properties"] = {"base": _BASE, **schema["properties"]}
+    schema["properties"] = {"base": _BASE, **schema["properties"], "materials": _materials(schema)}
     del definitions["Scene"]
     definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
@@ -65,10 +69,10 @@ def suspension_schema():
         if pairs := _exclusions(model.table):
             table["allOf"] = pairs
         if "material" in table["properties"]:
-            table["properties"]["material"]["anyOf"][0] = {"enum": list(materials())}
+            _name_materials(table)
     definitions["Control"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema = definitions.pop("SuspensionScene")
-    schema["properties"] = {"base": _BASE, **schema["properties"]}
+    schema["properties"] = {"base": _BASE, **schema["properties"], "materials": _materials(schema)}
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
     return {"$schema": DIALECT, "title": "cablestudy suspension", **schema, "$defs": definitions}
 
@@ -153,14 +157,25 @@ def _exclusions(table):
 
 def _complete(model, table):
     """What a file without a base must have in one of its mappings."""
-    required = [key for key in table.get("required", ()) if key not in _OF_MATERIAL]
-    conditions = []
-    if model.table == "cable":
-        conditions.append({"anyOf": [{"required": ["material"]}, {"required": list(_OF_MATERIAL)}]})
+    required = table.get("required", ())
+    conditions = [{"anyOf": list(ways)} for ways in _SECTION] if model.table == "cable" else []
     if not model.optional_groups:
         for groups in ALTERNATIVES.get(model.table, ()):
-            conditions.append({"oneOf": [{"required": [group[0]]} for group in groups]})
-    return ({"required": required} if required else {}) | ({"allOf": conditions} if conditions else {})
+            if groups not in OF_SECTION:
+                conditions.append({"oneOf": [{"required": [group[0]]} for group in groups]})
+    return ({"required": list(required)} if required else {}) | ({"allOf": conditions} if conditions else {})
+
+
+def _name_materials(table):
+    """Let an editor offer the built-in materials; a scene may have others."""
+    table["properties"]["material"]["anyOf"][0] = {"anyOf": [{"enum": list(materials())}, {"type": "string"}]}
+
+
+def _materials(schema):
+    """The key `materials`: the name of a file, or its contents."""
+    contents = dict(schema["properties"]["materials"])
+    file = {"type": "string", "minLength": 1, "description": "File of materials, relative to this file"}
+    return {"description": contents.pop("description"), "anyOf": [file, contents]}
 
 
 def _nested(complete):

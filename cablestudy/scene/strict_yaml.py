@@ -69,7 +69,8 @@ class Place(NamedTuple):
 
 def mistake(place, key, message):
     """A Mistake; its key is left out when the place is an option that names it already (`--set cable.area`)."""
-    return Mistake(str(place), "" if key and str(place) in (f"--set {key}", f"--vary {key}") else key, message)
+    named = [f"{option} {key}" for option in ("--set", "--vary", "--by")]
+    return Mistake(str(place), "" if key and str(place) in named else key, message)
 
 
 def refuse(place, message, key=""):

@@ -9,13 +9,14 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import apply_sets, read_base, read_file
-from cablestudy.scene.entries import entries_of, entries_of_options
-from cablestudy.scene.fields import Name, Quantity, Table
+from cablestudy.scene.entries import clash, entries_of, entries_of_options
+from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.strict_yaml import refuse
+from cablestudy.scene.units import show
 
 CHECK_ALL = 1000
 ALL_COLUMNS = "rtol"  # in `check`
@@ -36,6 +37,30 @@ class Plot(Table):
     logy: StrictBool = Field(False, description="Logarithmic y axis")
 
 
+def _written(value):
+    if isinstance(value, bool):
+        raise wrong(f"expected {_WRITTEN}, got {show(value)}")
+    return value
+
+
+_WRITTEN = 'a number, or text such as "2 m"'
+Written = Annotated[
+    int | float | str,
+    Either(((int | float | str, _written),), _WRITTEN, ({"type": "number"}, {"type": "string"})),
+]
+
+
+class Find(Table):
+    """For which value of a key a column takes a value."""
+
+    column: Name = Field(description="Column, with or without its unit")
+    value: Written = Field(description="What it is to be; a number is in the unit of the column")
+    by: Name = Field(description="Dotted key of the scene that is solved for")
+    between: tuple[Written, Written] | None = Field(
+        None, description="Range of the key; default: about its value in the scene, growing to what the key allows"
+    )
+
+
 class StudyTable(Table):
     """The keys of a study file."""
 
@@ -46,6 +71,7 @@ class StudyTable(Table):
         (), description="What varies: entries multiply (grid), keys inside one entry go together (zip)"
     )
     sample: Sample | None = Field(None, description="What is sampled: one more entry beside those of vary")
+    find: Find | None = Field(None, description="What is solved for in each case: a column of its own in the table")
     columns: tuple[Name, ...] = Field(min_length=1, description="Columns of the table, with or without their unit")
     reference: Name | None = Field(None, description="CSV file of values to compare with, relative to this file")
     check: dict[str, Annotated[float, Quantity("", 0, 1e9)]] = Field(
@@ -54,7 +80,7 @@ class StudyTable(Table):
     plot: Plot | None = Field(None, description="What to draw")
 
 
-TABLES = {(): StudyTable, ("plot",): Plot, ("sample",): Sample}
+TABLES = {(): StudyTable, ("plot",): Plot, ("sample",): Sample, ("find",): Find}
 
 
 class Study:
@@ -62,7 +88,7 @@ class Study:
 
     Attributes
     ----------
-    name, title, base, set, plot : str, str, str, dict, Plot or None
+    name, title, base, set, plot, find : str, str, str, dict, Plot or None, Find or None
         The file as the user named it, and keys of the file.
     columns : tuple of str
         As written; whether they exist is for the registry of columns to say.
@@ -87,7 +113,7 @@ class Study:
     def __init__(self, source, table, document, entries, options=()):
         self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
         self.title, self.columns, self.plot, self.tolerances = table.title, table.columns, table.plot, table.check
-        self.base, self.set, self.asked = table.base, table.set, ()
+        self.base, self.set, self.find, self.asked = table.base, table.set, table.find, ()
         self.reference_path = _beside(source, table.reference) if table.reference and not options else None
         self.count = math.prod(len(entry) for entry in self.entries)
         self.sample, self.sample_entry = table.sample, len(entries) - 1
@@ -112,28 +138,33 @@ class Study:
         return tuple(key for entry in self.entries for key in entry.keys)
 
     def resolved(self):
-        """The study as plain values: `scene` with its base files and `--set` merged, `vary`, `columns`.
+        """The study as plain values: `scene` with its base files and `--set` merged, `vary`, `columns`, and `find`
+        where there is one.
 
         Two studies that resolve alike have the same cases.
         """
         vary = [{key: getattr(values, "written", values) for key, values, _ in entry.columns} for entry in self.entries]
-        return {"scene": self.document.value, "vary": vary, "columns": list(self.columns)}
+        solved = {"find": self.find.model_dump(mode="json")} if self.find else {}
+        return {"scene": self.document.value, "vary": vary, "columns": list(self.columns), **solved}
 
     def overrides(self, index):
         """Dotted key -> value as written of what varies in a case, from 0; the last entry runs fastest."""
         return {key: value for key, value, _ in self._settings(self._steps(index))}
 
     def case(self, index):
-        """Overrides and Scene of one case, from 0. `study.scene_values` reads many at once.
+        """Overrides and Scene of one case, from 0, what `find` solves for as it is in the scene. `study.scene_values`
+        reads many at once.
 
         Raises
         ------
         SceneError
             The case is no valid scene.
         """
-        settings = self._settings(self._steps(index))
-        scene = read_scene(self.document.with_sets(settings))
-        return {key: value for key, value, _ in settings}, scene
+        return self.overrides(index), read_scene(self.document_of(index))
+
+    def document_of(self, index):
+        """The document of one case, from 0; SceneError where a varied key cannot be set."""
+        return self.document.with_sets(self._settings(self._steps(index)))
 
     def cases(self):
         """Yield (overrides, scene) of every case, in order; see `case`."""
@@ -223,7 +254,20 @@ def study_of(source, sets=(), vary=()):
     document = apply_sets(document.with_sets(settings), sets)
     study = Study(source, table, document, entries, added)
     _refuse_idle(study, entries, sets)
+    if table.find:
+        _refuse_solved(study)
     return study
+
+
+def _refuse_solved(study):
+    """Refuse varied keys that exclude the key for which `find` solves."""
+    try:
+        split_key(study.find.by)
+        reason = next(filter(None, (clash(study.find.by, other) for other in study.varied)), None)
+    except ValueError as error:
+        reason = str(error)
+    if reason:
+        raise refuse(study.source.place(("find", "by")), f"{study.find.by}: {reason}", "find.by")
 
 
 def _beside(source, name):

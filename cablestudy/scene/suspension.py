@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, ReactionWheel, is_wheel
-from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, length_ratio, limited, within
+from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, length_ratio
 from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
@@ -16,9 +16,11 @@ from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
+from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
 from cablestudy.scene.references import reference_mistakes
+from cablestudy.scene.section import limited, within
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
     Body,
@@ -60,6 +62,7 @@ class SuspensionScene(Table):
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")
+    materials: Materials = Field({}, description="Name -> material or rope, over the built-in ones; or their file")
     model: Model = Field(Model(), description="How finely the cables are computed")
     _written: dict = PrivateAttr({})  # the plain values of the file
 
@@ -67,11 +70,7 @@ class SuspensionScene(Table):
     @classmethod
     def _share(cls, data):
         """What all cables share is below what each of them says."""
-        cables, shared = (data.get(key) if isinstance(data, dict) else None for key in ("cables", "cable"))
-        if not (isinstance(cables, dict) and isinstance(shared, dict)):
-            return data
-        known = {key: value for key, value in shared.items() if key in SharedCable.model_fields}
-        return {**data, "cables": {name: _over(known, own) for name, own in cables.items()}}
+        return _with_shared(data)
 
     def with_value(self, path, value):
         """See `Table.with_value`; a key of `cable` is set in the cables that have it from there too."""
@@ -123,6 +122,7 @@ class SuspensionScene(Table):
         yield _failed(self._unheld() + determinacy_mistakes(self))
         for relation in actuator_relations(self):
             yield [relation]
+        yield _failed(self._unknown_diameters())
         ends = {name: tuple(map(self.start, cable.ends)) for name, cable in self.cables.items()}
         chords = {name: _distance(*places) for name, places in ends.items()}
         yield [
@@ -147,6 +147,13 @@ class SuspensionScene(Table):
             for name in names
             if name not in self.cables
         ]
+
+    def _unknown_diameters(self):
+        """Path and message of the cables whose diameter the wind on cables needs."""
+        blown = self.wind is not None and self.wind.on != "bodies"
+        names = [name for name, cable in self.cables.items() if blown and cable.section_diameter is None]
+        message = "missing key: one of diameter, area (the wind acts on cables; or wind.on: bodies)"
+        return [(("cables", name), message) for name in names]
 
     def _unheld(self):
         """Path and message of the bodies and free points that nothing holds."""
@@ -205,6 +212,7 @@ SUSPENSION_TABLES = {
     ("actuators", "*"): ReactionMass,
     ("wind",): SuspensionWind,
     ("correction",): MarkerCorrection,
+    ("materials", "*"): Material,
     ("model",): Model,
 }
 # The other kind of what lies under actuators.
@@ -234,12 +242,13 @@ def read_suspension(document):
         All that is wrong with it, sorted by place.
     """
     try:
-        scene = SuspensionScene.model_validate(document.value)
+        context = {"materials": document.value.get("materials")}
+        scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
         written = document.value.get("actuators")
         wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
         tables = {("actuators", name): ReactionWheel for name in wheels} | SUSPENSION_TABLES
-        found = findings(error, document.value, tables)
+        found = findings(error, _with_shared(document.value), tables)
         found += connection_mistakes(*written_connections(document.value))
         raise located(_at_shared(_explained(found), document.value), document) from None
     scene._written = document.value
@@ -267,6 +276,15 @@ def _at_shared(found, value):
         own = table != ("cables",) or not name or _is_written(cables.get(name[0]), inside)
         shared = not own and (_is_written(value.get("cable"), inside) or alike[inside, message] == len(cables) > 1)
         yield (("cable", *inside) if shared else path), message
+
+
+def _with_shared(data):
+    """Plain values of a suspension whose cables have what all share."""
+    cables, shared = (data.get(key) if isinstance(data, dict) else None for key in ("cables", "cable"))
+    if not (isinstance(cables, dict) and isinstance(shared, dict)):
+        return data
+    known = {key: value for key, value in shared.items() if key in SharedCable.model_fields}
+    return {**data, "cables": {name: _over(known, own) for name, own in cables.items()}}
 
 
 def _over(shared, own):

@@ -5,11 +5,13 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
 
-from cablestudy.scene.cable_table import CableProperties, Force, Length, Stress
+from cablestudy.scene.cable_table import CableProperties, Length
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
+from cablestudy.scene.load_tables import Force
+from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
 
@@ -182,19 +184,22 @@ class _Stated(CableProperties):
     optional_groups: ClassVar[bool] = True
 
     unstretched_length: Length | None = Field(None, description="Length without tension")
-    preload: Tension | None = Field(None, description="Mean tension (instead of unstretched_length)")
+    preload: StatedTension | None = Field(
+        None, description="Mean tension, or its share of the breaking force (instead of unstretched_length)"
+    )
     sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length)"
     )
-    tension_to: Tension | None = Field(None, description="Tension at the end `to` (instead of unstretched_length)")
+    tension_to: StatedTension | None = Field(
+        None, description="Tension at the end `to`, or its share of the breaking force (instead of unstretched_length)"
+    )
     force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
 
 
 class SharedCable(_Stated):
     """The table `cable` of a suspension: what its cables have where they do not say otherwise."""
 
-    elastic_modulus: Stress | None = Field(None, description="Elastic modulus of the cross-section")
-    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e15)] | None = Field(None, description="Mass per volume")
+    complete: ClassVar[bool] = False
 
 
 End = Annotated[
@@ -219,16 +224,19 @@ class SuspendedCable(_Stated):
         return next((key for key in STATED if getattr(self, key) is not None), None)
 
     @property
+    def stated_value(self):
+        """What it gives, tensions that are shares of the breaking force in newtons; or None. [m] or [N]"""
+        return self.force_of(getattr(self, self.stated)) if self.stated else None
+
+    @property
     def ends(self):
         """The two ends as written: tuple of str or place."""
         return self.from_, self.to
 
     def relations(self):
-        """A section, and products within what the solvers can hold."""
-        given = self.area is not None or self.diameter is not None
-        yield [((), given, lambda: "missing key: one of area, diameter")]
-        tensions = [key for key in ("preload", "tension_to") if getattr(self, key) is not None]
-        yield [*self.product_relations(), *map(self.tension_relation, tensions)]
+        """See `section_relations`."""
+        tensions = {("preload",): self.preload, ("tension_to",): self.tension_to}
+        yield [*self.section_relations(), *self.tension_relations(tensions)]
 
 
 _force = Quantity("N", 1e-24, 1e24).read

@@ -28,10 +28,12 @@ DIMENSIONS = {
     "rad": ("angle", "19 deg"),
     "Hz": ("frequency", "10 Hz"),
     "rad/s": ("angular rate", "0.325 rad/s"),
+    "K": ("temperature", "15 degC"),
     "s": ("time", "5 ms"),
     "m/s": ("speed", "6 m/s"),
     "m/s^2": ("acceleration", "9.81 m/s^2"),
     "N/m": ("stiffness", "1 kN/m"),
+    "1/K": ("coefficient of expansion", "12e-6 1/K"),
     "N s/m": ("viscous damping", "300 N s/m"),
     "N m s": ("angular momentum", "5 N m s"),
     "N m s/rad": ("rotational damping", "20 N m s/rad"),
@@ -42,9 +44,16 @@ DIMENSIONS = {
 # What a misspelt unit is likely to mean.
 _KNOWN = (
     *("m", "mm", "cm", "km", "um", "µm", "inch", "foot", "ft", "yard", "mile", "deg", "rad", "percent", "dB"),
+    *("K", "degC", "degF"),
     *("kg", "g", "tonne", "lb", "N", "mN", "kN", "MN", "lbf", "kgf", "Pa", "kPa", "MPa", "GPa", "psi", "ksi", "bar"),
     *("s", "ms", "min", "hour", "Hz", "kHz", "m/s", "km/h", "mph", "knot"),
 )
+
+# Temperature scales -> what is added to a number on them, and the size of a degree. [K]
+_SCALES = {
+    "C": (Decimal("273.15"), Decimal(1)),
+    "F": (Decimal("459.67"), Decimal(5) / 9),
+}
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
@@ -123,12 +132,19 @@ def show(value):
 def _text_to_si(text, unit):
     try:
         number, name = split(text)
-        value = float(number * _factor(name, unit))
+        shift, degree = _scale(name) if unit == "K" else (0, None)
+        value = float((number + shift) * (degree or _factor(name, unit)))
     except _NotAQuantityError as error:
         raise ValueError(f"expected {expected(unit)}, got {show(text)}{error}") from None
     if math.isinf(value):
         raise ValueError(f"expected {expected(unit)}, got {show(text)} (out of range)")
     return value
+
+
+def _scale(name):
+    """What is added to a temperature in degC, °C, degF or °F, and the size of a degree; (0, None) of another unit."""
+    word = name.replace("°", "deg")
+    return _SCALES[word[-1]] if word in ("degC", "degF") else (0, None)
 
 
 class _NotAQuantityError(ValueError):
@@ -200,7 +216,9 @@ def _root(name):
         raise _NotAQuantityError(" (a number, then a unit such as mm, kN, kg/m^3)")
     registry = _registry()
     try:
-        parsed = registry.parse_units(name.replace("°", " deg ").replace("%", " percent ").replace("·", "*").strip())
+        parsed = registry.parse_units(
+            name.replace("°C", " degC ").replace("°", " deg ").replace("%", " percent ").replace("·", "*").strip()
+        )
         ratio, units = registry.get_root_units(parsed)
     except Exception:  # pint raises a dozen kinds, and the tokenizer under it more
         raise _NotAQuantityError(_unknown(name)) from None

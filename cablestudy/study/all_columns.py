@@ -1,7 +1,9 @@
 """Columns by name, of one cable and of suspensions, and why a scene cannot have one."""
 
+from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import columns as of_one_cable
+from cablestudy.study.columns import Column
 from cablestudy.study.suspension import columns as of_suspensions
 
 OF_SUSPENSIONS = {c.name for c in of_suspensions.WHOLE} - {c.name for c in of_one_cable.COLUMNS}
@@ -13,6 +15,27 @@ def find(name):
     if "." in name or name.startswith("frequency_") or name in OF_SUSPENSIONS | HEADERS:
         return of_suspensions.find(name)
     return of_one_cable.find(name)
+
+
+def key_column(key):
+    """The column of a key that is a quantity and that a study solves for, in SI; ValueError where it is none."""
+    quantity = quantity_of(key)
+    if quantity is None:
+        raise ValueError(f"{key} holds no number")
+    return Column(key, quantity.unit, "solved for", "find", None)
+
+
+def find_header(header):
+    """The column of a header of a stored table: one of `find`, or a key that its study solved for."""
+    try:
+        return find(header)
+    except ValueError:
+        key = header.rpartition("_")[0]
+        while key:  # units have underscores, and so have keys
+            if quantity_of(key) and key_column(key).header == header:
+                return key_column(key)
+            key = key.rpartition("_")[0]
+        return key_column(header)
 
 
 def why_not(scene, column):

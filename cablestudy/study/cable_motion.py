@@ -95,7 +95,7 @@ def cable_motion_of(case):
         raise NoSolutionError("the motion of a cable in the wind is computed for fixed ends: leave out the gondola")
     moving, wind = _Cable(case), case.scene.wind
     found = [moving.variances(part, direction) for part in moving.parts for direction in DIRECTIONS]
-    scale = wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter
+    scale = wind.air_density, wind.cable_drag_coefficient, case.scene.wind_diameter
     times = scaling(*scale, moving.length, wind.speed, wind.turbulence)
     largest = np.sqrt(np.max([variance for variance, _ in found], axis=0))
     error = max(error for _, error in found)
@@ -194,7 +194,7 @@ class _Cable:
 
     def _damping(self, shapes, matrices):
         """C_a of static shapes and modes, shape (2 + n, 2 + n). [1/s]"""
-        whole = 2 * cable_damping(self._wind, self._case.scene.cable.section_diameter) * self.length
+        whole = 2 * cable_damping(self._wind, self._case.scene.wind_diameter) * self.length
         drag = np.einsum("eq,eqab,eqbk->eqak", self._rod.shares, matrices, shapes, optimize=True)
         return whole * np.tensordot(shapes, drag, axes=((0, 1, 2), (0, 1, 2)))
 
@@ -203,6 +203,9 @@ class _Cable:
         model = self._model.select(part)
         damping = np.diag(2 * model.damping_ratio * model.omega if model.strain is None else 0 * model.omega)
         damping = damping + model.viscous * np.eye(len(part)) + drag[2:, 2:]
+        if model.uneven:
+            carried = model.carried[:, : len(part)]
+            damping = damping - model.viscous * carried.T @ carried
         if model.strain is None:
             return model.omega, damping, np.zeros_like(damping)
         if model.strain.law == "kelvin_voigt":
@@ -214,6 +217,8 @@ class _Cable:
         model, n = self._model.select(part), len(part)
         coupling = self._ends.T @ model.coupling.T
         rate, place = model.viscous * coupling + drag[:2, 2:], np.zeros((2, n), dtype=complex)
+        if model.uneven:
+            rate = rate - model.viscous * (model.carried[:, n:] @ self._ends).T @ model.carried[:, :n]
         if model.strain is None:
             rate = rate + coupling * (2 * model.damping_ratio * model.omega)
         else:

@@ -6,6 +6,7 @@ import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
+from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.state import interpolate, sag
 from cablestudy.control import gondola
 from cablestudy.errors import NoSolutionError
@@ -25,8 +26,9 @@ OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results 
 GONDOLA_MODES, OMITTED = 20, 1.5
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
-CABLE = ("ends", "chord", "inclination", "elastic_modulus", "density", "area", "diameter", "unstretched_length",
-         "preload", "sag", "loads")  # fmt: skip
+CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
+         "unstretched_length", "stated_preload", "stated_tension", "tension", "sag", "reference", "expansion",
+         "loads")  # fmt: skip
 
 
 class Case:
@@ -149,6 +151,26 @@ class Case:
         return self.closed_statics if self.exact_statics else DiscreteStatics(self)
 
     @property
+    def form(self):
+        """The cable of the model where it hangs: what `cable.geometry` takes."""
+        return self.catenary if self.exact_statics else self.state
+
+    @property
+    def middle(self):
+        """Arc length at mid-span over unstretched length. [-]"""
+        return self.catenary.middle if self.exact_statics else midspan(self.state)
+
+    @property
+    def reference_length(self):
+        """Unstretched length in the reference state. [m]"""
+        return self.results.reference_length[self.index]
+
+    @property
+    def end_1(self):
+        """Place of end 1, shape (3,). [m]"""
+        return self.results.end_1[self.index]
+
+    @property
     def planar(self):
         """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
         return bool(self.results.planar[self.index])
@@ -210,11 +232,18 @@ class Case:
         stiffness = self.frame.T @ local @ self.frame
         return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)
 
-    def end_stiffness_along(self, axis):
-        """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed. [N/m]"""
+    @property
+    def end_stiffness_chord(self):
+        """Static stiffness of end 2 along the chord, end 1 fixed. [N/m]"""
+        return float(self.frame[0] @ self.end_stiffness @ self.frame[0])
+
+    def end_stiffness_along(self, axis, moved=None):
+        """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed, by a movement along it or another. [N/m]"""
         if self.exact_statics:
             self.results.check(self.index)
-            return float(self.results.end_stiffness_along(axis)[self.index])
+            return float(self.results.end_stiffness_along(axis, moved)[self.index])
+        if moved is not None:
+            return float(self.end_stiffness[axis, moved])
         turn = self.frame[:, axis]
         part = self.in_plane if not turn[2] else self.dynamics if turn[:2].any() else self.out_of_plane
         return self.model.end_stiffness_along(part.planes, axis)
@@ -291,8 +320,10 @@ class Case:
 
     @cached_property
     def cable_air_rate(self):
-        """Viscous damping of the cable by the air, per mass. [1/s]"""
-        return cable_damping(self.scene.wind, self.scene.cable.section_diameter) / float(self.span.mass)
+        """Viscous damping of the cable by the air, per mass; 0 where its diameter is not known. [1/s]"""
+        if self.scene.wind_diameter is None:
+            return 0.0
+        return cable_damping(self.scene.wind, self.scene.wind_diameter) / float(self.span.mass)
 
     @shared("damping_key", "mass_key", "notch_key", "gondola_air_damping")
     def plant(self):
@@ -436,7 +467,9 @@ class _ClosedForm:
     @cached_property
     def key(self):
         cable = self._scene.cable
-        return (self._scene.gravity, *(frozen(getattr(cable, key)) for key in CABLE), frozen(self._scene.model))
+        scene = self._scene
+        stated = (getattr(cable, key) for key in CABLE)
+        return (scene.gravity, *map(frozen, stated), frozen(scene.load_case), frozen(scene.model))
 
     @cached_property
     def span(self):
@@ -471,6 +504,8 @@ class DiscreteStatics:
     def sag(self):
         """Vertical distance from chord to cable at mid-span. [m]"""
         case = self._case
+        if case.results.span.vertical[case.index][2] != 1:  # blown out of the vertical
+            return float(sag_and_swing(case.state, case.middle)[0])
         return sag(case.state, case.results.catenary.middle[case.index])
 
     def shape(self, positions):

@@ -1,13 +1,16 @@
 """The modes of a case, to its accuracy."""
 
+from collections import Counter
+
 import numpy as np
 
-from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
 from cablestudy.study.case import Case
-from cablestudy.study.columns import broken
+from cablestudy.study.columns import find, relative
 from cablestudy.study.models import solve_models
 from cablestudy.study.refinement import AccuracyNeeds, Search, reference_scene, refine
+from cablestudy.study.row import evaluate
 
 
 def modes(case, count=None, upto=None, estimate=False):
@@ -34,9 +37,6 @@ def modes(case, count=None, upto=None, estimate=False):
     ------
     NoSolutionError, ConvergenceError
     """
-    reason = broken(case)
-    if reason:
-        raise NoSolutionError(reason)
 
     def found_by(other):
         if upto is not None:
@@ -49,7 +49,7 @@ def modes(case, count=None, upto=None, estimate=False):
 
     if not case.exact_statics:
         found, (written, warnings) = found_by(case), notes.of_fixed(case)
-        return case, found, (*written, *(_about_frequencies(case, found) if estimate else ())), warnings
+        return case, found, (*written, *(about_errors(case, found) if estimate else ())), warnings
 
     def sample(finer, _):
         found = found_by(finer)
@@ -62,15 +62,51 @@ def modes(case, count=None, upto=None, estimate=False):
     for error in search.failures.values():
         raise error
     finer, error = search.used, max(search.errors.values(), default=0.0)
-    return finer, found_by(finer), tuple(notes.of_refined(finer, error, search.tried)), ()
+    return finer, found_by(finer), tuple(notes.of_refined(finer, error, search.tried)), notes.strength_warning(case)
 
 
-def _about_frequencies(case, found):
-    """Note on the error of the frequencies of fixed elements, against a finer model."""
-    try:
-        _, exact, *_ = modes(Case(reference_scene(case.scene)), len(found))
-    except CablestudyError as error:
-        return (f"motion: the error is not known: {error}",)
-    errors = np.abs(found.frequency / exact.frequency - 1)
-    worst = int(np.argmax(errors))
-    return (f"motion: estimated error {errors[worst]:.1e}, of mode {worst + 1}",)
+def errors_of(case, found):
+    """Estimated relative error of each frequency: of fixed elements against a finer model, each mode with the one of
+    the same number among those of its kind; of a cable with loads out of its plane, of the same number among all.
+
+    Parameters
+    ----------
+    case : Case
+    found : Modes
+
+    Returns
+    -------
+    errors : list of float
+        None where it is not known. [-]
+    reason : str
+        Why some are not known.
+    """
+    if case.exact_statics:
+        return found.errors.tolist(), ""
+    scene, errors, seen = reference_scene(case.scene), [None] * len(found), Counter()
+    if not case.planar:
+        try:
+            _, finer, *_ = modes(Case(scene), len(found))
+        except CablestudyError as error:
+            return errors, str(error)
+        return (np.abs(found.frequency / finer.frequency - 1) + finer.errors).tolist(), ""
+    parts, reason = {True: {}, False: {}}, ""  # axial modes, which need many waves, and the others: place -> column
+    for k, kind in enumerate(found.kind):
+        seen[kind] += 1
+        parts[kind == "axial"][k] = find(f"{kind.replace('-', '')}_frequency_{seen[kind]}")
+    for columns in parts.values():
+        finer = evaluate(scene, list(columns.values()))
+        reason = finer.cells["status"] if finer.failed else reason
+        for k, column in columns.items():
+            truth = finer.cells[column.header]
+            if truth is not None:
+                errors[k] = relative(float(found.frequency[k]), truth) + finer.errors[column.header]
+    return errors, reason
+
+
+def about_errors(case, found):
+    """Notes on the errors of the frequencies of fixed elements, none of others."""
+    if case.exact_statics:
+        return ()
+    errors, reason = errors_of(case, found)
+    return tuple(notes.of_comparison({f"mode {k}": error for k, error in enumerate(errors, 1)}, reason))

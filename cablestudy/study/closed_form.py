@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import ROUNDING, not_finite, value
+from cablestudy.study.columns import ROUNDING, not_finite, over_strength, value
 from cablestudy.study.results import Results
+from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 
 CLOSED = ("scene", "statics", "stiffness")
 DISCRETE = ("modes", "gondola", "loop", "wind")
 MOTION = (*DISCRETE, "cable wind")
-MAX_REASONS = 3  # in a status
 
 
 class ColumnRequirements:
@@ -115,6 +115,7 @@ class ClosedForm:
     count: int  # of cases, n
     numbers: dict  # header -> ndarray of shape (n,)
     failures: dict = field(default_factory=dict)  # case -> {header: CablestudyError} of a column without a value
+    over_strength: frozenset = frozenset()  # cases whose stress is above the strength
     errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where rounding exceeds ROUNDING
     least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
@@ -132,17 +133,22 @@ class ClosedForm:
         """Header -> estimated relative error, of one case."""
         return self.errors.get(case, self.least_errors)
 
+    def status(self, case):
+        """Status of one case."""
+        return status_of(self.failures.get(case, {}), OVER_STRENGTH if case in self.over_strength else "")
 
-def closed_form(results, required, breakable=True):
-    """`ClosedForm` of the cases of `Results`; `breakable`: whether a stress above the strength is a failure."""
-    numbers, failures = {}, {}
+
+def closed_form(results, required):
+    """`ClosedForm` of the cases of `Results`."""
+    numbers, failures, over = {}, {}, frozenset()
 
     def fail(case, header, error):
         failures.setdefault(case, {}).setdefault(header, error)
 
     if not required.scene_only:
         unsolved = results.failures
-        for case, error in {**(results.broken if breakable else {}), **unsolved}.items():
+        over = frozenset(np.flatnonzero(over_strength(results)).tolist()) - unsolved.keys()
+        for case, error in unsolved.items():
             for header in required.of_equilibrium:
                 fail(case, header, error)
     for column in required.physical:
@@ -154,12 +160,12 @@ def closed_form(results, required, breakable=True):
         for case in np.flatnonzero(~np.isfinite(number)).tolist():
             fail(case, column.header, not_finite(column))
     errors = {} if required.scene_only else _coarse_errors(results, required)
-    return ClosedForm(len(results.values), numbers, failures, errors, required.least_errors)
+    return ClosedForm(len(results.values), numbers, failures, over, errors, required.least_errors)
 
 
 def _coarse_errors(results, required):
     """Case -> {header: estimated relative error}, where rounding exceeds ROUNDING."""
-    statics = results.statics_rounding
+    statics = np.maximum(results.statics_rounding, results.drag_error)
     sags = [column.header for column in required.closed if column.name in ("sag", "sag_ratio")]
     sag = results.sag_rounding if sags else np.zeros(len(statics))
     errors = {}
@@ -188,19 +194,14 @@ def evaluate_table(table, columns):
         return None
     closed = closed_form(Results(table), required)
     numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
-    rows = [(cells, "ok", {}) for cells in numbers] or [([], "ok", {}) for _ in table.cases]
+    rows = [(cells, OK, {}) for cells in numbers] or [([], OK, {}) for _ in table.cases]
     for case, errors in closed.errors.items():
-        rows[case] = rows[case][0], "ok", {name: error for name, error in errors.items() if error > ROUNDING}
+        rows[case] = rows[case][0], OK, {name: error for name, error in errors.items() if error > ROUNDING}
+    for case in closed.over_strength:
+        rows[case] = rows[case][0], OVER_STRENGTH, rows[case][2]
     for case, failures in closed.failures.items():
         cells, _, errors = rows[case]
         cells = [None if c.header in failures else cell for c, cell in zip(required.closed, cells, strict=True)]
         errors = {name: error for name, error in errors.items() if name not in failures}
-        rows[case] = cells, status_of(failures), errors
+        rows[case] = cells, closed.status(case), errors
     return rows
-
-
-def status_of(failures):
-    """`ok`, or why columns have no value, each reason once: from a dict of header -> CablestudyError."""
-    reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
-    more = len(reasons) - MAX_REASONS
-    return "; ".join(reasons[:MAX_REASONS] + ([f"and {more} more reasons"] if more > 0 else [])) or "ok"

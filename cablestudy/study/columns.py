@@ -15,22 +15,28 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
+from cablestudy.cable.geometry import clearance, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.table import Field
+from cablestudy.study.load_cases import along
+from cablestudy.study.table import Field, header
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
-SUFFIX = {
-    "": "", "rad/s": "_rad_per_s", "N/m": "_N_per_m", "kg/m^3": "_kg_per_m3", "mm^2": "_mm2", "mm/s": "_mm_per_s",
-    "N/rad": "_N_per_rad", "N m/rad": "_Nm_per_rad",
-}  # fmt: skip
+UPRIGHT = 1e-50  # share of a tension below which the horizontal part of that of an upright cable is zero
 MAX_MODE_NUMBER = 1000
+METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
+STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
 BODY = f"gondola.mass, {DRAG}"
-ON_CABLE = "gondola.mass, wind"
+ON_CABLE = f"gondola.mass, wind, {DIAMETER}"
+# what a cross-section computes -> the key to give where it cannot
+WRITTEN = {
+    "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
+    "section_elastic_modulus": "area", "section_density": "area",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -40,10 +46,11 @@ class Column:
     name: str  # without its unit
     unit: str
     meaning: str
-    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run
+    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind, cable wind or run;
+    # find: a key that a study solves for
     needs: str
     compute: Callable  # Results -> ndarray, or Case -> float
-    key: str = ""  # keys of the scene without which it has no value, separated by commas
+    key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
     each: bool = False  # computed case by case, although it is a closed form
     mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
     without: str = ""  # key that a scene must not have
@@ -51,14 +58,14 @@ class Column:
     @property
     def least_error(self):
         """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
-        if self.needs == "run" or self.name == "iterations":
+        if self.needs in ("run", "find") or self.name == "iterations":
             return None
         return 0.0 if self.needs == "scene" else ROUNDING
 
     @cached_property
     def header(self):
         """Name with its unit, as in CSV and JSON."""
-        return self.name + SUFFIX.get(self.unit, f"_{self.unit}")
+        return header(self.name, self.unit)
 
     @property
     def field(self):
@@ -76,10 +83,20 @@ def stress_of(results):
     return results.statics.max_tension / results.given("cable.section_area")
 
 
+def utilisation_of(results):
+    """Largest tension of each cable over its breaking force, not a number without one. [-]"""
+    return results.statics.max_tension / results.given("cable.section_breaking_force")
+
+
+def over_strength(results):
+    """Whether the largest tension of each cable is above its breaking force; False where none is stated."""
+    return utilisation_of(results) > 1
+
+
 def _unstretched_length(results):
-    """As the scene states it, else computed: stated digits are kept."""
+    """As the scene states it, else computed: stated digits are kept. In the reference state."""
     stated = results.given("cable.unstretched_length")
-    return np.where(np.isnan(stated), results.span.unstretched_length, stated)
+    return np.where(np.isnan(stated), results.reference_length, stated)
 
 
 def _nonlinearity(case):
@@ -99,12 +116,70 @@ def _deflections(case):
 def mean_displacement(results):
     """Displacement of each gondola along x by the mean wind: rho/2 C_d A v^2 over the static stiffness. [m]
 
-    Zero where `wind.mean` leaves it out.
+    By the steady wind of the load case where it has one; else zero where `wind.mean` leaves it out.
     """
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
-    force = wind("air_density") / 2 * gondola("drag_coefficient") * gondola("area") * wind("speed") ** 2
+    steady = results.given("load_case.wind.dynamic_pressure")
+    mean = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
+    pressure = np.where(np.isnan(steady), mean, steady * along(results)[0])
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
-        return np.where(wind("mean"), force / results.end_stiffness_along(0), 0.0)
+        return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
+
+
+def _tension_at(end):
+    """Function of the tension at an end (0 or 1)."""
+    return lambda r: np.sqrt((r.form.end_forces()[..., end, :] ** 2).sum(axis=-1))
+
+
+def _reaction(end, part):
+    """Function of a part of the force of the support on the cable at an end: horizontal, or upwards."""
+
+    def compute(results):
+        force = -results.form.end_forces("global")[..., end, :]
+        if part == "vertical":
+            return force[..., 2]
+        level = np.hypot(force[..., 0], force[..., 1])
+        return np.where(
+            level > UPRIGHT * np.abs(force[..., 2]), level, 0.0
+        )  # none but for the solver of a vertical cable
+
+    return compute
+
+
+def _coupling_stiffness(results):
+    """Force along x by a movement along z, without what is rounding of the stiffness along both. [N/m]"""
+    own = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
+    mixed = results.end_stiffness_along(0, 2)
+    return np.where(np.abs(mixed) > ROUNDING * own, mixed, 0.0)
+
+
+def _angle(end):
+    """Function of the angle of a cable below the horizontal where it leaves an end. [deg]"""
+
+    def compute(results):
+        force = results.form.end_forces("global")[..., end, :]
+        return np.degrees(np.arctan2(-force[..., 2], np.hypot(force[..., 0], force[..., 1])))
+
+    return compute
+
+
+def _lowest_point(results):
+    """Level of the lowest point of each cable. [m]"""
+    return results.end_1[..., 2] + lowest_point(results.form)
+
+
+def _support_columns():
+    """Yield the columns of what the two supports hold."""
+    for end in (1, 2):
+        yield Column(f"tension_{end}", "N", f"at end {end}", "statics", _tension_at(end - 1))
+    for end in (1, 2):
+        yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
+                     "statics", _reaction(end - 1, "horizontal"))  # fmt: skip
+        yield Column(f"reaction_{end}_vertical", "N", "vertical part of it, upwards: negative where it holds the end "
+                     "down", "statics", _reaction(end - 1, "vertical"))  # fmt: skip
+    for end in (1, 2):
+        yield Column(f"angle_{end}", "deg", f"of the cable below the horizontal where it leaves end {end}", "statics",
+                     _angle(end - 1))  # fmt: skip
 
 
 def _peak(case):
@@ -125,9 +200,9 @@ def _shedding(name, meaning, place):
 
     def compute(results):
         wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence"))
-        return shedding_frequencies(wind, results.given("cable.section_diameter"))[place]
+        return shedding_frequencies(wind, results.given("wind_diameter"))[place]
 
-    return Column(name, "Hz", meaning, "scene", compute, "wind")
+    return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
 
 def _stable_loop(case):
@@ -145,7 +220,7 @@ def _frequency(name, meaning, number, kind, symmetry=None):
 
 def _rms(part, where, sources):
     """Yield the columns of the gondola's RMS in one wind, by independent forces, whose variances add."""
-    key = ON_CABLE if sources == ("cable_response",) else BODY
+    key = {"response": BODY, "cable_response": ON_CABLE}.get(sources[0], f"{BODY}, {DIAMETER}")
     loops = ("", "with the winch loop", f"{key}, winch.controller"), ("open_", "the winch at rest", key)
     for state, loop, keys in loops:
         for quantity, unit, what in (("displacement", "mm", where), ("velocity", "mm/s", "of its velocity")):
@@ -166,23 +241,31 @@ COLUMNS = (
            lambda r: r.statics.horizontal_tension),
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
-    Column("unstretched_length", "m", "length without tension", "statics", _unstretched_length),
+    Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
+           _unstretched_length),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda r: r.given("cable.chord_length")),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag),
     Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.given("cable.chord_length")),
-    Column("mass", "kg", "mass of the cable, density x area x unstretched length", "statics",
-           lambda r: r.span.mass * r.span.unstretched_length),
-    Column("diameter", "mm", "of a round solid cross-section", "scene",
-           lambda r: 1e3 * r.given("cable.section_diameter")),
-    Column("area", "mm^2", "of the cross-section", "scene", lambda r: 1e6 * r.given("cable.section_area")),
-    Column("elastic_modulus", "GPa", "of the cross-section", "scene", lambda r: r.given("cable.elastic_modulus") / 1e9),
-    Column("density", "kg/m^3", "mass per volume", "scene", lambda r: r.given("cable.density")),
+    Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
+           lambda r: r.given("cable.section_mass") * r.reference_length),
+    Column("diameter", "mm", "outer, of the cross-section", "scene",
+           lambda r: 1e3 * r.given("cable.section_diameter"), DIAMETER),
+    Column("area", "mm^2", "metallic, of the cross-section", "scene",
+           lambda r: 1e6 * r.given("cable.section_area"), METAL),
+    Column("elastic_modulus", "GPa", "axial stiffness over area", "scene",
+           lambda r: r.given("cable.section_elastic_modulus") / 1e9, "cable.section_elastic_modulus"),
+    Column("density", "kg/m^3", "mass per length over area", "scene",
+           lambda r: r.given("cable.section_density"), "cable.section_density"),
+    Column("axial_stiffness", "N", "EA, tension per strain", "scene",
+           lambda r: r.given("cable.section_axial_stiffness")),
+    Column("mass_per_length", "kg/m", "of the unstretched cable", "scene", lambda r: r.given("cable.section_mass")),
+    Column("breaking_force", "N", "tension at which the cable breaks", "scene",
+           lambda r: r.given("cable.section_breaking_force"), STRONG),
     Column("strain", "", "mean strain, mean tension over EA", "statics",
-           lambda r: r.statics.mean_tension / r.given("cable.axial_stiffness")),
-    Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6),
-    Column("utilisation", "", "largest stress over strength", "statics",
-           lambda r: stress_of(r) / r.given("cable.strength"), "cable.strength"),
+           lambda r: r.statics.mean_tension / r.given("cable.section_axial_stiffness")),
+    Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6, METAL),
+    Column("utilisation", "", "largest tension over breaking force", "statics", utilisation_of, STRONG),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
            lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
@@ -191,12 +274,22 @@ COLUMNS = (
            lambda c: _deflections(c)[1], "cable.loads", each=True),
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads",
            each=True),
+    *_support_columns(),
+    Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point),
+    Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
+           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True),
+    Column("swing", "deg", "out of the vertical plane of the chord, at mid-span", "statics",
+           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
            lambda r: r.end_stiffness_along(0)),
     Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
            lambda r: r.end_stiffness_along(2)),
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
            lambda r: r.end_stiffness_along(1)),
+    Column("end_stiffness_xz", "N/m", "force along x by a static movement of end 2 along z", "stiffness",
+           _coupling_stiffness),
+    Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
+           lambda r: r.end_stiffness_chord),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
            lambda r: r.gondola_frequency_static, "gondola.mass"),
@@ -217,7 +310,7 @@ COLUMNS = (
     *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
     *_rms("_all_wind", "by the wind on gondola and cable together", ("response_in_air", "cable_response")),
     Column("mean_displacement", "mm", "of the gondola along x by the mean wind on it, the winch at rest; linear",
-           "stiffness", lambda r: 1e3 * mean_displacement(r), DRAG),
+           "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
     _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
@@ -225,9 +318,9 @@ COLUMNS = (
     _imaged("corrected", "RMS of it that the correcting mirror leaves", "correction"),
     _imaged("corrected_exposure", "RMS of it within one exposure that the mirror leaves", "exposure, correction"),
     Column("midspan_rms", "mm", "of a cable with fixed ends in the wind, at mid-span, in the direction that moves most",
-           "cable wind", lambda c: 1e3 * c.cable_motion.midspan, "wind", without="gondola"),
+           "cable wind", lambda c: 1e3 * c.cable_motion.midspan, f"wind, {DIAMETER}", without="gondola"),
     Column("tension_rms", "N", "of its tension, at the end where it is larger", "cable wind",
-           lambda c: c.cable_motion.tension, "wind", without="gondola"),
+           lambda c: c.cable_motion.tension, f"wind, {DIAMETER}", without="gondola"),
     _shedding("shedding_frequency", "of vortices, 0.2 v/d at the mean wind speed", 1),
     _shedding("shedding_frequency_low",
               "the same three standard deviations of the speed below the mean, 0 at least", 0),
@@ -237,7 +330,7 @@ COLUMNS = (
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
            None),
-    Column("status", "", "ok, or why cells of the row are empty", "run", None),
+    Column("status", "", "ok, over strength, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
 STATUS = COLUMNS[-1].field
@@ -298,10 +391,16 @@ def attribute(scene, path):
 def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
     for key in column.keys:
-        value = attribute(scene, key)
-        if value is None or (isinstance(value, tuple) and not value):
-            return key
+        values = [attribute(scene, name) for name in key.split("|")]
+        if all(value is None or (isinstance(value, tuple) and not value) for value in values):
+            return written_key(key.split("|")[0])
     return ""
+
+
+def written_key(key):
+    """The key that a user gives for what a column needs."""
+    table, _, name = key.rpartition(".")
+    return f"{table}.{WRITTEN[name]}" if name in WRITTEN else key
 
 
 def without(scene, column):
@@ -314,19 +413,6 @@ def not_finite(column):
     if column.name in ("sag", "sag_ratio"):
         return NoSolutionError(f"no {column.name}: {SHAPELESS}")
     return NoSolutionError(f"{column.header} is not finite")
-
-
-def breaking(stress, strength):
-    """Why a cable breaks, or an empty text."""
-    if not stress > strength:
-        return ""
-    return f"broken cable: stress {stress / 1e6:.4g} MPa is above the strength of {strength / 1e6:.4g} MPa"
-
-
-def broken(case):
-    """Why the cable of a case breaks, or an empty text."""
-    strength = case.scene.cable.strength
-    return "" if strength is None else breaking(float(stress_of(case)), strength)
 
 
 def value(column, case):

@@ -8,6 +8,7 @@ from cablestudy.cable import equilibrium
 from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import counts_of_pieces, mesh_pieces, mesh_segments
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.load_cases import uneven_drag
 from cablestudy.study.results import along
 from cablestudy.system.ends import Ends
 
@@ -168,14 +169,14 @@ def mesh_of(case):
         No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than MAX_NODES.
     """
     results, index = case.results, case.index
-    pieces = results.pieces(index)
+    pieces, carried = results.pieces(index), case.span.point_masses
     if case.level is not None:
         elements, order = case.level
         if len(pieces) == 2:
-            return mesh_pieces(pieces, (elements,), order)
+            return mesh_pieces(pieces, (elements,), order, point_masses=carried)
         # on each piece as many as its share of the waves needs
         shares = results.travel_shares(index, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
-        return mesh_pieces(pieces, counts_of_pieces(elements, shares), order)
+        return mesh_pieces(pieces, counts_of_pieces(elements, shares), order, point_masses=carried)
     model = case.scene.model
     nodes = model.elements * model.order
     if nodes > MAX_NODES:
@@ -184,7 +185,8 @@ def mesh_of(case):
             f"(at most {MAX_NODES}): take fewer elements, or model.accuracy instead"
         )
     try:
-        return mesh_segments(results.catenary.segments.fraction[index], model.elements, model.order, model.mass)
+        fraction = results.catenary.segments.fraction[index]
+        return mesh_segments(fraction, model.elements, model.order, model.mass, carried)
     except ValueError as error:
         raise NoSolutionError(str(error)) from None
 
@@ -247,4 +249,5 @@ def _solved(results, cases, mesh, level):
     catenary = results.catenary.take(np.array(cases))
     if level is not None:
         return Models(equilibrium.from_catenary(catenary, mesh), None, catenary.span, level[0])
-    return Models(*equilibrium.solve_many(catenary, mesh), catenary.span, 1)
+    drag = uneven_drag(results.values, cases)
+    return Models(*equilibrium.solve_many(catenary, mesh, drag), catenary.span, 1)

@@ -3,10 +3,13 @@
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.study.columns import relative
+from cablestudy.scene.words import first_of
+from cablestudy.study.columns import over_strength, relative, stress_of
+from cablestudy.study.refinement import REFERENCE
 
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
+LISTED = 6  # columns that are named
 SHARED, SHOWN = 0.5, 0.05  # share of the gondola's compliance below which others are named, and of those
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
@@ -28,17 +31,72 @@ def of_refined(case, error, tried):
 
 
 def of_fixed(case):
-    """Notes on fixed elements, and a warning where their statics are far from those of the continuous cable."""
-    model, error = case.scene.model, statics_error(case)
+    """Notes on fixed elements; warnings where a stress is too large, or their statics far from the continuous cable."""
+    model, error, warnings = case.scene.model, statics_error(case), strength_warning(case)
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
         f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form",
     )
     if error <= POOR_STATICS:
-        return notes, ()
+        return notes, warnings
     return notes, (
+        *warnings,
         f"warning: tensions or sag of {model.elements} elements of order {model.order} are {100 * error:.2g} % off"
         " those of the continuous cable; take more elements, or model.accuracy instead",
+    )
+
+
+def of_comparison(errors, status, what="motion"):
+    """Yield notes on the comparison of a fixed model with a finer one.
+
+    Parameters
+    ----------
+    errors : dict
+        Header -> relative error, None where it is not known.
+    status : str
+        Of the finer model's row.
+    what : str
+        What was compared, in a word.
+    """
+    known = {name: error for name, error in errors.items() if error is not None}
+    unknown = [name for name in errors if name not in known]
+    if known:
+        worst = max(known, key=known.get)
+        yield f"{what}: estimated error {known[worst]:.1e}, of {worst}, against a model to an accuracy of {REFERENCE:g}"
+    if unknown:
+        yield f"{what}: the error of {first_of(unknown, LISTED)} is not known: {status}"
+
+
+def strength_warning(case):
+    """A warning where the stress is above the strength, at most one. Returns a tuple of str.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no equilibrium.
+    """
+    if not over_strength(case):
+        return ()
+    force, area = float(case.given("cable.section_breaking_force")), float(case.given("cable.section_area"))
+    if np.isnan(area):
+        tension = float(case.statics.max_tension)
+        return (f"warning: the tension of {tension:.4g} N is above the breaking force of {force:.4g} N",)
+    stress = float(stress_of(case)) / 1e6
+    return (f"warning: the stress of {stress:.4g} MPa is above the strength of {force / area / 1e6:.4g} MPa",)
+
+
+def reference_without_loads(scene):
+    """Notes, at most one: the scene states a tension or a sag, and loads, but not whether it holds with them.
+
+    It held with them in version 0.2; the note is for one release. Returns a tuple of str.
+    """
+    cable = getattr(scene, "cable", None)
+    stated = [key for key in ("preload", "sag", "tension") if getattr(cable, key, None) is not None]
+    if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):
+        return ()
+    return (
+        f"note: cable.{stated[0]} is that of the cable without its point loads, since this version; "
+        "cable.reference.loads: true states it with them, as before",
     )
 
 

@@ -4,8 +4,10 @@ from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
-from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.all_columns import find, find_header, key_column, why_not
 from cablestudy.study.columns import STATUS
+from cablestudy.study.find import check_goal, column_named, field_of_key
+from cablestudy.study.goal import goal_of_study
 from cablestudy.study.table import Field, number, read_csv
 
 NEVER_COMPARED = "solve_time"  # differs from run to run
@@ -18,6 +20,9 @@ SHOWN_BY = {
     "cable.sag": ("sag",),
     "cable.elastic_modulus": ("elastic_modulus",),
     "cable.density": ("density",),
+    "cable.axial_stiffness": ("axial_stiffness",),
+    "cable.mass_per_length": ("mass_per_length",),
+    "cable.breaking_force": ("breaking_force",),
     "cable.chord": ("chord",),
 }
 
@@ -39,9 +44,12 @@ def prepare(study):
     Raises
     ------
     SceneError
-        Every mistake of the first check that finds one: cases, columns, tolerances, plot, printed values.
+        Every mistake of the first check that finds one: cases, what is solved for, columns, tolerances, plot, printed
+        values.
     """
     study.check()
+    if study.find:
+        check_goal(goal_of_study(study), study.document_of(0))
     columns = columns_of(study)
     tolerances_of(study)
     for name in (study.plot.x, *study.plot.y) if study.plot else ():
@@ -53,14 +61,14 @@ def prepare(study):
 
 
 def columns_of(study):
-    """List of the columns that a study names.
+    """List of the columns of a study: of the key that it solves for, and those that it names.
 
     Raises
     ------
     SceneError
         Unknown or repeated columns, or one that needs a key which the scene lacks.
     """
-    columns, mistakes = [], []
+    columns, mistakes = [key_column(study.find.by)] if study.find else [], []
     _, scene = study.case(0)
     for place, name in enumerate(study.columns):
         try:
@@ -85,8 +93,8 @@ def _no_case_has(study, column):
 
 def _listed(study, name):
     """The column of a name, with its unit or without; ValueError where the study does not list it."""
-    column = find(name)
-    if not {column.name, column.header}.intersection(study.columns):
+    column = column_named(study, name)
+    if column.needs != "find" and not {column.name, column.header}.intersection(study.columns):
         raise ValueError(f"{name} is not among the study's columns")
     return column
 
@@ -137,14 +145,25 @@ def _printed_values(study, columns):
     return names, numbers
 
 
+def _is_loaded(study):
+    """Whether the first case of a study has point loads or a load case, or the study varies the case."""
+    try:
+        _, scene = study.case(0)
+    except SceneError:
+        return False
+    return "case" in study.varied or bool(getattr(scene, "loads", ()) or getattr(scene, "case", None))
+
+
 def fields_of(study, columns, referenced):
     """Tuple of the fields of a study's table; `referenced` are the headers of columns that have printed values."""
     shown = {column.name for column in columns}
+    if _is_loaded(study):  # what is stated holds in the reference state, the column in the case
+        shown.difference_update(("preload", "sag"))
     fields = [Field(key, key) for key in study.varied if not shown.intersection(SHOWN_BY.get(key, ()))]
     for column in columns:
         if column.name == "status":
             continue
-        fields.append(column.field)
+        fields.append(field_of_key(column) if column.needs == "find" else column.field)
         if column.header in referenced:
             printed, difference = beside(column.header, "printed"), beside(column.header, "difference")
             fields.append(Field(printed, "printed", column.unit, hidden=True))
@@ -154,5 +173,5 @@ def fields_of(study, columns, referenced):
 
 def beside(header, word):
     """Name with a word before the unit: `sag_m` -> `sag_printed_m`."""
-    column = find(header)
+    column = find_header(header)
     return f"{column.name}_{word}{column.header[len(column.name) :]}"

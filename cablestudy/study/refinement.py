@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, inf, log10
 
+import numpy as np
+
 from cablestudy.cable.element import PER_WAVE
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study.columns import ROUNDING, relative
@@ -82,7 +84,7 @@ class Settings:
 
 
 SETTINGS = Settings()
-REFERENCE = 1e-9  # accuracy of the model against which the error of a fixed model is estimated
+REFERENCE = 1e-6  # accuracy of the model against which the motion of a fixed model is held: above it, errors are true
 
 
 def levels(first):
@@ -171,9 +173,13 @@ def needs_of(case, required):
         found = max([values.get(column.header, 0.0) for column in required.modes], default=0.0)
         return max(found, finer.gondola_frequency) if body else found
 
+    # Dunkerley: masses on the cable lower its axial mode k at most by this
+    carried = sum(mass for _, mass in case.span.point_masses)
+    slower = np.sqrt(1 + (axial * np.pi / 2) ** 2 * carried)
+
     def least(finer):
         # half of k c/(2 L): neighbouring modes shift an axial one
-        alone = axial * axial_waves / (4 * travel_time) if axial else 0.0
+        alone = axial * axial_waves / (4 * travel_time) / slower if axial else 0.0
         return max(alone, finer.gondola_frequency) if body else alone
 
     near_limit = [c.header for c in required.motion if c.name in ("largest_gain", "gain_margin")]
@@ -402,6 +408,6 @@ def left_of_three(history):
 
 
 def reference_scene(scene):
-    """The same scene with a model to an accuracy of REFERENCE, against which fixed elements are held."""
-    model = scene.model.model_copy(update={"elements": None, "accuracy": REFERENCE})
+    """The same scene, of one cable or of a suspension, with a model to an accuracy of REFERENCE."""
+    model = scene.model.model_copy(update={"elements": None, "order": 1, "mass": "lumped", "accuracy": REFERENCE})
     return scene.model_copy(update={"model": model})

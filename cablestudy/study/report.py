@@ -8,7 +8,8 @@ from cablestudy.scene.document import apply_sets, read_file, resolve_base
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
-from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks
+from cablestudy.study.case_modes import errors_of
+from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks, written_key
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.columns import families
@@ -18,11 +19,14 @@ PARTICIPATION = "N/(m sqrt(kg))"  # unit
 SHAPE_POINTS = 41  # along a cable in closed form
 
 
-def static_table(scene):
-    """`Table` and `Row` of every static and stiffness column that a scene has the keys for."""
+def static_table(scene, estimate=False):
+    """`Table` and `Row` of every static and stiffness column that a scene has the keys for.
+
+    `estimate`: whether to estimate the errors of deflections by fixed elements; those of other statics cost nothing.
+    """
     kinds = ("scene", "statics", "stiffness")
     columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
-    row = evaluate(scene, columns)
+    row = evaluate(scene, columns, estimate)
     fields = (*(column.field for column in columns), STATUS)
     return Table(fields, [row.cells], single=True, errors=row.known_errors), row
 
@@ -62,14 +66,16 @@ def mode_table(case, modes):
     """Table of the `Modes` of a case."""
     participation = np.abs(case.participation(modes))
     # a participation is rounding relative to the largest of all modes and to the largest that its mode could have
-    largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(case.span.mass * case.span.unstretched_length)
+    moving = case.span.mass * case.span.unstretched_length * case.state.mesh.node_masses.sum()
+    largest = (2 * np.pi * modes.frequency) ** 2 * np.sqrt(moving)
     floor = 1e-12 * np.maximum(largest, participation.max(initial=0.0))
     field = Field("participation", "participation", PARTICIPATION)
-    return modes_as_rows(modes, range(len(modes)), {field: np.where(participation > floor, participation, 0.0)})
+    more = {field: np.where(participation > floor, participation, 0.0)}
+    return modes_as_rows(case, modes, range(len(modes)), more)
 
 
-def modes_as_rows(modes, chosen, more):
-    """Table of chosen modes, given by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
+def modes_as_rows(case, modes, chosen, more):
+    """Table of chosen modes of a case, by indices: number, kind, symmetry, frequency, and more (Field -> values)."""
     fields = (*(Field(name, name) for name in ("number", "type", "symmetry")), Field("frequency_Hz", "frequency", "Hz"))
     rows = [
         {
@@ -81,18 +87,30 @@ def modes_as_rows(modes, chosen, more):
         }
         for k in chosen
     ]
-    return Table((*fields, *more), rows)
+    return Table((*fields, *more), rows, errors=lambda: _errors_of_modes(case, modes, chosen))
+
+
+def _errors_of_modes(case, modes, chosen):
+    """Yield the estimated error of each chosen frequency, where it is known: header -> number."""
+    errors, _ = errors_of(case, modes.first(int(max(chosen, default=-1)) + 1))
+    for k in chosen:
+        yield {} if errors[k] is None else {"frequency_Hz": errors[k]}
 
 
 def columns_table():
     """Table of all columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs."""
     kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families()}
     rows = [
-        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": c.key}
+        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}
         for kind, columns in kinds.items()
         for c in columns
     ]
     return Table(tuple(Field(name, name) for name in rows[0]), rows)
+
+
+def keys_of(column):
+    """The keys that a column needs, as the file has them."""
+    return ", ".join(map(written_key, column.keys))
 
 
 def shape_positions(case):

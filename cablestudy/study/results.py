@@ -1,21 +1,21 @@
 """Results of many cases in closed form, as arrays with an axis of cases."""
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import product
 
 import numpy as np
 
 from cablestudy.cable import initial_length
 from cablestudy.cable.catenary import FOLDED, solve, travel_shares
 from cablestudy.cable.element import pieces
-from cablestudy.cable.span import Span
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, breaking, stress_of
+from cablestudy.study.columns import ROUNDING, SHAPELESS, UPRIGHT
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
-UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
 STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
@@ -37,35 +37,31 @@ class Results:
 
     @cached_property
     def _span_and_reasons(self):
-        """The cables, and case -> why its cable does not exist; a taut one takes its place."""
-        values = self.values
-        positions, forces = values.loads
-        span = Span.between(
-            *values.ends,
-            values.given("cable.axial_stiffness"),
-            values.given("cable.mass_per_length"),
-            values.given("gravity"),
-            load_positions=positions,
-            load_forces=forces,
-            chord=values.given("cable.chord_length"),
-        )
-        strain, reasons = _chord_strain(span, values)
-        return _loads_on_cable(span.with_chord_strain(strain), reasons), reasons
+        """The cables, case -> why its cable does not exist, and the lengths; a taut one takes its place."""
+        span = bare_spans(self.values)
+        strain, reasons = _chord_strain(span, self.values)
+        length = span.with_chord_strain(strain).unstretched_length
+        return _loads_on_cable(loaded_spans(span, self.values, strain), reasons), reasons, length
 
     @property
     def span(self):
-        """The cables, fields of shape (n,), their unstretched lengths found where a preload or a sag is given."""
+        """The cables under the loads of their cases, fields of shape (n,), their unstretched lengths found."""
         return self._span_and_reasons[0]
+
+    @property
+    def reference_length(self):
+        """Unstretched lengths in the reference state, shape (n,). [m]"""
+        return self._span_and_reasons[2]
 
     @cached_property
     def catenary(self):
         """The equilibria of the elastic catenary."""
-        return solve(self._span_and_reasons[0])
+        return solve(self.span)
 
     @cached_property
     def failures(self):
         """Case -> NoSolutionError or ConvergenceError of a case without an equilibrium."""
-        span, reasons = self._span_and_reasons
+        span, reasons, _ = self._span_and_reasons
         record = self.catenary.record
         failures = {}
         for case in np.flatnonzero(~record.converged).tolist():
@@ -76,31 +72,43 @@ class Results:
                 failures[case] = ConvergenceError(f"catenary: no convergence in {steps} steps", record)
         return failures | {case: NoSolutionError(reason) for case, reason in reasons.items()}
 
+    @property
+    def form(self):
+        """The cables where they hang: what `cable.geometry` takes."""
+        return self.catenary
+
+    @property
+    def middle(self):
+        """Arc length at mid-span over unstretched length, shape (n,). [-]"""
+        return self.catenary.middle
+
+    @property
+    def end_1(self):
+        """Places of end 1, shape (n, 3). [m]"""
+        return self.values.ends[0]
+
     def check(self, case):
         """Raise the NoSolutionError or ConvergenceError of a case that has no equilibrium."""
         if case in self.failures:
             raise self.failures[case]
 
     @cached_property
-    def broken(self):
-        """Case -> NoSolutionError of a case whose stress is above its strength."""
-        strength = self.given("cable.strength")
-        if np.isnan(strength).all():
-            return {}
-        stress = stress_of(self)
-        places = np.flatnonzero(stress > strength).tolist()
-        return {case: NoSolutionError(breaking(float(stress[case]), float(strength[case]))) for case in places}
-
-    @cached_property
     def statics(self):
         """Tensions, sag and stretched length: `ClosedStatics`."""
         return ClosedStatics(self.catenary)
 
-    def end_stiffness_along(self, axis):
-        """Static stiffness of end 2 along x, y or z (0, 1, 2), end 1 fixed, shape (n,). [N/m]"""
-        if axis not in self._along:
-            self._along[axis] = along(self.span, self.catenary.end_stiffness, axis)
-        return self._along[axis]
+    def end_stiffness_along(self, axis, moved=None):
+        """Static stiffness of end 2, end 1 fixed, shape (n,): force along x, y or z (0, 1, 2), by default by its own
+        movement, or by that along another axis. [N/m]"""
+        key = axis, axis if moved is None else moved
+        if key not in self._along:
+            self._along[key] = along(self.span, self.catenary.end_stiffness, *key)
+        return self._along[key]
+
+    @property
+    def end_stiffness_chord(self):
+        """That along the chord, shape (n,). [N/m]"""
+        return self.catenary.end_stiffness[..., 0, 0]
 
     @property
     def gondola_frequency_static(self):
@@ -112,17 +120,22 @@ class Results:
     @cached_property
     def planar(self):
         """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple, shape (n,)."""
-        return ~self.span.load_forces[..., 2].any(axis=-1)
+        return ~self.span.load_forces[..., 2].any(axis=-1) & ~self._uneven
 
     @cached_property
     def across_x(self):
-        """Whether the cable's plane is turned out of the x-z plane, shape (n,)."""
-        return self.span.level[:, 1] != 0
+        """Whether a movement along x leaves the cable's plane, shape (n,)."""
+        return self.span.frame[:, 2, 0] != 0
 
     @cached_property
     def mirror_symmetric(self):
         """Whether a cable is its own mirror image at mid-length, shape (n,)."""
-        return self.span.mirror_symmetric
+        return self.span.mirror_symmetric & ~self._uneven
+
+    @cached_property
+    def _uneven(self):
+        """Whether drag changes along a cable: in a steady wind, with a fixed number of elements, shape (n,)."""
+        return (self.given("load_case.wind.dynamic_pressure") > 0) & np.isfinite(self.given("model.elements"))
 
     @cached_property
     def length_rounding(self):
@@ -145,6 +158,11 @@ class Results:
         least = self.statics.min_tension
         balanced = EPSILON * self.statics.max_tension / np.where(least > 0, least, np.inf)
         return np.maximum(balanced, self.length_rounding)
+
+    @cached_property
+    def drag_error(self):
+        """Relative error of all results in a steady wind, shape (n,). [-] See `load_cases.drag_errors`."""
+        return drag_errors(self.values, self.catenary)
 
     @cached_property
     def sag_rounding(self):
@@ -221,26 +239,44 @@ class Results:
 
 
 def _chord_strain(span, values):
-    """Chord strain of each cable, and reasons where there is none."""
+    """Chord strain of each cable in its reference state, and reasons where there is none."""
     strain, reasons = np.zeros(len(values)), {}
     length = values.given("cable.unstretched_length")
     given = np.isfinite(length)
     strain[given] = (span.chord[given] - length[given]) / length[given]
-    for key, search, search_one in (
-        ("cable.preload", initial_length.strains_for_tension, initial_length.closer_strain_for_tension),
-        ("cable.sag", initial_length.strains_for_sag, initial_length.no_strain_for_sag),
-    ):
-        target = values.given(key)
-        chosen = np.flatnonzero(np.isfinite(target))
-        if not len(chosen):
-            continue
-        strain[chosen] = search(span.take(chosen), target[chosen])
-        for case in chosen[~np.isfinite(strain[chosen])].tolist():
-            try:
-                strain[case] = search_one(span.take(case), target[case])
-            except NoSolutionError as error:
-                reasons[case], strain[case] = str(error), STAND_IN_STRAIN
+    loaded = values.given("cable.reference.loads") > 0
+    states = [(~loaded, span)]
+    if loaded.any():
+        states.append((loaded, with_loads(span, values, of_case=False)))
+    for (chosen, state), search in product(states, _searches(values)):
+        _search_strain(state, chosen, search, strain, reasons)
     return strain, reasons
+
+
+def _searches(values):
+    """What cables may state instead of a length: values, shape (n,), search of many, search of one or its refusal."""
+    found = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
+    stated = [(values.given("cable.stated_preload"), "mean")]
+    places = values.words("cable.tension.at")
+    stated += [(np.where(places == at, values.given("cable.stated_tension"), np.nan), at) for at in set(places) - {""}]
+    for tension, at in stated:
+        many, one = initial_length.strains_for_tension, initial_length.closer_strain_for_tension
+        found.append((tension, partial(many, at=at), partial(one, at=at)))
+    return found
+
+
+def _search_strain(span, chosen, search, strain, reasons):
+    """Find the chord strain of the chosen cables that state a value; `strain` and `reasons` are filled in."""
+    target, search_many, search_one = search
+    chosen = np.flatnonzero(chosen & np.isfinite(target))
+    if not len(chosen):
+        return
+    strain[chosen] = search_many(span.take(chosen), target[chosen])
+    for case in chosen[~np.isfinite(strain[chosen])].tolist():
+        try:
+            strain[case] = search_one(span.take(case), target[case])
+        except NoSolutionError as error:
+            reasons[case], strain[case] = str(error), STAND_IN_STRAIN
 
 
 def _loads_on_cable(span, reasons):
@@ -258,13 +294,14 @@ def _loads_on_cable(span, reasons):
     return replace(span, load_positions=positions)
 
 
-def along(span, stiffness, axis):
+def along(span, stiffness, axis, moved=None):
     """Stiffness along the global axis 0, 1 or 2 (x, y, z) from one in the chord frame, shape (..., 3, 3). [N/m]
 
-    Without a matrix product, whose rounding would depend on the number of cables.
+    Of a movement along the same axis, or along another one. Without a matrix product, whose rounding would depend on
+    the number of cables.
     """
-    turn = span.frame[..., axis]
-    return sum(turn[..., i] * stiffness[..., i, j] * turn[..., j] for i in range(3) for j in range(3))
+    turn, other = span.frame[..., axis], span.frame[..., axis if moved is None else moved]
+    return sum(turn[..., i] * stiffness[..., i, j] * other[..., j] for i in range(3) for j in range(3))
 
 
 class ClosedStatics:

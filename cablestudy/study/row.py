@@ -7,11 +7,12 @@ from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import ColumnRequirements, closed_form, status_of
-from cablestudy.study.columns import broken, relative, value
+from cablestudy.study.closed_form import ColumnRequirements, closed_form
+from cablestudy.study.columns import over_strength, relative, value
 from cablestudy.study.refinement import SETTINGS, Search, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
+from cablestudy.study.status import OVER_STRENGTH, has_answer, status_of
 
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
@@ -48,18 +49,22 @@ class Row:
     @property
     def failed(self):
         """Whether some column cannot be had."""
-        return self.cells["status"] != "ok"
+        return not has_answer(self.cells["status"])
 
 
 @dataclass
 class _Answer:
-    """A row while it is computed; attributes as of `Row`, values as its cells, failures by header."""
+    """A row while it is computed; attributes as of `Row`, values as its cells, failures by header.
+
+    `over_strength`: whether the stress is above the strength.
+    """
 
     case: Case
     values: dict
     failures: dict
     errors: dict
     notes: tuple
+    over_strength: bool
     dof: int = 0
     warnings: tuple = ()
 
@@ -88,7 +93,7 @@ class _Answer:
             run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if known else None}
             run["solve_time_ms"] = 1e3 * seconds if required.clock else None
             cells.update((header, number) for header, number in run.items() if header in cells)
-        cells["status"] = status_of(self.failures)
+        cells["status"] = status_of(self.failures, OVER_STRENGTH if self.over_strength else "")
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
@@ -134,7 +139,7 @@ def _rows_alike(scenes, required, exact, cache, estimate):
     """Yield the rows of scenes whose cables carry equally many loads, all with fixed elements or none (`exact`)."""
     begin = time.perf_counter()
     results = Results(SceneValues(scenes))
-    closed = closed_form(results, required, breakable=exact)
+    closed = closed_form(results, required)
     cells = closed.cells()
     closed_time = (time.perf_counter() - begin) / len(scenes)
     solve = _solver(required, exact)
@@ -169,8 +174,9 @@ def _closed_rows(results, closed, cells, required, cache):
         failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
         if failures:
             errors = {name: error for name, error in errors.items() if name not in failures}
-        row = {**required.empty, **cells[index], "status": status_of(failures) if failures else "ok"}
-        yield Row(row, Case(results.values.scenes[index], results, index, cache=cache), about, errors)
+        row = {**required.empty, **cells[index], "status": closed.status(index)}
+        case, over = Case(results.values.scenes[index], results, index, cache=cache), index in closed.over_strength
+        yield Row(row, case, about, errors, notes.strength_warning(case) if over else ())
 
 
 def _answer(case, closed, cells, required):
@@ -178,7 +184,9 @@ def _answer(case, closed, cells, required):
     failures = dict(closed.failures.get(case.index, {}))
     values = {header: number for header, number in cells.items() if header not in failures}
     errors = dict(closed.errors_of(case.index))
-    return _Answer(case, values, failures, errors, notes.NOTHING if required.scene_only else notes.STATIC)
+    about = notes.NOTHING if required.scene_only else notes.STATIC
+    over = case.exact_statics and case.index in closed.over_strength
+    return _Answer(case, values, failures, errors, about, over, warnings=notes.strength_warning(case) if over else ())
 
 
 def _solve_models(cases, required):
@@ -217,12 +225,13 @@ def _solve_to_accuracy(answers, required, _):
 def _take_over(answer, needed, search):
     """Put what a search has found into the answer."""
     answer.case, answer.dof = search.used, search.used.dof
+    drag = float(search.used.results.drag_error[search.used.index])
     for column in needed.motion:
         name = column.header
         if name in search.values:
             answer.values[name] = search.values[name]
             integration = search.used.integration_error if column.needs in ("wind", "cable wind") else 0.0
-            answer.errors[name] = search.errors[name] + integration
+            answer.errors[name] = search.errors[name] + integration + drag
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
@@ -261,9 +270,7 @@ def _fixed_answer(answer, required, noted):
     columns = [column for column in required.physical if column.needs != "scene"]
     answer.notes = ()
     try:
-        model, reason = case.model, broken(case)
-        if reason:
-            raise NoSolutionError(reason)
+        model, answer.over_strength = case.model, bool(over_strength(case))
     except CablestudyError as error:
         answer.fail(columns, error)
         return
@@ -282,14 +289,23 @@ def _fixed_answer(answer, required, noted):
 
 
 def _estimate_motion(answers, required):
-    """Add the errors of what is no closed form of many cases, against the continuous cable."""
+    """Add the errors of what is no closed form of many cases, against a finer model."""
     columns = [*required.motion, *required.single]
     scenes = [reference_scene(answer.case.scene) for answer in answers]
-    for answer, exact in zip(answers, evaluate_cases(scenes, columns), strict=True):
-        for column in columns:
-            name, truth = column.header, exact.cells[column.header]
-            if name in answer.values and not (exact.failed and truth is None):
-                answer.errors[name] = relative(answer.values[name], truth)
-        known = [answer.errors[c.header] for c in columns if answer.errors.get(c.header) is not None]
-        if known:
-            answer.notes += (f"motion: estimated error {max(known):.1e}",)
+    what = "motion" if required.motion else "deflections"
+    for answer, finer in zip(answers, evaluate_cases(scenes, columns), strict=True):
+        found = {
+            column.header: _difference(answer.values[column.header], finer, column.header)
+            for column in columns
+            if column.header in answer.values
+        }
+        answer.errors |= found
+        answer.notes += tuple(notes.of_comparison(found, finer.cells["status"], what))
+
+
+def _difference(value, finer, header):
+    """Relative error of a value against the row of a finer model, the error of which is added; None if not known."""
+    truth = finer.cells[header]
+    if finer.failed and truth is None:
+        return None
+    return relative(value, truth) + (finer.errors.get(header) or 0.0)

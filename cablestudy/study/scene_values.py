@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from cablestudy.cable.span import merged_loads
 from cablestudy.errors import SceneError
 from cablestudy.scene.fields import Table
 from cablestudy.scene.layers import split_key
@@ -17,8 +16,8 @@ from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import Scene, quantity_of
 from cablestudy.study.columns import attribute, lacks, without
 
-# names in keys of quantities that are no columns: a scene takes their sine, or compares them one by one
-NOT_COLUMNS = ("inclination", "attitude", "ends", "loads")
+# names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
+NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads")
 
 
 class SceneValues:
@@ -36,6 +35,10 @@ class SceneValues:
             self._known[path] = np.array([attribute(scene, path) for scene in self.scenes], dtype=float)
         return self._known[path]
 
+    def words(self, path):
+        """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
+        return np.array([attribute(scene, path) or "" for scene in self.scenes])
+
     def lacking(self, column):
         """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
         if not column.keys:
@@ -50,18 +53,53 @@ class SceneValues:
 
     @property
     def loads(self):
-        """Arc lengths, shape (n, k) [m], and global forces, shape (n, k, 3) [N], of the point loads."""
-        cables = [scene.cable for scene in self.scenes]
-        if not cables[0].loads:
-            return np.zeros((len(cables), 0)), np.zeros((len(cables), 0, 3))
-        merged = [merged_loads((load.at, load.force) for load in cable.loads) for cable in cables]
-        positions, forces = ([[load[part] for load in loads] for loads in merged] for part in (0, 1))
-        return np.array(positions), np.array(forces)
+        """Point loads of the cables themselves; see `_load_arrays`."""
+        return _load_arrays([scene.cable.loads for scene in self.scenes])
+
+    @property
+    def loads_of_case(self):
+        """Those of the cables and of their chosen cases; see `_load_arrays`."""
+        return _load_arrays([scene.loads for scene in self.scenes])
+
+
+def _load_arrays(listed):
+    """Point loads of n cables as arrays, those at one place added.
+
+    Parameters
+    ----------
+    listed : list of tuple of Load
+        For each cable at equally many places.
+
+    Returns
+    -------
+    positions, fractions : ndarray, shape (n, k)
+        Arc length on the unstretched cable [m], or share of it [-]; the other one is NaN.
+    forces : ndarray, shape (n, k, 3)
+        Global, without the weight of masses. [N]
+    masses : ndarray, shape (n, k)
+        [kg]
+    """
+    merged = [_merged(loads) for loads in listed]
+    return tuple(np.array([[load[part] for load in loads] for loads in merged]).reshape(len(listed), -1, *size)
+                 for part, size in ((0, ()), (1, ()), (2, (3,)), (3, ())))  # fmt: skip
+
+
+def _merged(loads):
+    """(position, fraction, force, mass) of point loads, those at one place added, ascending from end 1."""
+    found = {}
+    for load in loads:
+        place = np.nan if load.at is None else load.at, np.nan if load.fraction is None else load.fraction
+        key = load.at, load.fraction
+        force, mass = np.array(load.force or (0.0, 0.0, 0.0)), load.mass or 0.0
+        if key in found:
+            force, mass = found[key][2] + force, found[key][3] + mass
+        found[key] = (*place, force, mass)
+    return sorted(found.values(), key=lambda load: load[:2])
 
 
 def load_count(scene):
-    """At how many places the cable of a scene carries loads. [-]"""
-    return len({load.at for load in scene.cable.loads})
+    """At how many places the cable of a scene carries loads, alone and with its case: two numbers. [-]"""
+    return tuple(len({(load.at, load.fraction) for load in loads}) for loads in (scene.cable.loads, scene.loads))
 
 
 # ------------------------------------------------------------------------------------------------- cases of a study
@@ -82,6 +120,10 @@ class CaseTable:
         """See `SceneValues.given`."""
         return self._array(attribute(self.scene, path))
 
+    def words(self, path):
+        """See `SceneValues.words`."""
+        return np.array([attribute(self.scene, path) or ""] * len(self))
+
     def lacking(self, column):
         """See `SceneValues.lacking`."""
         return dict.fromkeys(range(len(self)), without(self.scene, column)) if lacks(self.scene, column) else {}
@@ -95,7 +137,15 @@ class CaseTable:
     @property
     def loads(self):
         """See `SceneValues.loads`."""
-        return tuple(np.repeat(part, len(self), axis=0) for part in SceneValues([self.scene]).loads)
+        return self._repeated(SceneValues([self.scene]).loads)
+
+    @property
+    def loads_of_case(self):
+        """See `SceneValues.loads_of_case`."""
+        return self._repeated(SceneValues([self.scene]).loads_of_case)
+
+    def _repeated(self, parts):
+        return tuple(np.repeat(part, len(self), axis=0) for part in parts)
 
     def _array(self, value):
         return np.broadcast_to(np.array(np.nan if value is None else value, dtype=float), (len(self),))

@@ -13,8 +13,8 @@ from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_frequency
 from cablestudy.study.case import MAX_MODES, Case
-from cablestudy.study.case_modes import modes
-from cablestudy.study.notes import assumed_damping
+from cablestudy.study.case_modes import about_errors, modes
+from cablestudy.study.notes import assumed_damping, strength_warning
 from cablestudy.study.table import write_whole
 from cablestudy.system.superelement import GONDOLA, NAMES
 
@@ -168,6 +168,7 @@ class Choice:
         static = "kept in D" if options.residual else "left out too"
         notes = [
             *self.about_model,
+            *about_errors(case, self.modes.first(int(max(self.chosen, default=-1)) + 1)),
             f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
             f"{' and '.join(options.ends)}; their static part is {static}",
         ]
@@ -188,8 +189,8 @@ class Choice:
 
     @property
     def warnings(self):
-        """A wrong static stiffness, an unstable loop: list of str."""
-        warnings = []
+        """A stress above the strength, a wrong static stiffness, an unstable loop: list of str."""
+        warnings = list(strength_warning(self.case))
         if not self.options.residual:
             wrong, right = (float(model.stiffness[GONDOLA, GONDOLA]) for model in (self.kept, self.case.end_model))
             warnings.append(

@@ -27,7 +27,7 @@ def mode_table(choice):
         Field("participation_end_1", "participation end 1", PARTICIPATION): participation[:, 0],
         Field("participation_end_2", "participation end 2", PARTICIPATION): participation[:, 1],
     }
-    return modes_as_rows(choice.modes, choice.chosen, more)
+    return modes_as_rows(choice.case, choice.modes, choice.chosen, more)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension.rows import evaluate_suspensions
 
 
-def evaluate_tables(tables, columns, explain=False):
+def evaluate_tables(tables, columns, explain=False, estimate=False):
     """Compute the columns of many cases of a study: closed forms by arrays, everything else case by case.
 
     Parameters
@@ -16,6 +16,8 @@ def evaluate_tables(tables, columns, explain=False):
     columns : sequence of Column
     explain : bool
         Whether to return notes, and with them the errors of fixed elements.
+    estimate : bool
+        Whether to estimate these errors though neither notes nor a column ask for them.
 
     Returns
     -------
@@ -35,7 +37,7 @@ def evaluate_tables(tables, columns, explain=False):
         else:
             found.update((case, (*row, ())) for case, row in zip(cases, closed, strict=True))
     evaluate = evaluate_suspensions if suspensions else evaluate_cases
-    for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain), strict=True):
+    for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain or estimate), strict=True):
         numbers = [row.cells[header] for header in headers]
         found[case] = numbers, row.cells["status"], _beyond_rounding(row.errors), row.notes if explain else ()
     return found

@@ -28,6 +28,11 @@ class Field:
     hidden: bool = False  # whether Markdown leaves the column out
 
 
+def header(name, unit):
+    """A name with its unit, as in CSV and JSON: `end_stiffness_N_per_m`."""
+    return f"{name}_{unit.replace('/', '_per_').replace('^', '').replace(' ', '')}" if unit else name
+
+
 @dataclass(frozen=True)
 class Table:
     """Fields and rows."""
@@ -35,6 +40,7 @@ class Table:
     fields: tuple  # of Field
     rows: list  # dicts of name -> number, text or None; if they have a method `csv_lines`, it writes the CSV
     single: bool = False  # one row by nature: Markdown then has one line for each quantity
+    across: str = ""  # field whose values head the columns of Markdown, one for each row
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
 
     def render(self, style):
@@ -96,6 +102,9 @@ class Table:
             body = [[field.title, short(row[field.name]), field.unit] for field in known]
             yield _tabulated(body, ["quantity", "value", "unit"], ("left", "right", "left"))
             return
+        if self.across:
+            yield self._side_by_side(shown)
+            return
         total, half = len(self.rows), MOST_ROWS // 2
         left_out = max(0, total - MOST_ROWS)
         rows = [*self.rows[:half], *self.rows[-half:]] if left_out else list(self.rows)
@@ -107,6 +116,14 @@ class Table:
         if left_out:
             yield f"\n{left_out} of {total} rows are left out here, from {half + 1} to {total - half}"
             yield "; csv, json and jsonl have them all.\n"
+
+    def _side_by_side(self, shown):
+        """Markdown with one line for each quantity and one column for each row."""
+        rows, left = list(self.rows), [field for field in shown if field.name != self.across]
+        known = [field for field in left if any(row.get(field.name) is not None for row in rows)]
+        body = [[field.title, *(_cell(field, row) for row in rows), field.unit] for field in known]
+        heads = [str(row[self.across]) for row in rows]
+        return _tabulated(body, ["quantity", *heads, "unit"], ("left", *["right"] * len(rows), "left"))
 
 
 def _tabulated(body, head, sides):

@@ -21,8 +21,10 @@ from cablestudy.study import trade_models as of_one_cable
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import MOTION
 from cablestudy.study.columns import ROUNDING, STATUS, lacks, relative
+from cablestudy.study.notes import strength_warning
 from cablestudy.study.row import MODAL
 from cablestudy.study.suspension import trade as of_suspensions
+from cablestudy.study.suspension.notes import strength_warning as warning_of_suspension
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.trade_models import AGREED, one_line
 
@@ -117,6 +119,7 @@ class Reference:
     errors: dict = field(default_factory=dict)  # estimated relative errors of the values [-]
     notes: dict = field(default_factory=dict)  # how the values were computed
     failures: dict = field(default_factory=dict)  # why there is no value
+    warnings: tuple = ()
 
 
 def reference_of(scene, columns):
@@ -128,12 +131,13 @@ def reference_of(scene, columns):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        There is no equilibrium, or the cable breaks.
+        There is no equilibrium.
     """
     particular = _particular(scene)
     case = particular.reference_case(scene)
     levels = particular.reference_levels(case)
-    reference = Reference()
+    warn = warning_of_suspension if isinstance(scene, SuspensionScene) else strength_warning
+    reference = Reference(warnings=warn(case))
     for column in columns:
         name = column.name
         try:
@@ -320,7 +324,7 @@ def compare(scene, columns, repeats=5, models=None, progress=lambda _: None):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        There is no equilibrium, the cable breaks, or no column has a reference.
+        There is no equilibrium, or no column has a reference.
     """
     reference = reference_of(scene, columns)
     known = [column for column in columns if column.name in reference.values]

@@ -117,7 +117,9 @@ def _response(case, on):
 
 def _vortices(case):
     """A line where the cable has modes among the frequencies at which it sheds vortices."""
-    low, _, high = shedding_frequencies(case.scene.wind, case.scene.cable.section_diameter)
+    if case.scene.wind_diameter is None:
+        return
+    low, _, high = shedding_frequencies(case.scene.wind, case.scene.wind_diameter)
     where = f"note: the cable sheds vortices at {low:.3g} to {high:.3g} Hz"
     try:
         count, spacing = modes_between(case, low, high)

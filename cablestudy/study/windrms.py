@@ -132,7 +132,7 @@ def cable_force_of(case):
 
     wind, on_cable = case.scene.wind, CableWind(case)
     size = prod((
-        wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, on_cable.length, wind.speed,
+        wind.air_density, wind.cable_drag_coefficient, case.scene.wind_diameter, on_cable.length, wind.speed,
         wind.turbulence,
     ))  # fmt: skip
     spectra = list(filter(None, [on_cable.spectrum(direction) for direction in DIRECTIONS]))
@@ -320,7 +320,7 @@ def cable_response_of(case, loop):
         evaluations=sum(response.evaluations for response in found),
         **{name: max(getattr(response, name) for response in found) for name in NUMBERS},
     )
-    size = wind.air_density, wind.cable_drag_coefficient, case.scene.cable.section_diameter, on_cable.length
+    size = wind.air_density, wind.cable_drag_coefficient, case.scene.wind_diameter, on_cable.length
     return _scaled(worst, *size, wind.speed, wind.turbulence)
 
 

@@ -4,7 +4,7 @@ import gc
 import pickle
 import time
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import blake2b
 from itertools import chain, islice
 
@@ -12,11 +12,12 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.all_columns import find
+from cablestudy.study.find import column_named, evaluate_found
 from cablestudy.study.scene_values import CaseTable, tables_of
+from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.sweep.fingerprint import versions
-from cablestudy.sweep.record import OK, pack
+from cablestudy.sweep.record import pack
 
 SECONDS = 1.0  # of computing that a chunk should take
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
@@ -32,6 +33,7 @@ class Chunk:
     columns: tuple  # names of those to compute
     cases: tuple  # from 0
     explain: bool = False  # keep the notes too
+    estimate: bool = False  # of fixed elements keep the errors of their motion too
 
 
 @dataclass(frozen=True)
@@ -54,12 +56,12 @@ class Chunks:
         Cases from 0, and the columns to compute of them.
     count : int
         How many cases that are.
-    explain : bool
-        Whether rows keep their notes.
+    explain, estimate : bool
+        Whether rows keep their notes, and the errors of the motion of fixed elements.
     """
 
-    def __init__(self, study, work, count, explain=False):
-        self._pickled, self._explain = pickle.dumps(study), explain
+    def __init__(self, study, work, count, explain=False, estimate=False):
+        self._pickled, self._kept = pickle.dumps(study), (explain, estimate)
         self._work = [(iter(cases), tuple(columns)) for cases, columns in work]
         self.left, self.size, self.seconds_per_case = count, 1, None  # not handed out; of the next; as measured last
 
@@ -71,7 +73,7 @@ class Chunks:
             taken = tuple(islice(cases, max(1, min(self.size, share))))
             if taken:
                 self.left -= len(taken)
-                return Chunk(self._pickled, versions(), columns, taken, self._explain)
+                return Chunk(self._pickled, versions(), columns, taken, *self._kept)
             self._work.pop(0)
         return None
 
@@ -95,21 +97,21 @@ def compute(chunk):
         differing = [f"{name} {own}, not {other}" for name, own, other in there if own != other]
         raise SceneError("a worker has " + ", ".join(differing))
     study = _study(chunk.study)
-    columns = [find(name) for name in chunk.columns]
+    columns = [column_named(study, name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
     tables, refused = tables_of(study, chunk.cases)
     keys = {}
     for table in tables:
-        keys.update(zip(table.cases.tolist(), keys_of(table), strict=True))
-    rows = evaluate_tables(tables, columns, chunk.explain)
+        keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
+    evaluate = partial(evaluate_found, study) if study.find else evaluate_tables
+    rows = evaluate(tables, columns, chunk.explain, chunk.estimate)
     records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins
-            status = "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in refused[case].mistakes)
-            records.append(pack(case, "", status, [None] * len(headers)))
+            records.append(pack(case, "", refused[case].without_places, [None] * len(headers)))
             continue
         numbers, status, errors, notes = rows[case]
-        failed += status != OK
+        failed += not has_answer(status)
         records.append(pack(case, keys[case], status, numbers, errors, notes))
     return Done(headers, records, failed, time.perf_counter() - begin)
 
@@ -125,8 +127,10 @@ def _study(pickled):
     return pickle.loads(pickled)
 
 
-def keys_of(table):
-    """Hashes of the scenes of a CaseTable, which identify them in later runs: list of str.
+def keys_of(table, find=None):
+    """Hashes of the scenes of a CaseTable, and of what a study solves for in them: list of str.
+
+    They identify the rows in later runs.
 
     Each is of the JSON of a scene: the varied numbers are put into that of one of them.
     """
@@ -138,6 +142,6 @@ def keys_of(table):
         parts.append(text[end:begin])
         numbers.append(to_json(table.values[key].tolist())[1:-1].split(b","))
         end = begin + len(to_json(marks[key][0].item()))
-    end_of_text = text[end:]
+    end_of_text = text[end:] + (find.model_dump_json().encode() if find else b"")
     texts = [b"".join(chain.from_iterable(zip(parts, row, strict=True))) for row in zip(*numbers, strict=True)]
     return [blake2b(text + end_of_text, digest_size=12).hexdigest() for text in texts or [b""] * len(table.cases)]

@@ -7,7 +7,7 @@ from hashlib import sha256
 # Rows on disk are used again only if this number is the one they were computed with. Raise it by one with every change
 # of the code that changes a number of any table by more than its rounding, or the text of a `status`: whatever needs a
 # line under "Numbers changed" in CHANGELOG.md. A release that changes no result leaves it as it is.
-RESULTS_VERSION = 2
+RESULTS_VERSION = 4
 
 
 @cache
@@ -20,7 +20,8 @@ def versions():
 
 
 def identity(study, columns):
-    """What the rows of a study depend on, as plain values: dict of `versions`, `scene`, `vary`, `columns`."""
+    """What the rows of a study depend on, as plain values: dict of `versions`, `scene`, `vary`, `find` (or not),
+    `columns`."""
     headers = [column.header for column in columns]
     plain = {"versions": versions(), **study.resolved(), "columns": headers}
     return json.loads(json.dumps(plain))  # as it is read back from a file: lists instead of tuples

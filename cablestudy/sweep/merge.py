@@ -79,5 +79,6 @@ def _take(path, merged):
         except sqlite3.Error as error:
             return [f"{path}: is damaged ({error}): compute the shard again with --resume"]
     found = differences(identity, merged.identity)
-    found += [f"{part}: not as now" for part in ("vary", "columns") if identity[part] != merged.identity[part]]
+    changed = [part for part in ("vary", "find", "columns") if identity.get(part) != merged.identity.get(part)]
+    found += [f"{part}: not as now" for part in changed]
     return [f"{path}: {line}" for line in found]

@@ -6,7 +6,8 @@ from zlib import crc32
 
 from pydantic import Field, FiniteFloat, Strict, StrictInt, StrictStr, TypeAdapter
 
-OK = "ok"
+from cablestudy.study.status import OK
+
 EXACT = 2**53  # beyond, a float does not hold an integer exactly
 
 Number = Annotated[StrictInt, Field(gt=-EXACT, lt=EXACT)] | Annotated[FiniteFloat, Strict()]
@@ -19,7 +20,7 @@ class Record(NamedTuple):
 
     case: int  # from 0
     key: str  # hash of the resolved scene; empty where the case is no valid scene
-    status: str | None  # "ok", or why there is no answer; None while some columns are still to be computed
+    status: str | None  # see `study.status`; None while some columns are still to be computed
     cells: list  # number or None of each column but `status`, in their order
     errors: dict  # header -> estimated relative error, where it exceeds that of a closed form; a None is not known
     notes: list  # of str

@@ -1,9 +1,10 @@
 """Which rows of an earlier run an edited study can use: more cases, fewer, in another order, other columns."""
 
-from cablestudy.study.all_columns import find
+from cablestudy.study.all_columns import find_header
 from cablestudy.study.scene_values import tables_of
+from cablestudy.study.status import OK
 from cablestudy.sweep.chunks import MAX_CASES, keys_of
-from cablestudy.sweep.record import OK, pack, unpack
+from cablestudy.sweep.record import pack, unpack
 
 # columns in closed form: their digits do not depend on which other columns are computed
 CLOSED_FORM = ("scene", "statics", "stiffness")
@@ -25,7 +26,7 @@ def usable(old, new):
     frozenset of str
         Without `status`.
     """
-    stored, asked = ({name: find(name).needs for name in names if name != "status"} for names in (old, new))
+    stored, asked = ({name: find_header(name).needs for name in names if name != "status"} for names in (old, new))
     if stored == asked:
         return frozenset(asked)
     if "run" in asked.values():
@@ -50,7 +51,7 @@ def _records(store, study, cases, headers, names):
     same, complete = set(old) == set(headers), names.issuperset(headers)
     for case, stored in _matches(store, study, cases):
         row = unpack(stored, len(old))
-        if row.status != OK and not same:  # another column may be the reason why there is no answer
+        if row.status != OK and not same:  # another column may be the reason of its status
             continue
         known = {header: cell for header, cell in zip(old, row.cells, strict=True) if header in names}
         cells = [known.get(header) for header in headers]
@@ -75,4 +76,4 @@ def _keys(study, cases):
     for first in range(0, len(cases), MAX_CASES):
         tables, _ = tables_of(study, cases[first : first + MAX_CASES])
         for table in tables:
-            yield from zip((table.cases + 1).tolist(), keys_of(table), strict=True)
+            yield from zip((table.cases + 1).tolist(), keys_of(table, study.find), strict=True)

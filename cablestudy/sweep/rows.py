@@ -12,8 +12,8 @@ import numpy as np
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import to_si
 from cablestudy.study.prepare import beside, fields_of
+from cablestudy.study.status import OK
 from cablestudy.study.table import Field, Table, exact
-from cablestudy.sweep.record import OK
 
 CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more than any grid has along one axis
 

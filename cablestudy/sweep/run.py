@@ -6,7 +6,7 @@ import re
 import shlex
 import sys
 from collections import Counter
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -14,6 +14,8 @@ from itertools import islice
 
 from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.scene.words import first_of
+from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
 from cablestudy.sweep.chunks import Chunks
@@ -25,7 +27,7 @@ from cablestudy.sweep.row_reuse import reuse_rows
 from cablestudy.sweep.rows import table_of
 from cablestudy.sweep.store import COMPLETE, MISSING, PARTIAL, open_store
 
-SHOWN = 10  # failures that are listed
+SHOWN = 10  # failures, and rows over strength, that are listed
 REPLAYED = 3  # failures whose command is given
 KINDS = 5  # of failures that are counted each
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
@@ -44,6 +46,7 @@ class Options:
     row: int | None = None  # from 1
     fail_fast: bool = False
     explain: bool = False
+    estimate: bool = False
     quiet: bool = False
 
     def cases(self, count):
@@ -115,7 +118,7 @@ class Run:
             (store.select(self.cases, MISSING), headers),
             (store.select(self.cases, PARTIAL), [header for header in headers if header not in store.partial]),
         ]
-        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain)
+        chunks = Chunks(self.study, work, len(self.cases) - self._known, options.explain, options.estimate)
         progress = Progress(len(self.cases), self._known, options.quiet)
         try:
             with Interrupts() as interrupts, closing(self._results(chunks)) as results, closing(progress):
@@ -189,7 +192,7 @@ class Run:
             "rows": {"total": len(self.cases), "reused": self._known, "failed": self.failed},
             "versions": versions,
             "platform": platform.platform(),
-            "study": {name: self.identity[name] for name in ("scene", "vary", "columns")},
+            "study": {name: value for name, value in self.identity.items() if name != "versions"},
         }
         return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
 
@@ -219,6 +222,17 @@ class Run:
         for case, _ in first[: 0 if words[1] == "-" else REPLAYED]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
+
+    def warnings(self):
+        """List of lines: what a stated tension means in the first case, the rows whose stress is above the strength."""
+        found = []
+        with suppress(SceneError):
+            found += reference_without_loads(self.study.case(0)[1])
+        rows = [str(case + 1) for case in self.store.over_strength()]
+        if rows:
+            listed = first_of(rows, SHOWN)
+            found.append(f"warning: the stress is above the strength in {len(rows)} of {self.done} rows: {listed}")
+        return found
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""

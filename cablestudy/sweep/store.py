@@ -15,10 +15,11 @@ import sqlite3
 from contextlib import suppress
 
 from cablestudy.errors import SceneError
-from cablestudy.study.all_columns import find
+from cablestudy.study.all_columns import find_header
+from cablestudy.study.status import OK, OVER_STRENGTH
 from cablestudy.sweep.database import Database
 from cablestudy.sweep.fingerprint import differences, digest
-from cablestudy.sweep.record import OK, check_sum, pack, unpack
+from cablestudy.sweep.record import check_sum, pack, unpack
 
 FORMAT = 1  # of the two tables (user_version of SQLite)
 SCHEMA = {
@@ -28,6 +29,7 @@ SCHEMA = {
 }
 COLUMNS = "row, key, status, cells, errors, notes, sum"
 INSERT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)"
+IS_OVER_STRENGTH = f"status LIKE '{OVER_STRENGTH}%'"  # see `status.has_answer`
 MISSING, PARTIAL, COMPLETE = 0, 1, 2  # how much is known of a case
 MAX_LISTED = 5  # rows that are named in a message
 
@@ -132,8 +134,15 @@ class RowStore:
 
     def failures(self):
         """Yield case and status of each row without an answer, in order."""
+        query = f"SELECT row - 1, status FROM rows WHERE status != '{OK}' AND NOT {IS_OVER_STRENGTH} ORDER BY row"
         with self.database.reported():
-            yield from self.database.execute(f"SELECT row - 1, status FROM rows WHERE status != '{OK}' ORDER BY row")
+            yield from self.database.execute(query)
+
+    def over_strength(self):
+        """Yield each case with an answer whose stress is above the strength, in order."""
+        with self.database.reported():
+            for (case,) in self.database.execute(f"SELECT row - 1 FROM rows WHERE {IS_OVER_STRENGTH} ORDER BY row"):
+                yield case
 
     def add(self, headers, records):
         """Add the rows of a chunk, from `record.pack`: all of them, or none.
@@ -322,7 +331,7 @@ def stored_description(database):
         about = dict(database.execute("SELECT name, value FROM about"))
         identity, partial = json.loads(about["study"]), json.loads(about["partial"])
         kinds = [type(identity[name]) for name in ("versions", "scene", "vary", "columns")]
-        headers = [find(header).header for header in identity["columns"]]
+        headers = [find_header(header).header for header in identity["columns"]]
         intact = kinds == [dict, dict, list, list] and set(partial) <= set(headers)
         if intact and digest(identity) == about["fingerprint"]:
             return identity, partial

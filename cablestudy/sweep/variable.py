@@ -9,6 +9,7 @@ from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import common_factor
 from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.find import column_named
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,9 @@ def variable(name, study, option):
     if name in study.varied:
         quantity = quantity_of(name)
         return Variable(name, quantity and quantity.unit, is_varied=True)
+    column = column_named(study, name) if study.find else None
+    if column and column.needs == "find":
+        return Variable(column.header, column.unit)
     if "." in name:
         _refuse_unknown(name, study)
     column = find(name)

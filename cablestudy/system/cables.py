@@ -266,10 +266,24 @@ class Cables:
     @cached_property
     def edges(self):
         """Edges of the pieces along which each cable bends little, shares of its length; see `element.pieces`."""
-        singularities = self.catenary.singularities
+        singularities, fraction = self.catenary.singularities, self.catenary.segments.fraction
+        loaded = fraction.shape[-1] > 1
         bent = (np.abs(0.5 - singularities) < 1)[:, 0]
-        divided = bent & self.heavy
-        return [pieces(np.ones(1), singularities[i]) if divided[i] else (0.0, 1.0) for i in range(self.count)]
+        divided = (bent | loaded) & self.heavy
+        return [pieces(fraction[i], singularities[i]) if divided[i] else (0.0, 1.0) for i in range(self.count)]
+
+    @cached_property
+    def point_masses(self):
+        """What each cable carries, see `Span.point_masses`: list of tuple."""
+        span = self.catenary.span
+        if span.load_masses is None:
+            return [()] * self.count
+        return [span.take(i).point_masses if self.heavy[i] else () for i in range(self.count)]
+
+    @cached_property
+    def carried(self):
+        """Mass on each cable over its own, shape (c,). [-]"""
+        return np.array([sum(mass for _, mass in masses) for masses in self.point_masses])
 
     @cached_property
     def end_stiffness(self):
@@ -279,8 +293,8 @@ class Cables:
 
     @property
     def mass(self):
-        """Shape (c,). [kg]"""
-        return self.catenary.span.mass * self.catenary.span.unstretched_length
+        """With what they carry, shape (c,). [kg]"""
+        return self.catenary.span.mass * self.catenary.span.unstretched_length * (1 + self.carried)
 
     @property
     def straight(self):
@@ -320,7 +334,8 @@ class Cables:
             order = 2 * ceil(orders[place] / elements / 2)  # even ones, so that many cables share a mesh
             edges = self.edges[place]
             shares = travel_shares(self.catenary.take(place), edges) if len(edges) > 2 else [1.0]
-            found[place] = mesh_pieces(edges, counts_of_pieces(elements, shares), order)
+            counts = counts_of_pieces(elements, shares)
+            found[place] = mesh_pieces(edges, counts, order, point_masses=self.point_masses[place])
         return found
 
 
@@ -511,7 +526,7 @@ class Models:
             span, state = group.ends.state.span, group.ends.state
             moved = group.ends.motion(moving, ends[group.places])
             mass = (span.mass * span.unstretched_length)[:, None, None]
-            weight = state.mesh.node_weights[:, None]
+            weight = state.mesh.node_masses[:, None]
             along = (nodal_tangent(state)[..., None] * moved).sum(axis=-2)
             across = moved[..., 2, :]
             parts = [(weight * part**2).sum(axis=-2) for part in (across, along)]
@@ -555,8 +570,11 @@ def fixed_meshes(cables, model):
     cables : Cables
     model : FixedModel
     """
-    mesh = mesh_segments(np.ones(1), model.elements, model.order, model.mass)
-    return [mesh if heavy else None for heavy in cables.heavy.tolist()]
+    fraction = cables.catenary.segments.fraction
+    return [
+        mesh_segments(fraction[i], model.elements, model.order, model.mass, cables.point_masses[i]) if heavy else None
+        for i, heavy in enumerate(cables.heavy.tolist())
+    ]
 
 
 UNDAMPED = Damping()

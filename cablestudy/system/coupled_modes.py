@@ -427,7 +427,9 @@ class Search:
 
     def _limits(self, highest):
         """Angular frequency up to which each cable keeps its modes: zero where all lie far above."""
-        first = np.pi / np.maximum(self.cables.travel_time, 1e-300)
+        # Dunkerley: masses on a string lower its first mode at most by this
+        slower = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried)
+        first = np.pi / np.maximum(self.cables.travel_time, 1e-300) / slower
         share = self.cables.mass.sum() / (self.cables.mass.sum() + np.sum(self.equilibrium.suspension.mass))
         far = (share * (highest / first) ** 2 <= FAR * ALLOWED * self.accuracy) & (NEAR * highest < first)
         return np.where(far | ~self.cables.heavy, 0.0, self._margin * highest)

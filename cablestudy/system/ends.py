@@ -48,13 +48,14 @@ class Ends:
         omega, coupling, stiffness, inertia = (part[place] for part in self._undamped)
         participation = -(omega[:, None] ** 2) * coupling
         viscous = damping.viscous / float(self._dynamics.mass[place])
+        carried = None if self._carried is None else self._carried[place]
         if damping.model == "modal":
             ratio = np.full(len(omega), damping.ratio)
-            return Superelement(omega, participation, ratio, stiffness, inertia, viscous=viscous)
+            return Superelement(omega, participation, ratio, stiffness, inertia, None, viscous, carried=carried)
         amount = damping.loss_factor if damping.model == "hysteretic" else damping.time
         strain = Strain(damping.model, amount, *(part[place] for part in self._elastic))
         ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
-        return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous)
+        return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous, carried=carried)
 
     def motion(self, amplitudes, ends):
         """Displacements of the nodes of all cables.
@@ -192,6 +193,23 @@ class Ends:
             np.block([[static, -static], [-static, static]]),
             turn.swapaxes(-1, -2) @ (mass * inertia) @ turn,
         )
+
+    @cached_property
+    def _carried(self):
+        """See `Superelement.carried`, shape (..., c, n + 6); None without point masses."""
+        mesh, shapes = self.state.mesh, self._basis[1]
+        nodes = np.flatnonzero(mesh.carried)
+        if not len(nodes):
+            return None
+        *lead, _, _, count = shapes.shape
+        moved = np.zeros((*lead, len(nodes), 3, count + 6))
+        moved[..., :count] = shapes[..., nodes, :, :]
+        for system, places, both in self._static_shapes:
+            rows, columns = np.array(system.axes)[:, None], count + np.array(places)
+            moved[..., rows, columns] = both[..., nodes, :, :]
+        mass = np.asarray(self._dynamics.mass * self._dynamics.length)[..., None] * mesh.carried[nodes]
+        moved = joined(np.sqrt(mass)[..., None, None] * moved)
+        return np.concatenate([moved[..., :count], moved[..., count:] @ self._turn], axis=-1)
 
     @cached_property
     def _elastic(self):

@@ -11,7 +11,8 @@ which is in k, and their mass, which is in J.
 
 Damping, any sum of:
 
-* viscous, a force per length on all motion: nu M, with nu = (damping per length)/(mass per length);
+* viscous, a force per length on all motion of the cable: nu (M - B^T B), with nu = (damping per length)/(mass per
+  length) and B^T B the mass of what the cable carries (`Superelement.carried`), on which no such force acts;
 * modal, a ratio zeta for each mode with fixed ends, whose absolute amplitude is q + m u;
 * hysteretic, EA (1 + i loss factor): i loss factor [E R; R^T S], which holds for Im s > 0;
 * Kelvin-Voigt, EA (1 + s time): s time [E R; R^T S].
@@ -111,6 +112,9 @@ class Superelement:
         Viscous damping per length over mass per length. [1/s]
     residual_damping : ndarray, shape (6, 6), or 0
         What the modal damping of omitted modes adds at the ends, where it was kept. [N s/m]
+    carried : ndarray, shape (c, n + 6), or None
+        B: displacement of each point mass along each axis times the root of the mass, by modes [-] and by ends
+        [sqrt(kg)]; None without point masses.
     """
 
     omega: np.ndarray
@@ -121,6 +125,7 @@ class Superelement:
     strain: Strain | None = None
     viscous: float = 0.0
     residual_damping: np.ndarray | float = 0.0
+    carried: np.ndarray | None = None
 
     @property
     def feedthrough(self):
@@ -142,7 +147,14 @@ class Superelement:
     def decay(self):
         """Rate at which each mode with fixed ends decays, its coupling by damping left out, shape (n,). [1/s]"""
         rate = self.damping_ratio * self.omega
+        if self.uneven:
+            return rate + self.viscous / 2 * (1 - (self.carried[:, : len(rate)] ** 2).sum(axis=0))
         return rate + self.viscous / 2
+
+    @property
+    def uneven(self):
+        """Whether viscous damping acts on the cable and not on what it carries, so that it couples modes."""
+        return self.carried is not None and self.viscous != 0
 
     def select(self, chosen):
         """The same cable with only some modes; its static stiffness stays exact.
@@ -164,7 +176,15 @@ class Superelement:
             participation=self.participation[chosen],
             damping_ratio=self.damping_ratio[chosen],
             strain=strain,
+            carried=self._carried_by(lambda modes: modes[:, chosen]),
         )
+
+    def _carried_by(self, new):
+        """`carried` where the part of the modes is replaced by a function of it."""
+        if self.carried is None:
+            return None
+        n = len(self.omega)
+        return np.concatenate([new(self.carried[:, :n]), self.carried[:, n:]], axis=1)
 
     def combine(self, shapes):
         """The same cable with combinations of its modes as coordinates; its static stiffness stays exact.
@@ -195,6 +215,7 @@ class Superelement:
             damping_ratio=new / (2 * np.sqrt(square)),
             strain=strain,
             residual_damping=residual,
+            carried=self._carried_by(lambda modes: modes @ shapes),
         )
 
     def condense(self, chosen):
@@ -215,6 +236,8 @@ class Superelement:
         mass[:n, n:], mass[n:, :n], mass[n:, n:] = coupling, coupling.T, self.inertia
         stiffness[n:, n:] = self.stiffness
         damping = self.viscous * mass
+        if self.uneven:
+            damping = damping - self.viscous * (self.carried.T @ self.carried)
         if self.strain is None:
             absolute = np.concatenate([np.eye(n), coupling], axis=1)
             damping = damping + absolute.T @ ((2 * self.damping_ratio * self.omega)[:, None] * absolute)
@@ -249,8 +272,13 @@ class Superelement:
         -----
         With g = s^2 + nu s: modal damping k + g (J - m^T m) + sum of p p^T r/(W^2 (W^2 + r)), r = g + 2 zeta W s;
         damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
+        Where viscous damping is uneven, by a system of equations for each s.
         """
         s = np.asarray(s, dtype=complex)
+        if self.strain is not None:
+            self._check_strain()
+        if self.uneven:
+            return self._coupled(s, rows, columns)
         if self.strain is not None:
             return self._strained(s, rows, columns)
         inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
@@ -261,6 +289,53 @@ class Superelement:
         products = products.reshape(len(self.omega), left.shape[1] * right.shape[1])
         modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
+
+    def _coupled(self, s, rows, columns):
+        """The dynamic stiffness where viscous damping is uneven."""
+        below, n = np.imag(s) < 0, len(self.omega)
+        s = np.where(below, np.conj(s), s)
+        every = [part[:, n:][:, columns] for part in self.matrices()]
+        value, driven = _quadratic([part[n:][rows] for part in every], s), [part[:n] for part in every]
+        if self._pole_sum is None:
+            value = value - self.held_by_modes(s, rows) @ _quadratic(driven, s)
+        else:
+            moved = _quadratic([(self._pole_sum[2] @ part).T for part in driven], s)
+            value = value - self._by_pole(s, rows) @ moved.swapaxes(1, 2)
+        return np.where(below[:, None, None], value.conj(), value)
+
+    def held_by_modes(self, s, ends):
+        """Force on some ends that holds them per modal force, where viscous damping is uneven.
+
+        Parameters
+        ----------
+        s : ndarray, shape (m,)
+            In the upper half plane. [rad/s]
+        ends : slice or list of int
+
+        Returns
+        -------
+        ndarray, complex, shape (m, e, n)
+            The rows of s^2 M + s C + K of these ends and all modes, times the inverse of the block of the modes.
+            [sqrt(kg)]
+        """
+        s, n = np.asarray(s, dtype=complex), len(self.omega)
+        if self._pole_sum is None:
+            return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices()], s))
+        return self._by_pole(s, ends) @ self._pole_sum[2]
+
+    def _by_pole(self, s, ends):
+        """The same as a part of each pole of `_pole_sum`, shape (m, e, 2 n)."""
+        (poles, shapes, _), n = self._pole_sum, len(self.omega)
+        return _quadratic([part[n:, :n][ends] @ shapes for part in self.matrices()], s) / (s[:, None, None] - poles)
+
+    def _solved(self, s, force):
+        """Forces, shape (m, e, n), times the inverse of the block of the modes, by a system of equations for each s."""
+        n, found = len(self.omega), [force[:0]]
+        inner = [part[:n, :n] for part in self.matrices()]
+        for i in range(0, len(s), AT_ONCE):
+            matrix = _quadratic(inner, s[i : i + AT_ONCE])  # symmetric
+            found.append(np.linalg.solve(matrix, force[i : i + AT_ONCE].swapaxes(1, 2)).swapaxes(1, 2))
+        return np.concatenate(found)
 
     def _modal(self, s, products):
         """Sum over the modes of r/(W^2 + r) times some products."""
@@ -274,12 +349,15 @@ class Superelement:
         size = left_over**2 + lost**2
         return ((lost**2 - gone * left_over) / size) @ products + 1j * ((lost / size) @ (square[:, None] * products))
 
-    def _strained(self, s, rows, columns):
+    def _check_strain(self):
+        """Refuse so much damped strain that rounding spoils what is left."""
         if np.abs(self.strain.factor(1j * self.omega.min(initial=np.inf))) > MOST_DAMPED and len(self.omega):
             raise NoSolutionError(
                 f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
                 f"response: cable.damping must be less"
             )
+
+    def _strained(self, s, rows, columns):
         strain, below = self.strain, (np.imag(s) < 0) & (self.strain.law == "hysteretic")
         s = np.where(below, np.conj(s), s)
         factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
@@ -372,6 +450,9 @@ class Superelement:
     @cached_property
     def poles(self):
         """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
+        if self.uneven and len(self.omega):
+            poles = np.zeros(0, dtype=complex) if self._pole_sum is None else self._pole_sum[0]
+            return poles[poles.imag >= 0]
         if self.strain is not None and len(self.omega):
             if self.resolvent is None:
                 return np.zeros(0, dtype=complex)
@@ -381,6 +462,37 @@ class Superelement:
                 value = np.where(value.imag < 0, -value, value) - self.viscous / 2
             return value[value.imag >= 0]
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
+
+    @cached_property
+    def _pole_sum(self):
+        """(poles, shapes, inverse): the inverse of the block of the modes is the sum of products over s - pole.
+
+        As in `_slow_poles` of the inverse, for W q and q'; None where rounding spoils the sum.
+        """
+        if not len(self.omega):
+            return None
+        n, slowness = len(self.omega), np.diag(1 / self.omega)
+        _, damping, stiffness = (part[:n, :n] for part in self.matrices())
+        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
+        try:
+            with np.errstate(all="ignore"):  # what is not finite is not trusted
+                give = np.linalg.inv(slowness @ stiffness @ slowness)
+                matrix = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
+                value, vectors = np.linalg.eig(np.block(matrix))
+                poles, shapes, inverse = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
+                summed = (shapes / (s[:, None, None] - poles)) @ inverse
+                solved = self._solved(s, np.broadcast_to(np.eye(n), (len(s), n, n)))
+                error = (np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max()
+        except np.linalg.LinAlgError:
+            return None
+        return (poles, shapes, inverse) if error <= TRUSTED else None
+
+
+def _quadratic(matrices, s):
+    """s^2 M + s C + K for M, C, K of shape (r, c), shape (m, r, c)."""
+    mass, damping, stiffness = matrices
+    s = s[:, None, None]
+    return s * (s * mass + damping) + stiffness
 
 
 def damped_poles(omega, ratio):

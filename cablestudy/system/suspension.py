@@ -201,6 +201,11 @@ class Equilibrium:
         """Unstretched lengths, shape (..., c). [m]"""
         return self.catenary.span.unstretched_length
 
+    @property
+    def ends(self):
+        """Places of the cable ends, global axes, shape (..., c, 2, 3). [m]"""
+        return self.suspension.ends(self.position, self.rotation)
+
     @cached_property
     def arms(self):
         """From the reference point of its owner to each cable end, global axes, shape (..., c, 2, 3). [m]"""

@@ -9,8 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
 from cablestudy.study.all_columns import find
+from cablestudy.study.find import column_named
 from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
 from cablestudy.study.prepare import SHOWN_BY, beside
+from cablestudy.study.status import has_answer
 from cablestudy.study.table import short
 
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
@@ -28,7 +30,7 @@ def study_plot(study, table):
     figure = Figure(figsize=(6.2 if side == 1 else 10, 2.1 * -(-len(names) // side) + 1.1), layout="constrained")
     grid = panels(figure, len(names), side)
     for axes, name in zip(grid, names, strict=True):
-        _panel(axes, x, find(name), groups, joined=x.categories is None and study.sample is None)
+        _panel(axes, x, column_named(study, name), groups, joined=x.categories is None and study.sample is None)
         _scale(axes, "y", logy)
         if x.categories is None:
             _scale(axes, "x", logx)
@@ -46,11 +48,11 @@ def study_plot(study, table):
 def _columns_drawn(study, table):
     """Abscissa, columns along y, and whether x and y are logarithmic; None: decided by the values."""
     if study.plot:
-        return _Abscissa(study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy
+        return _Abscissa(study, study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy
     columns = [find(name) for name in study.columns if find(name).name != "status"]
     headers = [column.header for column in columns]
     varied = [_shown(key, headers) for key in study.varied] or headers[:1]
-    x = _Abscissa(varied[0], table)
+    x = _Abscissa(study, varied[0], table)
     given = [column.header for column in columns if column.header in varied or column.needs == "scene"]
     others = [name for name in headers if name not in given] or [name for name in headers if name != x.name] or headers
     return x, others[:OTHER_COLUMNS], None, None
@@ -65,9 +67,9 @@ def _shown(key, headers):
 class _Abscissa:
     """The quantity along x: a column or a varied key; values that are not numbers of one unit are `categories`."""
 
-    def __init__(self, name, table):
+    def __init__(self, study, name, table):
         try:
-            column = find(name)
+            column = column_named(study, name)
             if column.header not in (field.name for field in table.fields):  # a key named as a column of a suspension
                 raise ValueError(name)
             self.name, self.printed, self.label = column.header, beside(column.header, "printed"), _label(column)
@@ -119,7 +121,7 @@ def _groups(study, rows, x):
     again = any(turn for _, turn in groups)
     companions = [key for entry in along for key in entry if again and key != x.name]
     return [
-        (_series_label(label, members, companions), [row for row in members if row["status"] == "ok"])
+        (_series_label(label, members, companions), [row for row in members if has_answer(row["status"])])
         for (label, _), members in groups.items()
     ]
 

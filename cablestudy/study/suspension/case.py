@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, stress_of
+from cablestudy.study.columns import ROUNDING, utilisation_of
+from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.linear_motion import drag_of
@@ -39,27 +40,44 @@ class CableResults:
     ----------
     scenes : sequence of SuspensionScene
         n of them, with the same cables.
-    catenary : Catenary
-        Of shape (n, c).
+    equilibrium : Equilibrium
+        Of these cases, shape (n,).
     """
 
-    def __init__(self, scenes, catenary):
-        self._scenes, self.catenary, self.span, self._values = scenes, catenary, catenary.span, {}
+    def __init__(self, scenes, equilibrium):
+        self._scenes, self._equilibrium, self._values = scenes, equilibrium, {}
+        self.form = equilibrium.catenary
+        self.span = self.form.span
 
     @cached_property
     def statics(self):
         """`ClosedStatics`, fields of shape (n, c)."""
-        return ClosedStatics(self.catenary)
+        return ClosedStatics(self.form)
+
+    @property
+    def middle(self):
+        """Arc length at mid-span over unstretched length, shape (n, c). [-]"""
+        return self.form.middle
+
+    @property
+    def end_1(self):
+        """Places of the ends `from`, shape (n, c, 3). [m]"""
+        return self._equilibrium.ends[..., 0, :]
+
+    @property
+    def reference_length(self):
+        """Unstretched lengths, shape (n, c). [m]"""
+        return self.span.unstretched_length
 
     @property
     def mass(self):
         """Of each cable, shape (n, c). [kg]"""
         return self.span.mass * self.span.unstretched_length
 
-    @property
+    @cached_property
     def utilisation(self):
-        """Largest stress over strength of each cable, shape (n, c), not a number without a strength. [-]"""
-        return stress_of(self) / self.given("cable.strength")
+        """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
+        return utilisation_of(self)
 
     def given(self, path):
         """A number that each cable states, shape (n, c), not a number where it states none."""
@@ -107,7 +125,7 @@ class Group:
             self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
             self.equilibrium = statics.pose(_formed(numbers))
-        self.cables = CableResults(scenes, self.equilibrium.catenary)
+        self.cables = CableResults(scenes, self.equilibrium)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
 
@@ -200,10 +218,30 @@ class SuspensionCase:
         With its statics, or why there are none, where they were computed with those of others.
     place : int
         Of the case in the group.
+    estimate : bool
+        Whether the errors of the motion of exact elements are to be estimated, against `finer`.
+
+    Attributes
+    ----------
+    differences : dict
+        Header -> relative error of what was held against `finer`, None where it is not known.
+    reason : str
+        Why some are not known.
     """
 
-    def __init__(self, scene, group=None, place=0):
+    def __init__(self, scene, group=None, place=0, estimate=False):
         self.scene, self._group, self.place, self._modes = scene, group, place, {}
+        self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
+
+    @cached_property
+    def finer(self):
+        """The same suspension with a model to an accuracy of `refinement.REFERENCE`."""
+        return SuspensionCase(reference_scene(self.scene))
+
+    @property
+    def damped_by_modes(self):
+        """Whether some cable has modal damping, whose effect grows with the number of modes."""
+        return any(cable.damping.model == "modal" and cable.damping.ratio for cable in self.scene.cables.values())
 
     @cached_property
     def group(self):
@@ -258,6 +296,12 @@ class SuspensionCase:
     def largest_modes(self):
         """Of the modes that were computed those of the largest number: a list of at most one `CoupledModes`."""
         return [self._modes[max(self._modes)]] if self._modes else []
+
+    @property
+    def over_strength(self):
+        """Largest stress over strength of the cables where it is above 1, by their names: dict. [-]"""
+        found = zip(self.group.cable_places, self.group.cables.utilisation[self.place].tolist(), strict=True)
+        return {name: utilisation for name, utilisation in found if utilisation > 1}
 
     def cable(self, name):
         """Place of a cable among all."""

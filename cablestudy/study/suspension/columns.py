@@ -12,7 +12,7 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks
+from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks, written_key
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     actuator_columns,
@@ -27,7 +27,9 @@ from cablestudy.system.suspension import AXES
 OF_CABLES = tuple(
     column
     for column in COLUMNS
-    if column.needs in ("scene", "statics") and column.key in ("", "cable.strength") and column.name != "iterations"
+    if column.needs in ("scene", "statics")
+    and (not column.key or column.key.startswith("cable.section_"))
+    and column.name != "iterations"
 )
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
@@ -44,7 +46,7 @@ def _of_cable(column, name):
     def compute(case):
         return case.of_cables(column)[case.cable(name)]
 
-    key = f"cables.{name}.strength" if column.key else ""
+    key = column.key.replace("cable.", f"cables.{name}.")
     return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
 
 
@@ -166,8 +168,8 @@ WHOLE = (
     *LOOP,
     _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.min),
     _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.max),
-    _over_all("max_utilisation", "", "largest stress over strength of any cable", lambda r: r.utilisation, np.max,
-              "cables.*.strength"),
+    _over_all("max_utilisation", "", "largest tension over breaking force of any cable", lambda r: r.utilisation,
+              np.max, "cables.*.section_breaking_force"),
     _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.sum),
     *(column for column in COLUMNS if column.needs == "run"),
 )  # fmt: skip
@@ -265,9 +267,14 @@ def why_not(scene, column):
     numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_"))
     if column.name not in names and not numbered:
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
-    if column.key and scene.cables[owner].strength is None:
-        return f"{column.name} needs the key {column.key}, which the scene does not have"
+    if owner in scene.cables and not has_key(scene, owner, column):
+        return f"{column.name} needs the key {written_key(column.key)}, which the scene does not have"
     return ""
+
+
+def has_key(scene, cable, column):
+    """Whether the cable of a name has what one of its columns needs."""
+    return not column.key or getattr(scene.cables[cable], column.key.rpartition(".")[2]) is not None
 
 
 def _columns_of_owners(scene):
@@ -279,8 +286,8 @@ def _columns_of_owners(scene):
 
 def _why_not_of_whole(scene, column):
     """`why_not` of a column without a name before it."""
-    if column.name == "max_utilisation" and all(cable.strength is None for cable in scene.cables.values()):
-        return "max_utilisation needs the strength of a cable, which the scene does not have"
+    if column.name == "max_utilisation" and all(c.section_breaking_force is None for c in scene.cables.values()):
+        return "max_utilisation needs the strength or breaking_force of a cable, which the scene does not have"
     if column.needs == "loop" and column.name in {other.name for other in LOOP}:
         return "" if scene.control else f"{column.name} needs the key control, which the scene does not have"
     if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from cablestudy.scene.words import counted, first_of
+from cablestudy.study.notes import of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
 
 LISTED = 12  # cables, or runs of modes, that are named one by one
@@ -34,7 +35,20 @@ def notes_of(case):
         *_of_slack(found),
         *_of_wind(case),
         *(line for modes in case.largest_modes for line in _of_modes(modes)),
+        *of_comparison(case.differences, case.reason),
     )
+
+
+def strength_warning(case):
+    """A warning that names the cables whose stress is above their strength, at most one. Returns a tuple of str.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The case has no stable equilibrium.
+    """
+    weak = [f"{name} (utilisation {share:.4g})" for name, share in case.over_strength.items()]
+    return (f"warning: the stress is above the strength: {first_of(weak, LISTED)}",) if weak else ()
 
 
 def _of_slack(found):
@@ -60,7 +74,7 @@ def _of_wind(case):
         yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {about}, {damped} aerodynamic damping"
     if movement.loop is not None:
         yield from _of_loop(movement, wind)
-    if any(cable.damping.model == "modal" and cable.damping.ratio for cable in case.scene.cables.values()):
+    if case.damped_by_modes:
         yield "modal damping grows with the number of modes of a cable; hysteretic, kelvin_voigt and viscous do not"
 
 

@@ -155,9 +155,9 @@ def _cable_numbers(scene):
     cables = scene.cables.values()
     return {
         "place": [[scene.attachment(end)[1] for end in cable.ends] for cable in cables],
-        "axial_stiffness": [cable.axial_stiffness for cable in cables],
-        "cable_mass": [cable.mass_per_length for cable in cables],
-        "value": [getattr(cable, cable.stated) if cable.stated else np.nan for cable in cables],
+        "axial_stiffness": [cable.section_axial_stiffness for cable in cables],
+        "cable_mass": [cable.section_mass for cable in cables],
+        "value": [np.nan if cable.stated is None else cable.stated_value for cable in cables],
         "force_density": [np.nan if cable.force_density is None else cable.force_density for cable in cables],
     }
 

@@ -4,8 +4,10 @@ import json
 
 import numpy as np
 
+from cablestudy.errors import CablestudyError
 from cablestudy.study.columns import ROUNDING
-from cablestudy.study.suspension.columns import body_columns, cable_columns, point_columns
+from cablestudy.study.notes import of_comparison
+from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
@@ -36,8 +38,7 @@ def static_tables(case, only=None):
     bodies, points = np.split(np.array(suspension.body_names, dtype=object), [suspension.bodies])
 
     def columns_of_cable(name):
-        strong = case.scene.cables[name].strength is not None
-        return [column for column in cable_columns(name) if strong or not column.key]
+        return [column for column in cable_columns(name) if has_key(case.scene, name, column)]
 
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
@@ -145,12 +146,14 @@ def all_tables(tables, style):
     return json.dumps({name: json.loads(table.render(style)) for name, table in tables.items()}, indent=1) + "\n"
 
 
-def mode_table(modes, chosen):
+def mode_table(case, modes, chosen):
     """Coupled modes as rows.
 
     Parameters
     ----------
+    case : SuspensionCase
     modes : CoupledModes
+        Of this case.
     chosen : sequence of int
         Which of them, from 0.
 
@@ -167,10 +170,59 @@ def mode_table(modes, chosen):
     )
     share = np.where(modes.body_share > ROUNDING, modes.body_share, 0.0)
     damping = np.where(np.abs(modes.damping_ratio) > ROUNDING, modes.damping_ratio, 0.0)
-    rows, errors = [], []
+    rows = []
     for k in map(int, chosen):
         numbers = k + 1, float(modes.frequency[k]), float(damping[k]), modes.moves[k], float(share[k])
         rows.append(dict(zip((field.name for field in fields), numbers, strict=True)))
-        stated = {"frequency_Hz": float(modes.error[k]), "damping_ratio": float(modes.damping_error[k])}
-        errors.append({name: error for name, error in stated.items() if not np.isnan(error)})
-    return Table(fields, rows, errors=lambda: iter(errors))
+
+    def errors():
+        frequency, ratio = mode_errors(case, modes, int(max(chosen, default=-1)) + 1)
+        for k in map(int, chosen):
+            stated = {"frequency_Hz": float(frequency[k]), "damping_ratio": float(ratio[k])}
+            yield {name: error for name, error in stated.items() if not np.isnan(error)}
+
+    return Table(fields, rows, errors=errors)
+
+
+def mode_errors(case, modes, count):
+    """Estimated relative errors of the lowest coupled modes: of exact elements against a finer model, by their numbers.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    modes : CoupledModes
+        Of this case.
+    count : int
+
+    Returns
+    -------
+    frequency, damping_ratio : ndarray, shape (count,)
+        Not a number where they are not known. [-]
+    """
+    if case.model is None:
+        return modes.error[:count], modes.damping_error[:count]
+    errors = np.full((2, count), np.nan)
+    try:
+        finer = case.finer.modes(count)
+    except CablestudyError as error:
+        case.reason = str(error)
+        return errors
+    known = min(count, len(finer))
+    pairs = (
+        (modes.frequency, finer.frequency, finer.error),
+        (modes.damping_ratio, finer.damping_ratio, finer.damping_error),
+    )
+    for row, (own, true, error) in zip(errors, pairs, strict=True):
+        own, true = own[:known], true[:known]
+        moves = np.abs(true) > ROUNDING  # not a mode without damping
+        row[:known] = np.where(moves, np.abs(own - true) / np.where(moves, np.abs(true), 1.0) + error[:known], np.nan)
+        row[:known][~moves & (np.abs(own) <= ROUNDING)] = 0.0  # shown as zero
+    return errors
+
+
+def mode_notes(case, modes, count):
+    """Notes on the errors of the lowest coupled modes of exact elements, none of others: tuple of str."""
+    if case.model is None:
+        return ()
+    errors = [None if np.isnan(error) else error for error in mode_errors(case, modes, count)[0].tolist()]
+    return tuple(of_comparison({f"mode {k}": error for k, error in enumerate(errors, 1)}, case.reason))

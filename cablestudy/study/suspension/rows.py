@@ -5,27 +5,30 @@ import time
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.closed_form import status_of
-from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite
-from cablestudy.study.row import Row
+from cablestudy.scene.words import first_of
+from cablestudy.study.closed_form import DISCRETE
+from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite, relative
+from cablestudy.study.refinement import reference_scene
+from cablestudy.study.row import MODAL, Row
+from cablestudy.study.status import OVER_STRENGTH, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import WHOLE
-from cablestudy.study.suspension.notes import notes_of
+from cablestudy.study.suspension.notes import LISTED, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import limits_passed
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
 AT_ONCE = 200  # cases whose equilibria are solved together: bounds the memory
 
 
-def evaluate_suspensions(scenes, columns, explain=False):
+def evaluate_suspensions(scenes, columns, estimate=False):
     """Compute the columns of many suspensions.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
     columns : sequence of Column
-    explain : bool
-        Whether notes are needed.
+    estimate : bool
+        Whether to estimate the errors of exact elements though they are no column, and to write notes.
 
     Returns
     -------
@@ -38,12 +41,22 @@ def evaluate_suspensions(scenes, columns, explain=False):
         some = scenes[first : first + AT_ONCE]
         begin = time.perf_counter()
         cases = cases_of(some) if needed else [SuspensionCase(scene) for scene in some]
+        if estimate or "error_estimate" in [column.name for column in columns]:
+            _compare(cases, columns)
         shared = (time.perf_counter() - begin) / len(some)
-        rows += [_row(case, columns, shared, explain) for case in cases]
+        rows += [_row(case, columns, shared, estimate) for case in cases]
     return rows
 
 
-def _row(case, columns, seconds, explain):
+def _compare(cases, columns):
+    """Let exact elements be held against finer models, whose statics are computed together."""
+    exact = [case for case in cases if case.model is not None]
+    if exact and any(column.needs in DISCRETE for column in columns):
+        for case, finer in zip(exact, cases_of([reference_scene(case.scene) for case in exact]), strict=True):
+            case.estimate, case.finer = True, finer
+
+
+def _row(case, columns, seconds, noted):
     """One row; `seconds` is its share of the time of what was solved with others."""
     begin, cells, errors, failures = time.perf_counter(), {column.header: None for column in columns}, {}, {}
     for column in most_modes_first(columns):
@@ -62,8 +75,9 @@ def _row(case, columns, seconds, explain):
         "solve_time_ms": 1e3 * (seconds + time.perf_counter() - begin),
     }
     cells.update((header, number) for header, number in run.items() if header in cells)
-    cells["status"] = status_of(failures)
-    return Row(cells, case, notes_of(case) if explain else (), errors)
+    weak = list(case.over_strength) if case.solved else []
+    cells["status"] = status_of(failures, f"{OVER_STRENGTH}: {first_of(weak, LISTED)}" if weak else "")
+    return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if weak else ())
 
 
 def value(case, column):
@@ -77,6 +91,8 @@ def value(case, column):
     """
     found = column.compute(case)
     number, error = found if isinstance(found, tuple) else (found, case.statics_error(column))
+    if case.estimate and column.needs in DISCRETE:
+        error = _difference(case, column, number)
     if number is None:  # a limit that there is not
         return None, None if np.isnan(error) else float(error)
     number = np.asarray(number).item()
@@ -85,3 +101,18 @@ def value(case, column):
             raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
         raise not_finite(column)
     return number + 0.0, None if np.isnan(error) else max(float(error), ROUNDING if error else 0.0)
+
+
+def _difference(case, column, number):
+    """Relative error of a number against that of the finer model, the error of which is added; NaN if not known."""
+    case.differences[column.header] = None
+    if column.needs != "modes" and case.damped_by_modes:
+        case.reason = MODAL.partition(",")[0]
+        return np.nan
+    try:
+        truth, own = value(case.finer, column)
+    except CablestudyError as error:
+        case.reason = str(error)
+        return np.nan
+    case.differences[column.header] = relative(number, truth) + (own or 0.0)
+    return case.differences[column.header]

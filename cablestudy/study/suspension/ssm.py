@@ -11,7 +11,8 @@ from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
 from cablestudy.study.suspension.linear_motion import markers_of, winches_of
-from cablestudy.study.suspension.notes import damping_notes, notes_of
+from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
+from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.report import mode_table as coupled_mode_table
 from cablestudy.study.suspension.ssm_control import choose_controlled, pair_of
 from cablestudy.system.coupled import Layout
@@ -81,6 +82,7 @@ class SuspensionChoice:
         names = f"{self.whole.inputs[input_][0]} and {self.whole.outputs[output][0]}"
         return [
             *notes_of(self.case),
+            *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
             f"left out: {len(self.modes) - len(self.chosen)} modes, which carry {omitted:.3g} of the inertia between "
             f"{names}; their static part is kept in D",
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
@@ -91,12 +93,15 @@ class SuspensionChoice:
 
     @property
     def warnings(self):
-        """A response beyond the modes kept: list of str."""
-        kept = self.found.frequency[self.chosen]
+        """A stress above the strength, a response beyond the modes kept: list of str."""
+        kept, found = self.found.frequency[self.chosen], [*strength_warning(self.case)]
         if self.highest is None or kept.max(initial=0.0) >= self.highest or len(self.chosen) == len(self.modes):
-            return []
+            return found
         last = f"the highest mode kept is at {kept.max():.4g} Hz" if len(kept) else "no mode is kept"
-        return [f"warning: {last}: of those above only the static part is in the response; see --modes and --upto"]
+        return [
+            *found,
+            f"warning: {last}: of those above only the static part is in the response; see --modes and --upto",
+        ]
 
 
 def _no_winches(scene):
@@ -201,7 +206,7 @@ def linear_model(case, found):
 
 def mode_table(choice):
     """Table of the modes that a choice keeps."""
-    return coupled_mode_table(choice.found, choice.chosen)
+    return coupled_mode_table(choice.case, choice.found, choice.chosen)
 
 
 def curves(choice):

@@ -15,7 +15,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.in_wind import COUNTS
-from cablestudy.study.suspension.notes import damping_notes, notes_of
+from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 
 MOST = 160  # modes beyond which a response does not ask for more by itself
 AT_ONCE = 1_000_000  # entries of the matrices that are solved at once for a response
@@ -122,8 +122,8 @@ class ControlledChoice:
 
     @property
     def warnings(self):
-        """What is unstable, and a response beyond the modes kept: list of str."""
-        found, highest = [], self.found.frequency.max()
+        """A stress above the strength, what is unstable, and a response beyond the modes kept: list of str."""
+        found, highest = [*strength_warning(self.case)], self.found.frequency.max()
         if self.highest is not None and highest < self.highest and len(self.found) < len(self.modes):
             found.append(
                 f"warning: the highest mode kept is at {highest:.4g} Hz: of those above only the static part is in the"

@@ -8,7 +8,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import lacks
-from cablestudy.study.suspension.notes import LISTED
+from cablestudy.study.suspension.notes import LISTED, strength_warning
 from cablestudy.study.suspension.report import listed
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.suspension.wind_columns import (
@@ -117,7 +117,8 @@ def _coordinate_table(case):
 
 def remarks_of(case):
     """Lines on what makes the numbers doubtful: limits that are passed, cables that go slack: list of str."""
-    found = [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
+    found = [*strength_warning(case)]
+    found += [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
     slack = [name for name in case.scene.cables if value(case, tension_columns(name)[1])[0] < 0]
     if slack:
         found.append(f"warning: {first_of(slack, LISTED)} would go slack: the linear numbers do not hold")

@@ -1,0 +1,157 @@
+"""Where a cable in equilibrium is, in global axes: its lowest point, sag, swing, and clearance over the ground.
+
+Functions take a `Catenary`, of one cable or of a batch, or the `State` of the elements of one cable. Places are
+measured from end 1. The tension vector is linear along each segment, so that a cable is parallel to a given slope where
+a linear function of the arc length vanishes.
+"""
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+
+ROUNDING = 1e-13  # of a distance over the chord
+MAX_STEPS, CLOSE = 60, 1e-15  # of the search for mid-span, and its last step, a share of the unstretched length
+
+
+def places(cable, positions):
+    """Global coordinates along a cable, from end 1.
+
+    Parameters
+    ----------
+    cable : Catenary or State
+    positions : ndarray, shape (..., j)
+        Unstretched arc length over unstretched length. [-]
+
+    Returns
+    -------
+    ndarray, shape (..., j, 3)
+        [m]
+    """
+    span = cable.span
+    local = np.array(cable.at(positions)[0])
+    local[..., 0] += (1 + np.asarray(span.chord_strain))[..., None] * positions
+    return span.in_frame(local * np.asarray(span.unstretched_length)[..., None, None], "global")
+
+
+def lowest_point(cable):
+    """Height of the lowest point of a cable above end 1, an end where that is lower, shape (...). [m]"""
+    return places(cable, _candidates(cable, np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
+
+
+def _candidates(cable, normal):
+    """Where a cable may be farthest along a normal: edges of segments, and where it is at right angles to the normal.
+
+    Shape (..., 2 k + 1), shares of the unstretched length.
+    """
+    span, edges = cable.span, cable.edges
+    middle = (span.in_frame(cable.mid_forces, "global") * normal).sum(axis=-1)
+    change = cable.segment_weights * (span.vertical * normal).sum(axis=-1)[..., None]
+    share = 0.5 - np.divide(middle, change, out=np.zeros_like(middle), where=change != 0)
+    inner = edges[..., :-1] + np.clip(share, 0.0, 1.0) * np.diff(edges, axis=-1)
+    return np.concatenate([np.broadcast_to(edges, (*inner.shape[:-1], edges.shape[-1])), inner], axis=-1)
+
+
+def midspan(cable):
+    """Arc length where a cable passes halfway along the horizontal between its ends, shape (...).
+
+    Over unstretched length; 1/2 where the chord is vertical. Of a `Catenary` whose uniform load is vertical,
+    `midspan.arc_length_at_midspan` gives it to more digits. By the method of Ridders (1979), IEEE Transactions on
+    Circuits and Systems 26, 979.
+    """
+    chord = cable.span.frame[..., 0, :2] * np.asarray(cable.span.chord)[..., None]
+    length = np.hypot(chord[..., 0], chord[..., 1])
+    level = chord / np.where(length > 0, length, 1.0)[..., None]
+
+    def beyond(position):
+        return (places(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - length / 2
+
+    upright = length <= 1e-9 * np.asarray(cable.span.chord)
+    found, done = np.full(length.shape, 0.5), upright
+    low, high, below, above = 0.0 * found, 0.0 * found + 1.0, -length / 2, length / 2
+    for _ in range(MAX_STEPS):
+        middle = (low + high) / 2
+        at_middle = beyond(middle)
+        root = np.sqrt(at_middle**2 - below * above)
+        place = middle - (middle - low) * np.divide(at_middle, root, out=np.zeros_like(root), where=root > 0)
+        there = beyond(place)
+        fresh = np.where(done, found, place)  # no digit depends on the other cables
+        done, found = done | (np.abs(fresh - found) <= CLOSE), fresh
+        for trial, value in ((middle, at_middle), (place, there)):
+            first, last = (value < 0) & (trial > low), (value >= 0) & (trial < high)
+            low, below = np.where(first, trial, low), np.where(first, value, below)
+            high, above = np.where(last, trial, high), np.where(last, value, above)
+        if done.all():
+            break
+    return found
+
+
+def sag_and_swing(cable, position):
+    """How far a cable hangs below the middle of its chord, and how far it leaves its vertical plane there.
+
+    Parameters
+    ----------
+    cable : Catenary or State
+    position : ndarray, shape (...)
+        Arc length at mid-span over unstretched length. [-]
+
+    Returns
+    -------
+    sag : ndarray, shape (...)
+        Vertical. [m]
+    swing : ndarray, shape (...)
+        Angle between the vertical and the way from chord to cable, seen along the chord; 0 of a vertical chord. [rad]
+    """
+    span = cable.span
+    chord = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
+    moved = places(cable, np.asarray(position)[..., None])[..., 0, :] - chord / 2
+    length = np.hypot(chord[..., 0], chord[..., 1])
+    across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(length > 0, length, 1.0)[..., None]
+    aside, whole = (moved[..., :2] * across).sum(axis=-1), np.asarray(span.chord)
+    aside = np.where((length > ROUNDING * whole) & (np.abs(aside) > ROUNDING * whole), aside, 0.0)
+    return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
+
+
+def clearance(cable, end_1, ground):
+    """Least vertical distance from one cable down to the ground; negative where the cable would be below it. [m]
+
+    Parameters
+    ----------
+    cable : Catenary or State
+        Of one cable.
+    end_1 : sequence of 3 floats
+        Place of end 1. [m]
+    ground : float or sequence of (float, float)
+        A level, or x and z of points between which the ground is straight. [m]
+
+    Raises
+    ------
+    NoSolutionError
+        The cable leaves the range of x where the ground is known.
+    """
+    if isinstance(ground, float):
+        return float(end_1[2] + lowest_point(cable) - ground)
+    x, z = np.array(ground, dtype=float).T
+    normals = [np.array([-slope, 0.0, 1.0]) for slope in np.diff(z) / np.diff(x)]
+    found = [_candidates(cable, normal) for normal in normals]
+    found += [_crossings(cable, place - end_1[0]) for place in x]
+    there = places(cable, np.concatenate(found)) + np.asarray(end_1)
+    low, high = there[:, 0].min(), there[:, 0].max()
+    if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):
+        raise NoSolutionError(
+            f"the ground is known from x = {x[0]:.6g} m to {x[-1]:.6g} m, the cable is from {low:.6g} m to {high:.6g} m"
+        )
+    return float((there[:, 2] - np.interp(there[:, 0], x, z)).min())
+
+
+def _crossings(cable, place):
+    """Where one cable passes a coordinate x, measured from end 1, shares of the unstretched length, shape (j,)."""
+    from scipy.optimize import brentq
+
+    edges = np.asarray(cable.edges)
+    beyond = places(cable, edges)[:, 0] - place
+
+    def gap(position):
+        return places(cable, np.array([position]))[0, 0] - place
+
+    between = np.flatnonzero(beyond[:-1] * beyond[1:] < 0)
+    return np.array([brentq(gap, edges[i], edges[i + 1], xtol=1e-15) for i in between])

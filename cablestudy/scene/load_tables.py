@@ -1,0 +1,91 @@
+"""What acts on a cable beside its weight, and the state in which its length is stated: tables of the file, in SI."""
+
+import math
+from typing import Annotated, ClassVar
+
+from pydantic import Field, StrictBool
+
+from cablestudy.scene.fields import Quantity, Table
+
+MAX_LOADS = 1000
+ICE_DENSITY = 900.0  # [kg/m^3]
+# a bare number below the lowest is one in degrees Celsius by mistake
+TEMPERATURES = {"low": 60.0, "high": 5000.0, "limits": "from 60 K to 5000 K (a bare number is K: write 15 degC)"}
+
+Force = Annotated[float, Quantity("N", -1e24, 1e24)]
+Temperature = Annotated[float, Quantity("K", **TEMPERATURES)]
+
+
+class Load(Table):
+    """A point load: a force, a mass that hangs there and moves along, or both."""
+
+    table: ClassVar[str] = "load"
+
+    at: Annotated[float, Quantity("m", 1e-9, 1e9)] | None = Field(
+        None, description="Arc length from end 1 along the unstretched cable (instead of fraction)"
+    )
+    fraction: Annotated[float, Quantity("", 1e-12, 1 - 1e-12, limits="between 0 and 1")] | None = Field(
+        None, description="Share of the unstretched length from end 1 (instead of at)"
+    )
+    force: tuple[Force, Force, Force] | None = Field(None, description="Force along x, y, z (z up)")
+    mass: Annotated[float, Quantity("kg", 1e-12, 1e15)] | None = Field(
+        None, description="Mass: its weight is a load, its inertia takes part in all motion"
+    )
+
+    def relations(self):
+        """A force, a mass, or both."""
+        given = self.force is not None or self.mass is not None
+        yield [((), given, lambda: "missing key: force, mass, or both")]
+
+
+class Ice(Table):
+    """Ice, or any other load per length that hangs on the cable."""
+
+    table: ClassVar[str] = "ice"
+
+    thickness: Annotated[float, Quantity("m", 0, 1e3)] | None = Field(
+        None, description="Of a layer all around, which the wind sees too (instead of weight)"
+    )
+    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e6)] = Field(ICE_DENSITY, description="Of that layer")
+    weight: Annotated[float, Quantity("N/m", 0, 1e18)] | None = Field(
+        None, description="Weight per unstretched length (instead of thickness)"
+    )
+
+
+class SteadyWind(Table):
+    """A horizontal wind that does not change in time."""
+
+    table: ClassVar[str] = "steady_wind"
+
+    speed: Annotated[float, Quantity("m/s", 0, 1e6)] | None = Field(None, description="Speed (instead of pressure)")
+    pressure: Annotated[float, Quantity("Pa", 0, 1e18)] | None = Field(
+        None, description="Dynamic pressure, rho/2 v^2 (instead of speed)"
+    )
+    direction: Annotated[
+        float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
+    ] = Field(0.0, description="Where it blows to: angle from x towards y; a bare number is rad")
+    air_density: Annotated[float, Quantity("kg/m^3", 1e-12, 1e6)] = Field(1.2, description="With speed: of the air")
+    cable_drag_coefficient: Annotated[float, Quantity("", 0, 1e6)] = Field(
+        1.2, description="Drag coefficient of the cable, across the wind"
+    )
+
+    @property
+    def dynamic_pressure(self):
+        """Given, or rho/2 v^2. [Pa]"""
+        return self.pressure if self.pressure is not None else self.air_density / 2 * self.speed**2
+
+
+class LoadCase(Table):
+    """One of the days of a cable, whose unstretched length is that of the reference state."""
+
+    temperature: Temperature | None = Field(None, description="Of the cable; by default that of the reference state")
+    ice: Ice | None = Field(None, description="Ice, or any other load per length")
+    wind: SteadyWind | None = Field(None, description="Steady wind on cable and gondola")
+    loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
+
+
+class Reference(Table):
+    """The state in which preload, tension and sag of the cable hold."""
+
+    temperature: Temperature = Field(288.15, description="Of the cable, also where a case gives none")
+    loads: StrictBool = Field(False, description="Whether the point loads of the cable are on it")

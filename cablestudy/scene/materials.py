@@ -1,0 +1,218 @@
+"""What a cross-section and a material state, in SI, and the table of materials and ropes, built-in and of the user."""
+
+import math
+import os
+from functools import cache
+from typing import Annotated, ClassVar
+
+from pydantic import BeforeValidator, Field, ValidationError
+
+from cablestudy.scene.document import read_file
+from cablestudy.scene.fields import Name, Quantity, Table, wrong
+from cablestudy.scene.layers import OF_SECTION
+from cablestudy.scene.units import show
+
+# Products of keys, beyond any cable by many powers of ten: their squares and those of frequencies stay finite.
+STIFFNESS_RANGE = (1e-12, 1e24)  # elastic modulus times area [N]
+MASS_RANGE = (1e-18, 1e12)  # density times area [kg/m]
+ROUNDED = 1.02  # area over that of the circle of the diameter, where both are written with two or three digits
+
+Stress = Annotated[float, Quantity("Pa", 1e-12, 1e30)]
+
+
+def _root(value):
+    """Square root of a number, or of each of an array, to the last digit alike."""
+    return math.sqrt(value) if isinstance(value, float) else value**0.5
+
+
+class Properties(Table):
+    """What a cross-section is made of. Of alternatives that are not given the values are None."""
+
+    axial_stiffness: Annotated[float, Quantity("N", *STIFFNESS_RANGE)] | None = Field(
+        None, description="Force per strain, EA (instead of elastic_modulus)"
+    )
+    elastic_modulus: Stress | None = Field(None, description="Effective elastic modulus, of the metallic area")
+    mass_per_length: Annotated[float, Quantity("kg/m", *MASS_RANGE)] | None = Field(
+        None, description="Mass per unstretched length (instead of density)"
+    )
+    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e15)] | None = Field(
+        None, description="Mass per unstretched length over metallic area"
+    )
+    breaking_force: Annotated[float, Quantity("N", 1e-24, 1e24)] | None = Field(
+        None, description="Tension at which the cable breaks, for utilisation (instead of strength)"
+    )
+    strength: Stress | None = Field(None, description="Breaking force over metallic area, for utilisation")
+    area: Annotated[float, Quantity("m^2", 1e-18, 1e9)] | None = Field(
+        None, description="Metallic area (default: that of the circle of the diameter, times the fill factor)"
+    )
+    diameter: Annotated[float, Quantity("m", 1e-9, 1e5)] | None = Field(
+        None, description="Outer diameter (default: that of the circle which the area fills, by the fill factor)"
+    )
+    fill_factor: Annotated[float, Quantity("", 1e-3, 1)] = Field(
+        1.0, description="Metallic area over that of the circle of the outer diameter, where only one of them is given"
+    )
+    expansion: Annotated[float, Quantity("1/K", -1e-2, 1e-2)] | None = Field(
+        None, description="Coefficient of thermal expansion, along the cable"
+    )
+
+    @classmethod
+    def key_mistakes(cls, given):
+        """See `Table.key_mistakes`: also a size that is stated twice."""
+        found = super().key_mistakes(given)
+        if {"area", "diameter", "fill_factor"} <= set(given):
+            found.append((("fill_factor",), "has no effect: area and diameter are given"))
+        return found
+
+    def size_relations(self):
+        """A circle of the diameter holds the area: a list as of `relations`."""
+        if self.area is None or self.diameter is None:
+            return []
+        circle = math.pi * (self.diameter * self.diameter) / 4
+        message = "a circle of it has {:g} m^2, less than {:g} m^2".format
+        return [(("diameter",), self.area <= ROUNDED * circle, lambda: message(circle, self.area))]
+
+    # ------------------------------------------------------------------ the same, whichever of the keys are given
+
+    @property
+    def section_area(self):
+        """Metallic area, given or that of the circle of the diameter times the fill factor; or None. [m^2]"""
+        if self.area is not None or self.diameter is None:
+            return self.area
+        return self.fill_factor * (math.pi * (self.diameter * self.diameter) / 4)
+
+    @property
+    def section_diameter(self):
+        """Outer diameter, given or that of the circle which the area fills; or None. [m]"""
+        if self.diameter is not None or self.area is None:
+            return self.diameter
+        return _root(4 * self.area / (math.pi * self.fill_factor))
+
+    @property
+    def section_fill_factor(self):
+        """Metallic area over that of the circle of the diameter, also where both are given. [-]"""
+        if self.area is None or self.diameter is None:
+            return self.fill_factor
+        return self.area / (math.pi * (self.diameter * self.diameter) / 4)
+
+    @property
+    def section_axial_stiffness(self):
+        """EA, given or elastic modulus times area; or None. [N]"""
+        return self._or_times_area(self.axial_stiffness, self.elastic_modulus)
+
+    @property
+    def section_mass(self):
+        """Mass per unstretched length, given or density times area; or None. [kg/m]"""
+        return self._or_times_area(self.mass_per_length, self.density)
+
+    @property
+    def section_breaking_force(self):
+        """Breaking force, given or strength times area; or None. [N]"""
+        return self._or_times_area(self.breaking_force, self.strength)
+
+    @property
+    def section_elastic_modulus(self):
+        """Elastic modulus, given or EA over area; or None. [Pa]"""
+        return self._or_over_area(self.elastic_modulus, self.axial_stiffness)
+
+    @property
+    def section_density(self):
+        """Density, given or mass per length over area; or None. [kg/m^3]"""
+        return self._or_over_area(self.density, self.mass_per_length)
+
+    @property
+    def section_strength(self):
+        """Strength, given or breaking force over area; or None. [Pa]"""
+        return self._or_over_area(self.strength, self.breaking_force)
+
+    def _or_times_area(self, whole, per_area):
+        if whole is not None or per_area is None or self.section_area is None:
+            return whole
+        return per_area * self.section_area
+
+    def _or_over_area(self, per_area, whole):
+        if per_area is not None or whole is None or self.section_area is None:
+            return per_area
+        return whole / self.section_area
+
+
+class Material(Properties):
+    """An entry of the table of materials: a material, or a rope, which may have a size of its own."""
+
+    table: ClassVar[str] = "material"
+
+    source: Annotated[str, Field(strict=True)] = Field("", description="Where the numbers are from")
+
+    @classmethod
+    def key_mistakes(cls, given):
+        """See `Table.key_mistakes`: also a stiffness or mass that is missing."""
+        found, given = super().key_mistakes(given), set(given)
+        for (whole,), (per_area,) in OF_SECTION[:2]:
+            if given.isdisjoint((whole, per_area)):
+                found.append(((), f"missing key: one of {whole}, {per_area}"))
+        return found
+
+    def relations(self):
+        """See `size_relations`."""
+        yield self.size_relations()
+
+    def beside(self, given):
+        """What a cable of this material has beside the keys that it gives itself.
+
+        Parameters
+        ----------
+        given : set of str
+            The keys of the cable. With a size of its own it is another one of the same material: what the entry states
+            as a whole is then taken per area.
+
+        Returns
+        -------
+        dict
+            Key -> value in SI.
+        """
+        resized, found = not given.isdisjoint(("area", "diameter")), {}
+        for (whole,), (per_area,) in OF_SECTION:
+            if given.isdisjoint((whole, per_area)):
+                scaled = getattr(self, f"section_{per_area}") if resized else getattr(self, per_area)
+                found |= {per_area: scaled} if scaled is not None else {whole: getattr(self, whole)}
+        if not resized:
+            found |= {"area": self.area, "diameter": self.diameter}
+        if not {"area", "diameter"} <= given | {key for key, value in found.items() if value is not None}:
+            found["fill_factor"] = self.section_fill_factor
+        found["expansion"] = self.expansion
+        return {key: value for key, value in found.items() if value is not None and key not in given}
+
+
+def _mapping(value):
+    if isinstance(value, str):
+        raise wrong(f"expected a mapping of names, got {show(value)} (a file is named in the scene itself)")
+    return value
+
+
+Materials = Annotated[dict[Name, Material], BeforeValidator(_mapping)]
+
+
+@cache
+def materials():
+    """The built-in materials and ropes: name -> Material."""
+    document = read_file(os.path.join(os.path.dirname(__file__), "materials.yaml"))
+    return {name: Material.model_validate(entry) for name, entry in document.value.items()}
+
+
+def known_materials(own):
+    """Name -> Material of all that a scene may name: its own over the built-in ones.
+
+    Parameters
+    ----------
+    own : dict
+        Plain values of the key `materials` of the scene, or anything else. An entry that is wrong is None, so that only
+        its own mistakes are told.
+    """
+    if not isinstance(own, dict):
+        return materials()
+    found = dict(materials())
+    for name, entry in own.items():
+        try:
+            found[name] = Material.model_validate(entry)
+        except ValidationError:
+            found[name] = None
+    return found

@@ -1,0 +1,146 @@
+"""The cross-section of a cable, its own properties over those of a material, and shares of its breaking force."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+
+from cablestudy.scene.fields import Quantity, suggestion, wrong
+from cablestudy.scene.materials import MASS_RANGE, STIFFNESS_RANGE, Properties, known_materials, materials
+from cablestudy.scene.units import show, to_si
+
+PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over axial stiffness [-]
+
+
+def _known(info):
+    """Name -> Material of what a scene may name; without the scene's context the built-in ones.
+
+    The built-in ones are read from their file when a cable first names one.
+    """
+    if not info.context:
+        return materials()
+    if "known" not in info.context:
+        info.context["known"] = known_materials(info.context["materials"])
+    return info.context["known"]
+
+
+def _known_material(name, info: ValidationInfo):
+    known = _known(info)
+    if name not in known:
+        raise wrong(f"unknown material {show(name)} ({suggestion(name, known)})")
+    return name
+
+
+def within(value, limits):
+    """Whether a number, or each of an array, is between two limits, both allowed."""
+    return (limits[0] <= value) & (value <= limits[1])
+
+
+def limited(key, value, limits, unit, text):
+    """The relation that a value is between two limits; `text` says what the value is."""
+    allowed = f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
+    return (key,), within(value, limits), lambda: f"{text(value)}: {allowed}"
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share of the breaking force. [-]"""
+
+    value: float
+
+
+class ForceOrShare(Quantity):
+    """A force, or a share of the breaking force: text that ends in %."""
+
+    def read(self, value):
+        """Value -> float [N], or `Share`."""
+        if isinstance(value, Share):
+            return value
+        if not (isinstance(value, str) and value.rstrip().endswith("%")):
+            return super().read(value)
+        try:
+            share = to_si(value, "")
+        except ValueError:
+            share = 0.0
+        if not 0 < share <= 1:
+            raise wrong(f"a share of the breaking force must be above 0 % and at most 100 %, got {show(value)}")
+        return Share(share)
+
+
+Tension = Annotated[float | Share, ForceOrShare("N", 1e-24, 1e24)]
+
+
+class Section(Properties):
+    """The cross-section of a cable, of a material or not."""
+
+    complete: ClassVar[bool] = True  # whether stiffness, mass and size must be known
+
+    material: Annotated[str, Field(strict=True), AfterValidator(_known_material)] | None = Field(
+        None, description="Name in the table of materials: for what is not given here"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_material(cls, data, info: ValidationInfo):
+        """What the material gives and the file does not."""
+        name = data.get("material") if isinstance(data, dict) else None
+        material = _known(info).get(name) if isinstance(name, str) else None
+        if material is None:
+            return data
+        return {**material.beside({key for key, value in data.items() if value is not None}), **data}
+
+    @classmethod
+    def key_mistakes(cls, given):
+        """See `Table.key_mistakes`: also what is missing of a complete section."""
+        found, given = super().key_mistakes(given), set(given)
+        if not cls.complete:
+            return found
+        for keys in (("axial_stiffness", "elastic_modulus"), ("mass_per_length", "density")):
+            if given.isdisjoint((*keys, "material")):
+                found.append(((), f"missing key: one of {', '.join(keys)} (or give material)"))
+        sized = not given.isdisjoint(("area", "diameter"))
+        if not (sized or given.isdisjoint(("elastic_modulus", "density"))):
+            found.append(((), "missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"))
+        return found
+
+    def force_of(self, stated):
+        """A force stated in newtons or as a share of the breaking force; None stays None. [N]"""
+        return stated.value * self.section_breaking_force if isinstance(stated, Share) else stated
+
+    # ---------------------------------------------------------------------------------------------- relations
+
+    def section_relations(self):
+        """An area that its circle holds, products within what the solvers can hold: a list as of `relations`."""
+        product = "times the area of the cross-section is {:g} "
+        stiffness, mass = self.section_axial_stiffness, self.section_mass
+        found = self.size_relations()
+        if stiffness is not None:  # it is of a material that is wrong itself
+            found.append(limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format))
+        if mass is not None:
+            found.append(limited("density", mass, MASS_RANGE, "kg/m", f"{product}kg/m".format))
+        return found
+
+    def tension_relations(self, stated):
+        """The tensions that keys state are not far beyond what the cable can take: a list as of `relations`.
+
+        Parameters
+        ----------
+        stated : dict
+            Path inside the table -> what is there: a force [N], `Share`, or None.
+        """
+        stated = {path: tension for path, tension in stated.items() if tension is not None}
+        if self.section_axial_stiffness is None:
+            return []
+        if self.section_breaking_force is None:
+            shares = [path for path, tension in stated.items() if isinstance(tension, Share)]
+            if shares:
+                message = "a share needs the breaking force: give breaking_force, or strength with area or diameter"
+                return [(path, False, lambda: message) for path in shares]
+        return [self._tension_relation(path, self.force_of(tension)) for path, tension in stated.items()]
+
+    def _tension_relation(self, path, tension):
+        def text(ratio):
+            return f"{tension:g} N is {ratio:.3g} times the axial stiffness"
+
+        _, holds, message = limited(path[-1], tension / self.section_axial_stiffness, PRESTRAIN_RANGE, "times", text)
+        return path, holds, message

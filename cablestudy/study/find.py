@@ -1,0 +1,305 @@
+"""The value of a key for which a column takes a value: `cablestudy find`, and `find:` in a study."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.errors import CablestudyError, Mistake, NoSolutionError, SceneError
+from cablestudy.scene.entries import Entry
+from cablestudy.scene.layers import split_key
+from cablestudy.scene.scene import quantity_of, read_scene
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.scene.units import common_factor
+from cablestudy.scene.words import counted
+from cablestudy.study.all_columns import find, key_column, why_not
+from cablestudy.study.closed_form import CLOSED
+from cablestudy.study.columns import STATUS
+from cablestudy.study.goal import goal_of_study
+from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
+from cablestudy.study.row import evaluate_cases
+from cablestudy.study.scene_values import CaseTable, tables_of
+from cablestudy.study.status import has_answer
+from cablestudy.study.study_rows import evaluate_tables
+from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.table import Field, Table
+
+# columns that are shown beside what was found, where the scene has them: of one cable, of a suspension
+USUAL = ("preload", "max_tension", "sag", "unstretched_length", "utilisation")
+USUAL_OF_SUSPENSIONS = ("min_tension", "max_tension", "max_utilisation")
+TRIED_FIRST = 25  # places over the range of a key that the scene does not state, until one gives a valid scene
+CLOSE = 1e-9  # relative error of the statics of suspensions, and of a model of fixed elements: rounding of its search
+COSTLY_REACH = 1e3  # factor up to which a column that is no closed form of one cable is searched about the start
+SHOWN = 10  # values that a message lists
+
+
+@dataclass(frozen=True)
+class Found:
+    """The solutions of a goal.
+
+    Attributes
+    ----------
+    values : list of float
+        Of the key, rising, in SI.
+    scenes : list of Scene or SuspensionScene
+        With these values.
+    notes : list of str
+        What was searched, and where the column jumps over its value.
+    """
+
+    values: list
+    scenes: list
+    notes: list
+
+
+# --------------------------------------------------------------------------------------------------------- the search
+
+
+class _Cases:
+    """Cases of a scene that differ in one key: what `tables_of` needs of a study."""
+
+    def __init__(self, document, goal, values):
+        self._document, self._key, self._place = document, goal.key.name, goal.places["by"][0]
+        self._values = [float(value) for value in values]
+        self.entries = (Entry(((self._key, self._values, lambda _: self._place),)),)
+
+    def case(self, index):
+        """Overrides and Scene of one case."""
+        value = self._values[index]
+        return {self._key: value}, read_scene(self._document.with_sets([(self._key, value, self._place)]))
+
+
+def solve(goal, document):
+    """All values of the key in the range searched, or in the nearest one of growing ranges that has any.
+
+    Parameters
+    ----------
+    goal : Goal
+    document : Document
+        Of the scene, where the key may have another value, or one that excludes it.
+
+    Returns
+    -------
+    Found
+
+    Raises
+    ------
+    SceneError
+        The key cannot be set in this scene, or the scene cannot have the column.
+    NoSolutionError
+        There is no value of the key.
+    """
+    start, scene = check_goal(goal, document)
+    statuses = {}
+
+    def distance(values):
+        numbers, reasons = _numbers(goal, document, values)
+        statuses.update(zip(values.tolist(), reasons, strict=True))
+        return numbers - goal.value
+
+    effort = _effort(goal, scene)
+    if goal.between:
+        ranges = [[places_between(*goal.between, effort.points)]]
+    elif start is None:
+        ranges = [[places_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
+    else:
+        ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
+    found = zeros(distance, ranges, effort)
+    jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
+    jumps = [f"{jump} {goal.of_key(place)}" for place in found.jumps]
+    if not found.places:
+        raise NoSolutionError("; ".join([_why_none(goal, found, list(statuses.values())), *jumps]))
+    notes = [] if goal.between else [
+        f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; --between LOW:HIGH searches elsewhere"
+    ]  # fmt: skip
+    scenes = [_Cases(document, goal, [value]).case(0)[1] for value in found.places]
+    return Found(found.places, scenes, notes + jumps)
+
+
+def check_goal(goal, document):
+    """The value of the key at which a search begins, None without one [SI]; and a scene with some value of the key.
+
+    Raises
+    ------
+    SceneError
+        The key can have no value in this scene, or the scene cannot have the column.
+    """
+    start = _start(goal, document)
+    scene = _valid_scene(goal, document, start)
+    if reason := why_not(scene, goal.column):
+        raise SceneError(Mistake(*goal.places["column"], reason))
+    return start, scene
+
+
+def _start(goal, document):
+    """The value that the scene has for the key, stated or computed; None where it has none. [SI]"""
+    try:
+        scene = read_scene(document)
+    except SceneError:  # it may lack what is to be found
+        return None
+    value = scene.value_at(split_key(goal.key.name))
+    if isinstance(value, float):
+        return value
+    try:
+        column = find(goal.key.name.rpartition(".")[2])
+        if why_not(scene, column):
+            return None
+        value = _rows([scene], [column])[0].cells[column.header]
+        start = None if value is None else value * float(common_factor(column.unit, goal.quantity.unit))
+    except (ValueError, CablestudyError):
+        return None
+    return start if start is not None and goal.quantity.low <= start <= goal.quantity.high else None
+
+
+def _valid_scene(goal, document, start):
+    """A scene with some value of the key; SceneError where it can have none."""
+    low, high = goal.between or (goal.quantity.low, goal.quantity.high)
+    middle = places_between(low, high, TRIED_FIRST)
+    middle = middle[np.argsort(np.abs(np.arange(len(middle)) - len(middle) // 2), kind="stable")].tolist()
+    error = None
+    for value in [start, *middle] if start is not None and low <= start <= high else middle:
+        try:
+            return _Cases(document, goal, [value]).case(0)[1]
+        except SceneError as refused:
+            error = error or refused
+    own = [mistake for mistake in error.mistakes if mistake.where == goal.places["by"][0]]
+    raise SceneError(*(own or error.mistakes))
+
+
+def _effort(goal, scene):
+    """How finely the column is searched: closed forms of one cable cost little."""
+    model, size = scene.model, abs(goal.value)
+    if isinstance(scene, SuspensionScene) or goal.column.needs not in CLOSED or goal.column.each:
+        noise = CLOSE if model.elements is not None or goal.column.needs in CLOSED else model.accuracy
+        return Effort(8, 10, 1e-3 * noise, COSTLY_REACH, noise * size, size)
+    if model.elements is not None:
+        return Effort(25, 20, 1e-3 * CLOSE, COSTLY_REACH, CLOSE * size, size)
+    return Effort(40, 40, scale=size)
+
+
+def _numbers(goal, document, values):
+    """The column at values of the key, NaN where it has none, and the status of each."""
+    numbers, statuses = np.full(len(values), np.nan), [""] * len(values)
+    tables, refused = tables_of(_Cases(document, goal, values), range(len(values)))
+    rows = evaluate_tables(tables, [goal.column]) if tables else {}
+    for case, (cells, status, *_) in rows.items():
+        statuses[case] = status
+        numbers[case] = np.nan if cells[0] is None else cells[0]
+    for case, error in refused.items():
+        statuses[case] = error.without_places
+    return numbers, statuses
+
+
+def _why_none(goal, found, statuses):
+    """Why there is no solution: what the column reaches and where, that it does not change, or that it has no value."""
+    places, values = found.known
+    key, name = goal.key.name, goal.column.name
+    where = f"{key} from {goal.of_key(found.low, found.high)}"
+    if not len(places):
+        reason = next((status for status in statuses if status and not has_answer(status)), "it has no value")
+        return f"no solution of {goal}: none of {where} gives a value of {name}: {reason}"
+    unit = f" {goal.column.unit}" if goal.column.unit else ""
+    reached = values + goal.value
+    if found.constant:
+        return f"no solution of {goal}: {name} does not depend on {key}, it is {reached[0]:.6g}{unit}"
+    extremes = int(np.argmin(values)), int(np.argmax(values))
+    ends = [f"{reached[k]:.6g}{unit} (at {goal.of_key(places[k])})" for k in extremes]
+    return f"no solution of {goal}: over {where} {name} reaches from {ends[0]} to {ends[1]}"
+
+
+def _rows(scenes, columns):
+    """List of Row of scenes, all of one cable or all suspensions."""
+    evaluate = evaluate_suspensions if isinstance(scenes[0], SuspensionScene) else evaluate_cases
+    return evaluate(scenes, columns)
+
+
+# --------------------------------------------------------------------------------------------------------- the tables
+
+
+def find_table(goal, found, columns):
+    """`Table` of the solutions, and list of `Row`; `columns` from `shown_columns`."""
+    rows = _rows(found.scenes, columns)
+    cells = [{goal.key.header: value, **row.cells} for value, row in zip(found.values, rows, strict=True)]
+    fields = (field_of_key(goal.key), *(column.field for column in columns), STATUS)
+
+    def errors():
+        for row in rows:
+            yield from row.known_errors()
+
+    return Table(fields, cells, errors=errors), rows
+
+
+def field_of_key(key):
+    """The field of a key that is solved for."""
+    return Field(key.header, key.name, key.unit)
+
+
+def shown_columns(goal, document, names=None):
+    """List of the columns shown: that of the goal, and those of `names`, joined by commas, or a few of the statics.
+
+    Raises
+    ------
+    SceneError
+        A column that is unknown or that the scene cannot have, or as of `check_goal`.
+    """
+    _, scene = check_goal(goal, document)
+    if names is None:
+        usual = USUAL_OF_SUSPENSIONS if isinstance(scene, SuspensionScene) else USUAL
+        own = (goal.column.name, goal.key.name.rpartition(".")[2])
+        beside = [column for column in map(find, usual) if column.name not in own and not why_not(scene, column)]
+        return [goal.column, *beside]
+    columns, mistakes = [goal.column], []
+    for name in filter(None, (part.strip() for part in names.split(","))):
+        try:
+            column = find(name)
+            if reason := why_not(scene, column):
+                raise ValueError(reason)
+            if column.name not in ("status", *(other.name for other in columns)):
+                columns.append(column)
+        except ValueError as error:
+            mistakes.append(f"--columns: {error}")
+    if mistakes:
+        raise SceneError(*mistakes)
+    return columns
+
+
+def column_named(study, name):
+    """The column of a name in a study: of the key that it solves for, by the key or its header, or any other."""
+    if study.find and quantity_of(study.find.by):
+        key = key_column(study.find.by)
+        if name in (key.name, key.header):
+            return key
+    return find(name)
+
+
+def evaluate_found(study, tables, columns, explain=False, estimate=False):
+    """Compute the columns of many cases of a study with `find`, the key solved for in each of them.
+
+    Other parameters and the result as of `study_rows.evaluate_tables`.
+    """
+    goal = goal_of_study(study)
+    others = [column for column in columns if column.needs != "find"]
+    place = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
+    empty = [None] * sum(column.name != "status" for column in columns)
+    values, solved, rows = {}, [], {}
+    for case in (case for table in tables for case in table.cases.tolist()):
+        try:
+            values[case], scene = _solution(goal, study.document_of(case))
+            solved.append(CaseTable(np.array([case]), scene, {}))
+        except SceneError as error:
+            rows[case] = empty, error.without_places, {}, ()
+        except CablestudyError as error:
+            rows[case] = empty, " ".join(str(error).split()), {}, ()
+    for case, (cells, *more) in (evaluate_tables(solved, others, explain, estimate) if solved else {}).items():
+        rows[case] = cells if place is None else [*cells[:place], values[case], *cells[place:]], *more
+    return rows
+
+
+def _solution(goal, document):
+    """The only value of the key of a case, and its scene; NoSolutionError where there are several."""
+    found = solve(goal, document)
+    if len(found.values) > 1:
+        listed = ", ".join(goal.of_key(value) for value in found.values[:SHOWN])
+        more = f" and {len(found.values) - SHOWN} more" if len(found.values) > SHOWN else ""
+        many = counted(len(found.values), "value")
+        raise NoSolutionError(f"{goal}: {many} of {goal.key.name}: {listed}{more} (find.between chooses one)")
+    return found.values[0], found.scenes[0]

@@ -1,0 +1,222 @@
+"""What a load case does to a batch of cables: from the cable in its reference state to the cable of the day.
+
+Temperature changes the unstretched length, L (1 + alpha dT), and leaves the mass of the cable as it is. Ice adds to the
+mass per length, and so to the weight and to the inertia. A steady wind adds a uniform force per unstretched length,
+C_d q D |u_n| u_n, with the part u_n of its direction across the chord and the diameter D with ice.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cablestudy.cable.span import Span
+
+DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
+SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def bare_spans(values):
+    """The cables without point loads, at the reference temperature, of the length of their chords.
+
+    Parameters
+    ----------
+    values : SceneValues or CaseTable
+
+    Returns
+    -------
+    Span
+        Fields of shape (n,).
+    """
+    return Span.between(
+        *values.ends,
+        values.given("cable.section_axial_stiffness"),
+        values.given("cable.section_mass"),
+        values.given("gravity"),
+        chord=values.given("cable.chord_length"),
+    ).broadcast()
+
+
+def with_loads(span, values, of_case):
+    """Cables with their point loads.
+
+    Parameters
+    ----------
+    span : Span
+        Fields of shape (n,).
+    values : SceneValues or CaseTable
+    of_case : bool
+        Whether those of the chosen case are on them too.
+    """
+    positions, fractions, forces, masses = values.loads_of_case if of_case else values.loads
+    if not positions.shape[-1]:
+        return span
+    forces = forces - (masses * values.given("gravity")[:, None])[..., None] * UP
+    forces = (forces[..., None, :] * span.frame[..., None, :, :]).sum(axis=-1)
+    shares = np.isfinite(fractions).any()
+    return replace(
+        span,
+        load_positions=positions,
+        load_forces=forces,
+        load_masses=masses if masses.any() else None,
+        load_fractions=fractions if shares else None,
+    )
+
+
+def loaded_spans(span, values, strain):
+    """Cables under the loads of their cases, with the unstretched lengths that the case gives them.
+
+    Parameters
+    ----------
+    span : Span
+        In the reference state, without point loads. Fields of shape (n,).
+    values : SceneValues or CaseTable
+    strain : ndarray, shape (n,)
+        Chord strain in the reference state. [-]
+
+    Returns
+    -------
+    Span
+        Fields of shape (n,).
+    """
+    elongation = values.given("elongation")
+    warm = 1.0 + elongation
+    gravity = values.given("gravity")
+    ice = _ice_mass(values, gravity)
+    span = replace(span, mass=span.mass / warm + ice)
+    wind = wind_loads(values, span)
+    if wind.any():
+        span = _in_wind(span, values, wind)
+    span = with_loads(span, values, of_case=True)
+    return replace(span, load_positions=_warmed(span, warm)).with_chord_strain((strain - elongation) / warm)
+
+
+def _warmed(span, warm):
+    """Arc lengths of loads at the temperature of the case, shape (n, k). [m]"""
+    return span.load_positions * warm[:, None] if span.load_positions.shape[-1] else span.load_positions
+
+
+def _ice_mass(values, gravity):
+    """Of ice and other loads per length, shape (n,). [kg/m]"""
+    thickness, weight = (np.nan_to_num(values.given(f"load_case.ice.{key}")) for key in ("thickness", "weight"))
+    density, diameter = values.given("load_case.ice.density"), values.given("cable.section_diameter")
+    layer = np.where(thickness > 0, np.pi * density * thickness * (diameter + thickness), 0.0)
+    return layer + np.where(gravity > 0, weight / np.where(gravity > 0, gravity, 1.0), 0.0)
+
+
+def wind_loads(values, span):
+    """Force of the steady wind per unstretched length, global axes, shape (n, 3). [N/m]"""
+    pressed, direction = _pressed(values)
+    if not pressed.any():
+        return np.zeros((len(values), 3))
+    return pressed[:, None] * _across(direction, span.frame[..., 0, :])
+
+
+def _pressed(values):
+    """Drag of a length across the steady wind, C_d q D, shape (n,) [N/m]; its direction, shape (n, 3)."""
+    pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
+    direction = np.stack([*along(values), np.zeros(len(values))], axis=-1)
+    if not pressure.any():
+        return pressure, direction
+    drag = values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
+    return np.where(pressure > 0, pressure * drag, 0.0), direction
+
+
+def _across(direction, tangent):
+    """|u_n| u_n of a unit vector u, with its part u_n across a tangent."""
+    across = direction - tangent * (direction * tangent).sum(axis=-1, keepdims=True)
+    return np.sqrt((across**2).sum(axis=-1, keepdims=True)) * across
+
+
+def drag_errors(values, catenary):
+    """Estimated relative error of the equilibrium, since drag is taken as uniform along the cable, shape (n,). [-]
+
+    Notes
+    -----
+    The drag of the cable where it hangs, by its own tangent t and stretched length, differs from the uniform one by
+    d(s). To first order the tension vector changes by N = c - integral of d, with the constant c for which the ends
+    stay where they are: integral of A N = 0, A = (I - t t^T)/T + t t^T/EA. The error is the larger one of the change of
+    the tension over the tension and of the movement at mid-length over the distance from the chord there.
+    """
+    pressed, direction = _pressed(values)
+    if not pressed.any():
+        return pressed
+    span, length = catenary.span, catenary.span.unstretched_length
+    nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
+    places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
+    force = span.in_frame(catenary.at(places)[1], "global")
+    tension = np.maximum(np.sqrt((force**2).sum(axis=-1, keepdims=True)), np.finfo(float).tiny)
+    tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
+    there = (1 + tension / stiffness) * _across(direction[:, None], tangent)
+    differs = (pressed * length)[:, None, None] * (there - _across(direction, span.frame[..., 0, :])[:, None])
+    passed = _running_integral(nodes) @ differs
+    outer = tangent[..., :, None] * tangent[..., None, :]
+    compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]
+    mean = (weights[:, None, None] / 2 * compliance).sum(axis=1)
+    gap = (weights[:, None] / 2 * (compliance @ passed[..., None])[..., 0]).sum(axis=1)
+    constant = np.linalg.solve(mean, gap[..., None])[:, None, :, 0]
+    change = constant - passed
+    # at the points, and with the change at the ends over the tension near them
+    ends = constant - np.stack([0 * passed[:, 0], (weights[:, None] / 2 * differs).sum(axis=1)], axis=1)
+    pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
+    moved = (_running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
+    away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
+    moved = np.sqrt((moved**2).sum(axis=-1)) / np.maximum(away, np.finfo(float).tiny)
+    return np.where(pressed > 0, SECOND_ORDER * np.maximum(pulled.max(axis=-1), moved), 0.0)
+
+
+def _running_integral(nodes):
+    """Matrix that takes values at Gauss's points of [0, 1] to their integral up to each point, by their polynomial."""
+    order = np.arange(len(nodes))
+    powers = nodes[:, None] ** order
+    upper, lower = nodes[:, None] ** (order + 1), (-1.0) ** (order + 1)
+    return (upper - lower) / (2 * (order + 1)) @ np.linalg.inv(powers)
+
+
+def uneven_drag(values, cases):
+    """What the drag of cables made of elements differs by from the uniform one, where they hang.
+
+    Parameters
+    ----------
+    values : SceneValues
+    cases : list of int
+        Those whose elements are solved.
+
+    Returns
+    -------
+    callable or None
+        `State` of these cables -> force per unstretched length at the Gauss points, chord frame, shape (..., n, q, 3)
+        [N/m]; None where no wind blows.
+    """
+    pressed, direction = _pressed(values)
+    pressed, direction = pressed[cases], direction[cases]
+    if not pressed.any():
+        return None
+
+    def at_points(state):
+        local = (state.span.frame @ direction[..., None])[:, None, None, :, 0]
+        there = state.stretch[..., None] * _across(local, state.direction)
+        return pressed[:, None, None, None] * (there - _across(local, np.array([1.0, 0.0, 0.0])))
+
+    return at_points
+
+
+def along(values):
+    """Cosine and sine of the direction of the steady wind, zero where they are not for rounding only, shapes (n,). [-]
+
+    1 and 0 without a wind.
+    """
+    direction = np.nan_to_num(values.given("load_case.wind.direction"))
+    return tuple(np.where(np.abs(part) < 1e-15, 0.0, part) for part in (np.cos(direction), np.sin(direction)))
+
+
+def _in_wind(span, values, wind):
+    """Cables whose uniform load is weight and wind together: along another direction than the vertical."""
+    blown = wind.any(axis=-1)
+    load = (span.mass * span.gravity)[:, None] * UP - wind
+    size = np.sqrt((load**2).sum(axis=-1))
+    gravity = np.where(blown, size / span.mass, span.gravity)
+    vertical = np.where((blown & (size > 0))[:, None], load / np.where(size > 0, size, 1.0)[:, None], UP)
+    return Span.between(
+        *values.ends, span.axial_stiffness, span.mass, gravity, chord=span.chord, vertical=vertical
+    ).broadcast()

@@ -1,0 +1,319 @@
+"""All places where a function of one number is zero: a scan, its gaps and extrema refined, and Brent's method."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import isnan, log10
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+FACTORS = (2.0, 10.0, 1e3, 1e6, np.inf)  # of the ranges about a start, one after the other
+MOST = 2  # times as many points as usual in a range of many decades
+SMALLEST = 1e-9  # of a range that begins at zero: its smallest positive point, as a share
+EDGE = 1e-6  # width to which the end of what has a value is found, relative
+CONSTANT = 1e-12  # spread of values that are equal but for rounding, relative
+JUMP = 1e-6  # of the change over a bracket: what is left at a zero of a continuous function is less
+ROUNDS = 6  # of refinement: each ends where a value was missing within a bracket
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much a function may cost.
+
+    Attributes
+    ----------
+    points : int
+        On each side in a range of about a decade.
+    steps : int
+        Of each bisection between what has a value and what has none, and of each search for an extremum.
+    rtol : float
+        To which a zero is found, relative.
+    reach : float
+        Largest factor between the start and a place that is tried, see `ranges_about`.
+    noise : float
+        Error of the function where it should be zero: a zero leaves no more than that.
+    scale : float
+        Size of the numbers whose difference the function is: what differs less than its rounding is equal.
+    """
+
+    points: int
+    steps: int
+    rtol: float = 1e-13
+    reach: float = np.inf
+    noise: float = 0.0
+    scale: float = 0.0
+
+    def equal(self, values):
+        """Whether values of the function are equal but for rounding; of fewer than two nothing is known."""
+        return len(values) > 1 and np.ptp(values) <= CONSTANT * (np.abs(values).max() + self.scale)
+
+
+@dataclass(frozen=True)
+class Zeros:
+    """What a search has found.
+
+    Attributes
+    ----------
+    places : list of float
+        Of the zeros, rising.
+    jumps : list of float
+        Where the function changes its sign without being zero, rising.
+    low, high : float
+        Ends of the range that was searched.
+    known : tuple of ndarray
+        Places that have a value, rising, and the values, each of shape (k,).
+    constant : bool
+        Whether the function has one value wherever it has any.
+    """
+
+    places: list
+    jumps: list
+    low: float
+    high: float
+    known: tuple
+    constant: bool
+
+
+class _NoValueError(Exception):
+    """The function has no value within a bracket."""
+
+
+class _SignFoundError(Exception):
+    """An extremum lies beyond zero."""
+
+
+# ---------------------------------------------------------------------------------------------------- what is tried
+
+
+def ranges_about(start, low, high, points, reach=np.inf):
+    """Yield places to try about a start, each time beyond those before, in the end up to both limits or the reach.
+
+    Parameters
+    ----------
+    start : float
+        From low to high.
+    low, high : float
+        Limits. Where low is not negative the ranges grow by factors of the start, else by distances from it.
+    points : int
+        On each side, in a range of about a decade.
+    reach : float
+        Largest factor or, in units of the start, distance.
+
+    Yields
+    ------
+    list of ndarray
+        Of the side below, and of that above.
+    """
+    signed = low < 0
+    if not signed and start == 0:
+        yield [np.array([]), places_between(low, high, points)]
+        return
+    size = (abs(start) or min(1.0, (high - low) / 8)) if signed else start
+    before = start, start
+    for factor in (factor for factor in FACTORS if factor <= reach):
+        away = size * factor
+        ends = (max(low, start - away if signed else start / factor), min(high, start + away if signed else away))
+        sides = [_side(start, *pair, signed, points) for pair in zip(before, ends, strict=True)]
+        if before == (start, start):
+            sides = [np.append(side, start) for side in sides]
+        if any(map(len, sides)):
+            yield sides
+        before = ends
+
+
+def _side(start, near, far, signed, points):
+    """Places beyond one end of a range up to the end of the next."""
+    if near == far:
+        return np.array([])
+    if not signed:
+        return _geometric(near, far, points)[1:]
+    if near == start:
+        return np.linspace(near, far, points + 1)[1:]
+    return start + _geometric(near - start, far - start, points)[1:]
+
+
+def _geometric(near, far, points):
+    """Places at equal ratios between two of one sign; zero at the far end is one more."""
+    last = far or near * SMALLEST
+    count = max(points, min(MOST * points, round(points * abs(log10(last / near)) / 2)))
+    places = np.geomspace(near, last, count + 1)
+    return np.append(places, 0.0) if far == 0 else np.append(places[:-1], far)
+
+
+def places_between(low, high, points):
+    """Places between two limits, both among them: at equal ratios over more than a factor of four, else at equal steps.
+
+    Parameters as of `ranges_about`.
+
+    Returns
+    -------
+    ndarray
+    """
+    if low >= 0 and high > 4 * low:
+        return _geometric(high, low, MOST * points)[::-1]
+    return np.linspace(low, high, MOST * points + 1)
+
+
+# --------------------------------------------------------------------------------------------------------- the search
+
+
+def zeros(function, ranges, effort):
+    """Search ranges one after the other until one has a zero, and then for all zeros in it.
+
+    A side of a range that has no value anywhere ends the search on that side, once there are values elsewhere. Two
+    zeros between neighbouring places are found by way of the extremum between them, unless they are so close that the
+    values about them do not tell.
+
+    Parameters
+    ----------
+    function : callable
+        ndarray of shape (n,) -> ndarray of shape (n,), NaN where there is no value.
+    ranges : iterable of list of ndarray
+        Places of each side, see `ranges_about`.
+    effort : Effort
+
+    Returns
+    -------
+    Zeros
+    """
+    scan = _Scan(function, effort)
+    ended = set()
+    for sides in ranges:
+        going_on = {number: places for number, places in enumerate(sides) if number not in ended}
+        if not going_on:
+            break
+        scan.evaluate(np.concatenate(list(going_on.values())))
+        if len(scan.finite()[0]):
+            ended |= {number for number, places in going_on.items() if all(map(isnan, map(scan.value, places)))}
+        found, jumps = scan.search()
+        if found:
+            break
+    if not found:
+        scan.approach_zero()
+        found, jumps = scan.search()
+    known = scan.finite()
+    return Zeros(found, jumps, min(scan.tried), max(scan.tried), known, effort.equal(known[1]))
+
+
+class _Scan:
+    """Places where the function was evaluated, and what is found between them."""
+
+    def __init__(self, function, effort):
+        self._function, self._effort = function, effort
+        self.tried = {}  # place -> value, NaN where there is none; what the search looks at
+        self._others = {}  # the same of places about a zero
+
+    def evaluate(self, places):
+        """Evaluate the function at places where it was not yet."""
+        new = [place for place in dict.fromkeys(np.asarray(places, dtype=float).tolist()) if place not in self.tried]
+        if new:
+            values = np.asarray(self._function(np.array(new)), dtype=float)
+            self.tried.update(zip(new, values.tolist(), strict=True))
+
+    def value(self, place):
+        """The function at a place about a zero."""
+        if place not in self.tried and place not in self._others:
+            self._others[place] = float(self._function(np.array([place]))[0])
+        return self.tried.get(place, self._others.get(place))
+
+    def finite(self):
+        """Places that have a value, rising, and the values: two arrays of shape (k,)."""
+        known = sorted((place, value) for place, value in self.tried.items() if not isnan(value))
+        return tuple(np.array(known).reshape(-1, 2).T)
+
+    def search(self):
+        """The zeros and jumps between the places tried: two lists of places, rising."""
+        for _ in range(ROUNDS):
+            self._refine_edges()
+            self._refine_extrema()
+            try:
+                return self._zeros()
+            except _NoValueError:
+                continue  # the place without a value is among those tried now
+        return [], []
+
+    def _refine_edges(self):
+        """Bisect between each place that has a value and a neighbour that has none."""
+        for _ in range(self._effort.steps):
+            pairs = pairwise(sorted(self.tried.items()))
+            wide = [(a, b) for (a, f), (b, g) in pairs if isnan(f) != isnan(g) and b - a > EDGE * max(abs(a), abs(b))]
+            if not wide:
+                return
+            self.evaluate([_way(a, b)(0.5) for a, b in wide])
+
+    def _refine_extrema(self):
+        """Where the function comes closest to zero between its neighbours there may be two zeros, or one."""
+        places, values = self.finite()
+        if self._effort.equal(values):
+            return
+        size, sign = np.abs(values), np.sign(values)
+        for k in range(1, len(places) - 1):
+            around = max(size[k - 1], size[k + 1])
+            least = size[k] <= min(size[k - 1], size[k + 1]) and (sign[k - 1 : k + 2] == sign[k]).all()
+            if least and around >= 2 * size[k] > 0:  # else the extremum is too far from zero
+                self._minimise(places[k - 1], places[k + 1], sign[k])
+
+    def approach_zero(self):
+        """Search for the extremum about the place where the function is closest to zero, for a message to name it."""
+        places, values = self.finite()
+        k = int(np.argmin(np.abs(values))) if len(places) else 0
+        if 0 < k < len(places) - 1 and not self._effort.equal(values):
+            self._minimise(places[k - 1], places[k + 1], np.sign(values[k]))
+
+    def _minimise(self, low, high, sign):
+        """Search for the extremum between two places, until the sign changes; what is tried is kept."""
+        place_at = _way(low, high)
+
+        def distance(part):
+            place = place_at(part)
+            self.evaluate([place])
+            value = sign * self.tried[place]
+            if value <= 0:
+                raise _SignFoundError
+            return np.inf if isnan(value) else value
+
+        try:
+            options = {"maxiter": self._effort.steps, "xatol": EDGE}
+            minimize_scalar(distance, bounds=(0.0, 1.0), method="bounded", options=options)
+        except _SignFoundError:
+            pass
+
+    def _zeros(self):
+        """The zeros and jumps between neighbouring places that have values."""
+        known = sorted(self.tried.items())
+        if self._effort.equal(self.finite()[1]):
+            return [], []
+        found, jumps = [place for place, value in known if value == 0], []
+        for (a, f), (b, g) in pairwise(known):
+            if f * g < 0:
+                place = self._brent(a, b)
+                continuous = abs(self.value(place)) <= max(JUMP * abs(g - f), self._effort.noise)
+                (found if continuous else jumps).append(place)
+        return sorted(found), sorted(jumps)
+
+    def _brent(self, low, high):
+        """Where the function changes its sign between two places of different sign."""
+        place_at = _way(low, high)
+
+        def value(part):
+            place = place_at(part)
+            number = self.value(place)
+            if isnan(number):
+                self.tried[place] = number
+                raise _NoValueError
+            return number
+
+        return place_at(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=self._effort.rtol, maxiter=500))
+
+
+def _way(low, high):
+    """Function of a part of the way, from 0 to 1, to a place between two: at equal ratios where they are far apart."""
+
+    def place_at(part):
+        if part in (0.0, 1.0):
+            return high if part else low
+        if low > 0 and high > 4 * low:
+            return float(low * (high / low) ** part)
+        return float(low + (high - low) * part)
+
+    return place_at

@@ -1,0 +1,316 @@
+"""Load cases of one cable: temperature, ice, steady wind, loads by mass and by fraction, against the 50-digit catenary.
+
+The expected cable is made here from the file's values: its length at the temperature, its mass with ice, and one vector
+of weight and wind per length, along which the axes of the reference stand.
+"""
+
+import json
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import run
+from references import catenary_mp
+from scenes import cells, scene
+
+from cablestudy.cable.catenary import solve
+from cablestudy.errors import SceneError
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate, evaluate_cases
+
+LINE = """
+cable:
+  ends: [[0, 0, 20], [{x}, {y}, 28]]
+  elastic_modulus: 70 GPa
+  density: 3500
+  diameter: 22 mm
+  expansion: 19e-6 1/K
+  strength: 300 MPa
+  {stated}
+  reference: {{temperature: 15 degC}}
+cases:
+  cold: {{temperature: -30 degC}}
+  ice: {{temperature: -5 degC, ice: {{thickness: 10 mm}}}}
+  heavy: {{ice: {{weight: 10 N/m}}}}
+  storm: {{wind: {{pressure: 500 Pa, direction: 90 deg}}}}
+  oblique: {{temperature: 268.15, ice: {{thickness: 5 mm, density: 700}}, wind: {{speed: 20 m/s, direction: 40 deg}}}}
+  visitor: {{loads: [{{fraction: 0.25, mass: 80 kg}}, {{at: 200 m, force: [100, 50, -300]}}], wind: {{speed: 15 m/s}}}}
+"""
+E, RHO, D, ALPHA, G = 70e9, 3500, 0.022, 19e-6, 9.81
+AREA = math.pi * D**2 / 4
+DAYS = {  # temperature change [K], ice [kg/m], thickness [m], pressure [Pa], direction [deg]
+    "cold": (-45, 0.0, 0.0, 0.0, 0),
+    "ice": (-20, 900 * math.pi * 0.010 * (D + 0.010), 0.010, 0.0, 0),
+    "heavy": (0, 10 / G, 0.0, 0.0, 0),
+    "storm": (0, 0.0, 0.0, 500.0, 90),
+    "oblique": (-20, 700 * math.pi * 0.005 * (D + 0.005), 0.005, 0.6 * 20**2, 40),
+    "visitor": (0, 0.0, 0.0, 0.6 * 15**2, 0),
+}
+TENSIONS = ("preload", "max_tension", "tension_1", "tension_2", "reaction_1_vertical", "reaction_2_horizontal", "sag")
+
+
+@pytest.fixture
+def line(tmp_path):
+    """A function from what the cable states to a scene with one of the cases."""
+
+    def made(stated, *sets, x=300, y=0):
+        path = tmp_path / "line.yaml"
+        path.write_text(LINE.format(stated=stated, x=x, y=y), encoding="utf-8")
+        return scene(*sets, base=path)
+
+    return made
+
+
+def exact(day, length, x=300.0, y=0.0):
+    """The cable of one day by the reference: tensions and reactions [N], sag halfway along the horizontal [m]."""
+    change, ice, thickness, pressure, degrees = DAYS[day]
+    warm = 1 + ALPHA * change
+    chord = np.array([x, y, 8.0])
+    direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
+    across = direction - chord * (direction @ chord) / (chord @ chord)
+    drag = 1.2 * pressure * (D + 2 * thickness) * np.linalg.norm(across) * across
+    mass = RHO * AREA / warm + ice
+    upwards = np.array([0, 0, mass * G]) - drag
+    weight = np.linalg.norm(upwards)
+    vertical = upwards / weight
+    level = chord - (chord @ vertical) * vertical
+    level /= np.linalg.norm(level)
+    axes = np.array([level, np.cross(vertical, level), vertical])
+    loads = []
+    if day == "visitor":
+        loads = [(0.25 * length * warm, axes @ [0, 0, -80 * G]), (200 * warm, axes @ [100, 50, -300])]
+    force = catenary_mp.solve_loaded(axes @ chord, length * warm, E * AREA, weight, loads)
+    first = np.array([float(part) for part in force]) @ axes  # of the cable on what holds end 1
+    total = -weight * length * warm * vertical + sum((load @ axes for _, load in loads), np.zeros(3))
+    last = total - first
+    # halfway along the horizontal, by bisection
+    low, high = 0.0, length * warm
+    for _ in range(60):
+        middle = (low + high) / 2
+        place = [
+            float(part) for part in catenary_mp.shape_loaded(force, middle, length * warm, E * AREA, weight, loads)
+        ]
+        place = np.array(place) @ axes
+        low, high = (middle, high) if place[:2] @ chord[:2] < (chord[:2] @ chord[:2]) / 2 else (low, middle)
+    aside = (place[1] * x - place[0] * y) / math.hypot(x, y)
+    mean = catenary_mp.mean_tension_loaded(force, length * warm, weight, loads)
+    return {
+        "preload": float(mean),
+        "tension_1": np.linalg.norm(first),
+        "tension_2": np.linalg.norm(last),
+        "reaction_1_vertical": -first[2],
+        "reaction_2_horizontal": math.hypot(*last[:2]),
+        "angle_1": math.degrees(math.atan2(-first[2], math.hypot(*first[:2]))),
+        "sag": 4.0 - place[2],
+        "swing": math.degrees(math.atan2(abs(aside), 4.0 - place[2])),
+    }
+
+
+@pytest.mark.parametrize(("x", "y"), [(300, 0), (180, -240)])
+@pytest.mark.parametrize("day", DAYS)
+def test_each_case_is_the_catenary_with_its_weight_vector_and_length(line, day, x, y):
+    expected = exact(day, 301.0, x, y)
+    found = cells(line("unstretched_length: 301 m", f"case={day}", x=x, y=y), *expected)
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, rel=1e-10, abs=1e-9), name
+
+
+def test_the_length_is_that_of_the_reference_state_in_every_case(line):
+    """22 kN horizontally at 15 degC: the length by the reference, and with it the tensions of the cold day."""
+    stated = "tension: {at: horizontal, value: 22 kN}"
+    length = cells(line(stated), "unstretched_length")["unstretched_length"]
+    h, _ = catenary_mp.solve(300, 8, length, E * AREA, RHO * AREA * G)
+    assert float(h) == pytest.approx(22e3, rel=1e-10)
+    cold = cells(line(stated, "case=cold"), "unstretched_length", "mass", "preload")
+    assert cold["unstretched_length"] == length
+    assert cold["mass"] == pytest.approx(RHO * AREA * length, rel=1e-14)
+    assert cold["preload"] == pytest.approx(exact("cold", length)["preload"], rel=1e-10)
+
+
+@pytest.mark.parametrize("at", ["end_1", "end_2", "horizontal", "mean", "max"])
+@pytest.mark.parametrize("value", ["22 kN", "10 %"])
+def test_a_tension_at_a_place_is_had_there(line, at, value):
+    columns = {"end_1": "tension_1", "end_2": "tension_2", "horizontal": "horizontal_tension", "mean": "preload",
+               "max": "max_tension"}  # fmt: skip
+    wanted = 22e3 if value == "22 kN" else 0.1 * 300e6 * AREA
+    found = cells(line(f"tension: {{at: {at}, value: {value}}}"), columns[at])
+    assert found[columns[at]] == pytest.approx(wanted, rel=1e-11)
+
+
+def test_a_tension_that_no_length_gives_is_told(line):
+    vertical = line("tension: {at: end_1, value: 5 N}")
+    status = evaluate(vertical, [find("sag")]).cells["status"]
+    assert re.search(r"a tension at end 1 of 5 N is below the least that this cable can have: \d", status)
+
+
+def test_the_reference_state_has_the_loads_only_where_it_says_so(line):
+    loads = "cable.loads=[{fraction: 0.5, mass: 80 kg}]"
+    bare, off, on = (
+        cells(line("preload: 22 kN", *sets), "preload", "unstretched_length")
+        for sets in ((), (loads,), (loads, "cable.reference.loads=true"))
+    )
+    assert off["unstretched_length"] == bare["unstretched_length"]
+    assert off["preload"] > 1.01 * bare["preload"]
+    assert on["preload"] == pytest.approx(22e3, rel=1e-11)
+    assert on["unstretched_length"] > bare["unstretched_length"]
+
+
+def test_the_published_zipline(tmp_path):
+    """Steel of 12 mm, 200 m with a drop of 12 m, 15 kN bare: 80 kg pull 19.59 kN at 20 % and 21.38 kN at mid-span."""
+    path = tmp_path / "zipline.yaml"
+    path.write_text(
+        "cable: {ends: [[0, 0, 12], [200, 0, 0]], elastic_modulus: 210 GPa, density: 7800, diameter: 12 mm,\n"
+        "        preload: 15 kN, loads: [{fraction: 0.5, mass: 80 kg}]}\n",
+        encoding="utf-8",
+    )
+    for fraction, tension in ((0.2, 19.59e3), (0.5, 21.38e3)):
+        found = cells(scene(f"cable.loads.0.fraction={fraction}", base=path), "max_tension")
+        assert found["max_tension"] == pytest.approx(tension, abs=5)
+
+
+def test_the_parabola_of_a_taut_travelling_load(tmp_path):
+    """Nearly inextensible and light: the sag under a load P at x is P x (l - x)/(l H), statics of a string."""
+    path = tmp_path / "string.yaml"
+    path.write_text(
+        "cable: {chord: 100 m, axial_stiffness: 1e9, mass_per_length: 1e-6, preload: 1e6,\n"
+        "        loads: [{fraction: 0.3, mass: 10 kg}]}\n",
+        encoding="utf-8",
+    )
+    for fraction in (0.1, 0.5, 0.8):
+        found = cells(scene(f"cable.loads.0.fraction={fraction}", base=path), "deflection", "horizontal_tension")
+        sag = 10 * G * 100 * fraction * (1 - fraction) / found["horizontal_tension"]
+        assert found["deflection"] == pytest.approx(sag, rel=2e-6)
+
+
+# --------------------------------------------------------------------------------------------- drag along the cable
+
+
+@pytest.mark.parametrize("day", ["storm", "oblique"])
+@pytest.mark.parametrize("length", [300.3, 303.0, 315.0])
+def test_the_stated_error_holds_for_drag_that_changes_along_the_cable(line, day, length):
+    """Truth: the drag of 400 pieces by their own direction and stretch, as point loads, until both agree.
+
+    Elements follow it: a fixed number of them has no such error.
+    """
+    case = Case(line(f"unstretched_length: {length} m", f"case={day}"))
+    error = float(case.results.drag_error[0])
+    assert 0 < error < 0.3
+    _, _, thickness, pressure, degrees = DAYS[day]
+    direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
+    own, count = case.span, 400
+    places = (np.arange(count) + 0.5) / count
+    level = case.span.frame[0] * np.array([1.0, 1.0, 0.0])
+    level /= np.linalg.norm(level)
+    weight = replace(
+        own, gravity=9.81, vertical=np.array([0.0, 0.0, 1.0]), level=level, cosine=300 / float(own.chord),
+        sine=8 / float(own.chord),
+    )  # fmt: skip
+    force = own.in_frame(case.catenary.at(places)[1], "global")
+    for _ in range(30):
+        tension = np.linalg.norm(force, axis=1, keepdims=True)
+        tangent = force / tension
+        across = direction - tangent * (tangent @ direction)[:, None]
+        drag = 1.2 * pressure * (D + 2 * thickness) * (1 + tension / (E * AREA))
+        drag = drag * np.linalg.norm(across, axis=1, keepdims=True) * across * float(own.unstretched_length) / count
+        truth = solve(
+            replace(weight, load_positions=places * float(own.unstretched_length), load_forces=drag @ weight.frame.T)
+        )
+        force = weight.in_frame(truth.at(places)[1], "global")
+    for name in ("mean_tension", "max_tension"):
+        stated = getattr(case.statics, name)
+        assert abs(float(stated) / float(getattr(truth, name)) - 1) <= error, name
+    elements = Case(line(f"unstretched_length: {length} m", f"case={day}", "model={elements: 24, order: 6}"))
+    half = np.linalg.norm(drag, axis=1).max() / 2  # in the truth the outer half of the last piece carries no drag
+    for name, beside in (("mean_tension", 0.0), ("max_tension", half)):
+        expected = float(getattr(truth, name))
+        assert getattr(elements.statics, name) == pytest.approx(expected, abs=5e-5 * expected + beside), name
+    modes = elements.dynamics.modes(3).frequency  # about that form, all directions together
+    assert (modes[:3] > 0).all()
+
+
+def test_the_error_of_the_drag_is_stated(line, tmp_path):
+    line("unstretched_length: 303 m")
+    path = tmp_path / "line.yaml"
+    calm, storm = (
+        json.loads(run("static", path, *sets, "--format", "json").out)["errors"][0]["sag_m"]
+        for sets in ((), ("--set", "case=storm"))
+    )
+    assert calm <= 1e-12
+    assert 1e-4 < storm < 0.03
+
+
+# ------------------------------------------------------------------------------------------------------ bad input
+
+
+@pytest.mark.parametrize(
+    ("sets", "message"),
+    [
+        (["case=icy"], 'case: unknown case "icy" (did you mean ice?)'),
+        (["cases.cold.temperature=25"], "must be from 60 K to 5000 K (a bare number is K: write 15 degC), got 25"),
+        (["cases.cold.temperature=5 m"], "expected a temperature in K"),
+        (["cases.ice.ice.weight=3", "cases.ice.ice.thickness=1 mm"], "given together with"),
+        (["cases.ice.ice.thickness=-1 mm"], "must not be negative"),
+        (["cases.ice.ice={density: 900}"], "missing key: thickness (density goes with it)"),
+        (["cases.ice.ice={}"], "missing key: one of thickness, weight"),
+        (["cases.storm.wind.speed=10", "cases.storm.wind.pressure=3"], "given together with"),
+        (["cases.storm.wind={direction: 3}"], "missing key: one of speed, pressure"),
+        (["cases.storm.wind.direction=400 deg"], "must be from -360 deg to 360 deg"),
+        (["cases.storm.wind.gust=3"], "cases.storm.wind.gust: unknown key"),
+        (["cable.loads=[{fraction: 0.5}]"], "missing key: force, mass, or both"),
+        (["cable.loads=[{fraction: 1.5, mass: 3}]"], "must be between 0 and 1"),
+        (["cable.loads=[{fraction: 0.5, at: 3 m, mass: 3}]"], "given together with"),
+        (["cable.loads=[{mass: 3}]"], "missing key: one of at, fraction"),
+        (["cable.loads=[{fraction: 0.5, mass: -3}]"], "must be positive"),
+        (["cases.cold.loads=[{at: 400 m, mass: 3}]"], "400 m is not on the cable, which is 301 m long"),
+        (["cable.tension={at: middle, value: 3}"], "got \"middle\""),
+        (["cable.tension={value: 3}"], "missing key: at"),
+        (["cable.reference.loads=1"], "expected true or false"),
+        (["cable.reference.temperature=-300 degC"], "must be positive"),
+        (["cable.expansion=null"], "missing key: expansion (case cold has a temperature)"),
+        (["ground=[[0, 0]]"], "expected at least 2 items, got 1"),
+        (["ground=[[0, 0], [0, 1]]"], "the x of its points must ascend"),
+        (["ground=deep"], "expected a length"),
+        (["cases=3"], "expected a mapping"),
+    ],
+)  # fmt: skip
+def test_each_mistake_is_one_clear_line(line, sets, message):
+    with pytest.raises(SceneError) as raised:
+        line("unstretched_length: 301 m", *sets)
+    lines = str(raised.value).splitlines()
+    assert any(message in text for text in lines), lines
+    assert len(lines) <= 3
+
+
+def test_rows_of_many_cases_are_those_of_each_alone_to_the_last_digit(line):
+    names = (*TENSIONS, "swing", "lowest_point", "horizontal_tension", "unstretched_length", "angle_1",
+             "end_stiffness", "end_stiffness_xz")  # fmt: skip
+    columns = [find(name) for name in names]
+    states = ("unstretched_length: 301 m", "preload: 20 kN", "sag: 8 m", "tension: {at: max, value: 25 kN}")
+    for days in (DAYS, [day for day in DAYS if day != "visitor"]):
+        scenes = [line(stated, f"case={day}") for day in days for stated in states]
+        for model, row in zip(scenes, evaluate_cases(scenes, columns), strict=True):
+            assert row.cells == evaluate(model, columns).cells
+
+
+def test_motion_of_a_level_cable_in_a_cross_wind_is_that_under_its_inclined_load(tmp_path):
+    """Weight and wind together are a larger gravity in a plane turned about the chord: modes and gondola as there."""
+    path = tmp_path / "level.yaml"
+    path.write_text(
+        "cable: {chord: 200 m, elastic_modulus: 100 GPa, density: 7000, diameter: 20 mm, unstretched_length: 201 m,\n"
+        "        damping: {time: 1 ms}}\n"
+        "gondola: {mass: 50 kg}\n"
+        "cases: {storm: {wind: {pressure: 400 Pa, direction: 90 deg}, ice: {weight: 5 N/m}}}\n",
+        encoding="utf-8",
+    )
+    names = ("cable_frequency", "inplane_frequency_3", "outofplane_frequency_2", "gondola_frequency",
+             "gondola_damping_ratio", "end_stiffness")  # fmt: skip
+    area = math.pi * 0.02**2 / 4
+    mass = 7000 * area + 5 / G
+    gravity = math.hypot(mass * G, 1.2 * 400 * 0.02) / mass
+    windy = cells(scene("case=storm", base=path), *names)
+    calm = cells(scene(f"gravity={gravity!r}", f"cable.density={mass / area!r}", base=path), *names)
+    for name in names:
+        assert windy[name] == pytest.approx(calm[name], rel=1e-9), name
