@@ -114,15 +114,10 @@ class PoseLoop:
         ones = np.ones(len(s), dtype=complex)
         return np.stack([ones if notch is None else notch(s) for notch in self.notches], axis=1)
 
-    def winch_gain(self, s):
-        """v per measured coordinate, -gain/s A N(s), shape (f, i, k)."""
-        return -(self.gain / s)[:, None, None] * (self.allocation.shares * self.filters(s)[:, None, :])
-
     def winch_response(self, s):
-        """v per coordinate, shape (f, i, m)."""
-        if not self.gain:
-            return np.zeros((len(s), self.motion.driven[0].shape[1], len(self.motion)))
-        return self.winch_gain(s) @ self.allocation.measured
+        """v per coordinate, -gain/s A N(s) times what is measured of it, shape (f, i, m)."""
+        filtered = self.filters(s)[:, :, None] * self.allocation.measured
+        return -(self.gain / s)[:, None, None] * (self.allocation.shares @ filtered)
 
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates with the loop closed, shape (f, m, m)."""
