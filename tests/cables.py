@@ -67,10 +67,10 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         end_1=end_1,
         end_2=end_2,
         chord_length=math.dist(end_1, end_2),
-        axial_stiffness=axial_stiffness,
-        mass_per_length=mass,
+        section_axial_stiffness=axial_stiffness,
+        section_mass=mass,
         unstretched_length=unstretched_length,
-        preload=None,
+        stated_preload=None,
         sag=None,
     )
     cable.loads = [SimpleNamespace(at=float(place), fraction=None, force=force, mass=None) for place, force in loads]

@@ -14,7 +14,7 @@ import numpy as np
 
 from cablestudy.study.load_cases import ICE_PARTS, SECOND_ORDER, ice_mass, uneven_drag_errors
 from cablestudy.study.scene_values import merged_loads
-from cablestudy.study.suspension.movement import offered_by_bodies, wind_diameters
+from cablestudy.study.suspension.linear_motion import offered_by_bodies, wind_diameters
 from cablestudy.system import statics, tangent
 from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
