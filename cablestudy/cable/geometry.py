@@ -60,11 +60,16 @@ def midspan(cable):
     length = np.hypot(chord[..., 0], chord[..., 1])
     level = chord / np.where(length > 0, length, 1.0)[..., None]
 
-    def beyond(position):
-        return (places(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - length / 2
+    def beyond(position, which):  # of the cables that are not finished yet
+        every = np.full(length.shape, 0.5)
+        every.reshape(-1)[which] = position
+        gap = (places(cable, every[..., None])[..., 0, :2] * level).sum(axis=-1) - length / 2
+        return gap.reshape(-1)[which]
 
     low, high = np.zeros(length.shape), np.ones(length.shape)
-    found = elementwise.find_root(beyond, (low, high), tolerances={"xatol": 1e-15, "xrtol": 4e-16})
+    cables = np.arange(length.size).reshape(length.shape)
+    tolerances = {"xatol": 1e-15, "xrtol": 4e-16}
+    found = elementwise.find_root(beyond, (low, high), args=(cables,), tolerances=tolerances)
     return np.where(length > 1e-9 * np.asarray(cable.span.chord), found.x, 0.5)
 
 
@@ -91,6 +96,29 @@ def sag_and_swing(cable, position):
     across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(length > 0, length, 1.0)[..., None]
     aside = (moved[..., :2] * across).sum(axis=-1)
     return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
+
+
+def load_sag(cable):
+    """Vertical distance from the chord down to the point load that hangs lowest below it, of one cable. [m]
+
+    Parameters
+    ----------
+    cable : Catenary or State
+
+    Raises
+    ------
+    NoSolutionError
+        The cable carries no point load.
+    """
+    span = cable.span
+    if not span.load_positions.shape[-1]:
+        raise NoSolutionError("the cable carries no point load")
+    there = places(cable, span.load_positions / span.unstretched_length)
+    chord = span.frame[0] * float(span.chord)
+    level = float(chord[:2] @ chord[:2])
+    if level < (1e-9 * float(span.chord)) ** 2:
+        raise NoSolutionError("nothing hangs below a vertical chord")
+    return float((there[:, :2] @ chord[:2] / level * chord[2] - there[:, 2]).max())
 
 
 def clearance(cable, end_1, ground):

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.cable.geometry import clearance, lowest_point, sag_and_swing
+from cablestudy.cable.geometry import clearance, load_sag, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.load_cases import along
 from cablestudy.study.table import Field, header
@@ -261,6 +261,8 @@ COLUMNS = (
            lambda c: _deflections(c)[1], "cable.loads", each=True),
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads",
            each=True),
+    Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
+           lambda c: load_sag(c.form), "cable.loads", each=True),
     *_support_columns(),
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
