@@ -113,12 +113,12 @@ def load_sag(cable):
     span = cable.span
     if not span.load_positions.shape[-1]:
         raise NoSolutionError("the cable carries no point load")
-    there = places(cable, span.load_positions / span.unstretched_length)
-    chord = span.frame[0] * float(span.chord)
-    level = float(chord[:2] @ chord[:2])
-    if level < (1e-9 * float(span.chord)) ** 2:
-        raise NoSolutionError("nothing hangs below a vertical chord")
-    return float((there[:, :2] @ chord[:2] / level * chord[2] - there[:, 2]).max())
+    shares = span.load_positions / span.unstretched_length
+    there, chord = places(cable, shares), span.frame[0] * float(span.chord)
+    level = np.hypot(*chord[:2])
+    if level > 1e-9 * float(span.chord):  # else, as sag does, by the share of the length
+        shares = there[:, :2] @ chord[:2] / level**2
+    return float((shares * chord[2] - there[:, 2]).max())
 
 
 def clearance(cable, end_1, ground):
