@@ -187,8 +187,8 @@ def test_the_parabola_of_a_taut_travelling_load(tmp_path):
 def test_the_sag_under_a_rider_is_that_of_the_50_digit_catenary(tmp_path, fraction):
     path = tmp_path / "zipline.yaml"
     path.write_text(
-        "cable: {ends: [[0, 0, 12], [200, 0, 0]], axial_stiffness: 24e6, mass_per_length: 0.9, unstretched_length: 201,\n"
-        f"        loads: [{{fraction: {fraction}, mass: 80 kg}}]}}\n",
+        "cable: {ends: [[0, 0, 12], [200, 0, 0]], axial_stiffness: 24e6, mass_per_length: 0.9,\n"
+        f"        unstretched_length: 201, loads: [{{fraction: {fraction}, mass: 80 kg}}]}}\n",
         encoding="utf-8",
     )
     loads = [(fraction * 201, (0, 0, -80 * G))]
