@@ -480,6 +480,39 @@ def test_what_viscous_damping_guarantees_beside_masses():
         assert np.all(guaranteed_decay(ends, phase) <= np.where(phase < 15, ends.decay, np.inf))
 
 
+def test_uneven_damping_that_couples_all_modes_goes_with_accuracy():
+    """Of cable modes that are damped more than critically, none may be left out."""
+    sets = (
+        "cable.ends=[[0, 0, 0], [185.8, 0, -2.2]]", "cable.unstretched_length=185.775 m", "cable.diameter=4 mm",
+        "cable.damping={loss_factor: 0.02, viscous: 0.05}", "winch.controller.gain=0", hung((0.5, 9.8), (0.85, 0.9)),
+    )  # fmt: skip
+    names = "gondola_rms", "gondola_damping_ratio"
+    coarse, fine = (cells(scene(*sets, f"model.accuracy={accuracy}"), *names) for accuracy in (1e-4, 1e-8))
+    assert coarse == pytest.approx(fine, rel=1e-7)
+
+
+@pytest.mark.parametrize("order", [24, 40])
+def test_heavy_masses_leave_the_gondola_its_digits(order):
+    """Masses far heavier than cable and gondola, whose slow modes have nearly all of the inertia; dense matrices."""
+    on_cable = (0.357, 265.0), (0.612, 160.0)
+    form = (
+        "cable.ends=[[0, 0, 0], [185.6, 0, -8.7]]", "cable.unstretched_length=185.158 m", "cable.diameter=10.75 mm",
+        "model={accuracy: 1e-4}",
+    )  # fmt: skip
+    case, bare = (Case(scene(*form, loads(*on_cable))).refined(1, order) for loads in (hung, weighing))
+    nodes, places = bare.state.mesh.nodes, bare.state.mesh.node_positions
+    turn = np.kron(np.eye(nodes), bare.span.frame)
+    K, _, M = (turn.T @ matrix @ turn for matrix in matrices_of_all_nodes(bare))
+    for share, mass in on_cable:
+        node = int(np.argmin(np.abs(places - share)))
+        M[3 * node : 3 * node + 3, 3 * node : 3 * node + 3] += mass * np.eye(3)
+    M[3 * nodes - 3, 3 * nodes - 3] += 50.0
+    free = [index for index in range(3, 3 * nodes - 2) if index % 3 != 1]  # the plane of the cable
+    value = eigh(K[np.ix_(free, free)], M[np.ix_(free, free)], eigvals_only=True)
+    expected = np.sqrt(value) / (2 * np.pi)
+    assert np.abs(expected / case.gondola_frequency - 1).min() < 1e-8
+
+
 @pytest.fixture(scope="module")
 def windy(tmp_path_factory):
     path = tmp_path_factory.mktemp("windy") / "windy.yaml"

@@ -14,7 +14,11 @@ from cablestudy.sweep.condition import parse
 
 KEYS = ("cable.preload", "cable.material", "gondola.mass", "winch.controller.notch.frequency")
 STUDY = SimpleNamespace(
-    columns=("sag", "mass", "gondola_rms", "status"), varied=KEYS, ask=lambda *_: None, case=lambda _: ({}, None)
+    find=None,
+    columns=("sag", "mass", "gondola_rms", "status"),
+    varied=KEYS,
+    ask=lambda *_: None,
+    case=lambda _: ({}, None),
 )
 ROW = {
     "sag_m": 0.3,

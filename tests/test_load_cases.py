@@ -7,6 +7,7 @@ of weight and wind per length, along which the axes of the reference stand.
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,11 @@ from command import run, table_of
 from references import catenary_mp
 from scenes import cells, scene
 
+from cablestudy.cable.catenary import solve
 from cablestudy.errors import SceneError
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate, evaluate_cases
 
 LINE = """
 cable:
@@ -137,9 +142,6 @@ def test_a_tension_at_a_place_is_had_there(line, at, value):
 
 def test_a_tension_that_no_length_gives_is_told(line):
     vertical = line("tension: {at: end_1, value: 5 N}")
-    from cablestudy.study.columns import find
-    from cablestudy.study.row import evaluate
-
     status = evaluate(vertical, [find("sag")]).cells["status"]
     assert re.search(r"a tension at end 1 of 5 N is below the least that this cable can have: \d", status)
 
@@ -224,11 +226,6 @@ def test_the_stated_error_holds_for_drag_that_changes_along_the_cable(line, day,
 
     Elements follow it: a fixed number of them has no such error.
     """
-    from dataclasses import replace
-
-    from cablestudy.cable.catenary import solve
-    from cablestudy.study.case import Case
-
     case = Case(line(f"unstretched_length: {length} m", f"case={day}"))
     error = float(case.results.drag_error[0])
     assert 0 < error < 0.3
@@ -316,3 +313,35 @@ def test_each_mistake_is_one_clear_line(line, sets, message):
     lines = str(raised.value).splitlines()
     assert any(message in text for text in lines), lines
     assert len(lines) <= 3
+
+
+def test_rows_of_many_cases_are_those_of_each_alone_to_the_last_digit(line):
+    names = (*TENSIONS, "swing", "lowest_point", "horizontal_tension", "unstretched_length", "angle_1",
+             "end_stiffness", "end_stiffness_xz")  # fmt: skip
+    columns = [find(name) for name in names]
+    states = ("unstretched_length: 301 m", "preload: 20 kN", "sag: 8 m", "tension: {at: max, value: 25 kN}")
+    for days in (DAYS, [day for day in DAYS if day != "visitor"]):
+        scenes = [line(stated, f"case={day}") for day in days for stated in states]
+        for model, row in zip(scenes, evaluate_cases(scenes, columns), strict=True):
+            assert row.cells == evaluate(model, columns).cells
+
+
+def test_motion_of_a_level_cable_in_a_cross_wind_is_that_under_its_inclined_load(tmp_path):
+    """Weight and wind together are a larger gravity in a plane turned about the chord: modes and gondola as there."""
+    path = tmp_path / "level.yaml"
+    path.write_text(
+        "cable: {chord: 200 m, elastic_modulus: 100 GPa, density: 7000, diameter: 20 mm, unstretched_length: 201 m,\n"
+        "        damping: {time: 1 ms}}\n"
+        "gondola: {mass: 50 kg}\n"
+        "cases: {storm: {wind: {pressure: 400 Pa, direction: 90 deg}, ice: {weight: 5 N/m}}}\n",
+        encoding="utf-8",
+    )
+    names = ("cable_frequency", "inplane_frequency_3", "outofplane_frequency_2", "gondola_frequency",
+             "gondola_damping_ratio", "end_stiffness")  # fmt: skip
+    area = math.pi * 0.02**2 / 4
+    mass = 7000 * area + 5 / G
+    gravity = math.hypot(mass * G, 1.2 * 400 * 0.02) / mass
+    windy = cells(scene("case=storm", base=path), *names)
+    calm = cells(scene(f"gravity={gravity!r}", f"cable.density={mass / area!r}", base=path), *names)
+    for name in names:
+        assert windy[name] == pytest.approx(calm[name], rel=1e-9), name

@@ -38,13 +38,13 @@ LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]
 @pytest.fixture
 def computed(monkeypatch):
     """What is computed in this process: list of (cases, names of columns) for each chunk."""
-    calls, evaluate = [], chunks.evaluate_study
+    calls, evaluate = [], chunks.evaluate_tables
 
-    def evaluate_study(study, tables, columns, *options):
+    def evaluate_tables(tables, columns, *how):
         calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
-        return evaluate(study, tables, columns, *options)
+        return evaluate(tables, columns, *how)
 
-    monkeypatch.setattr(chunks, "evaluate_study", evaluate_study)
+    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
     return calls
 
 
@@ -129,7 +129,7 @@ def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
 
 
 def test_a_sweep_that_keeps_nothing_says_so_when_it_is_ended(folder, monkeypatch):
-    monkeypatch.setattr(chunks, "evaluate_study", lambda *_: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGTERM))
     study_file(folder, FEW, SLACK)
     before = signal.getsignal(signal.SIGTERM)
     outcome = run("sweep", "study.yaml", "--no-write", code=130)
@@ -258,7 +258,7 @@ def test_a_growing_study_can_be_ended_too(folder, computed, monkeypatch):
     run("sweep", "study.yaml")
     study_file(folder, f"{vary}columns: [sag, preload]\n", SLACK)
     with monkeypatch.context() as ended:
-        ended.setattr(chunks, "evaluate_study", lambda *_: signal.raise_signal(signal.SIGINT))
+        ended.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGINT))
         outcome = run("sweep", "study.yaml", "--resume", code=130)
     assert outcome.lines[0] == "0 of 3 rows are there already, and some columns of 3 more"
     computed.clear()

@@ -40,13 +40,13 @@ def table(folder):
 @pytest.fixture
 def computed(monkeypatch):
     """Numbers of cases that are computed in this process."""
-    calls, evaluate = [], chunks.evaluate_study
+    calls, evaluate = [], chunks.evaluate_tables
 
-    def evaluate_study(study, tables, *rest):
+    def evaluate_tables(tables, *rest):
         calls.append(sum(len(table.cases) for table in tables))
-        return evaluate(study, tables, *rest)
+        return evaluate(tables, *rest)
 
-    monkeypatch.setattr(chunks, "evaluate_study", evaluate_study)
+    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
     return calls
 
 

@@ -9,6 +9,9 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 
+ROUNDING = 1e-13  # of a distance over the chord
+MAX_STEPS, CLOSE = 60, 1e-15  # of the search for mid-span, and its last step, a share of the unstretched length
+
 
 def places(cable, positions):
     """Global coordinates along a cable, from end 1.
@@ -52,25 +55,34 @@ def midspan(cable):
     """Arc length where a cable passes halfway along the horizontal between its ends, shape (...).
 
     Over unstretched length; 1/2 where the chord is vertical. Of a `Catenary` whose uniform load is vertical,
-    `midspan.arc_length_at_midspan` gives it to more digits.
+    `midspan.arc_length_at_midspan` gives it to more digits. By the method of Ridders (1979), IEEE Transactions on
+    Circuits and Systems 26, 979.
     """
-    from scipy.optimize import elementwise
-
     chord = cable.span.frame[..., 0, :2] * np.asarray(cable.span.chord)[..., None]
     length = np.hypot(chord[..., 0], chord[..., 1])
     level = chord / np.where(length > 0, length, 1.0)[..., None]
 
-    def beyond(position, which):  # of the cables that are not finished yet
-        every = np.full(length.shape, 0.5)
-        every.reshape(-1)[which] = position
-        gap = (places(cable, every[..., None])[..., 0, :2] * level).sum(axis=-1) - length / 2
-        return gap.reshape(-1)[which]
+    def beyond(position):
+        return (places(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - length / 2
 
-    low, high = np.zeros(length.shape), np.ones(length.shape)
-    cables = np.arange(length.size).reshape(length.shape)
-    tolerances = {"xatol": 1e-15, "xrtol": 4e-16}
-    found = elementwise.find_root(beyond, (low, high), args=(cables,), tolerances=tolerances)
-    return np.where(length > 1e-9 * np.asarray(cable.span.chord), found.x, 0.5)
+    upright = length <= 1e-9 * np.asarray(cable.span.chord)
+    found, done = np.full(length.shape, 0.5), upright
+    low, high, below, above = 0.0 * found, 0.0 * found + 1.0, -length / 2, length / 2
+    for _ in range(MAX_STEPS):
+        middle = (low + high) / 2
+        at_middle = beyond(middle)
+        root = np.sqrt(at_middle**2 - below * above)
+        place = middle - (middle - low) * np.divide(at_middle, root, out=np.zeros_like(root), where=root > 0)
+        there = beyond(place)
+        fresh = np.where(done, found, place)  # no digit depends on the other cables
+        done, found = done | (np.abs(fresh - found) <= CLOSE), fresh
+        for trial, value in ((middle, at_middle), (place, there)):
+            first, last = (value < 0) & (trial > low), (value >= 0) & (trial < high)
+            low, below = np.where(first, trial, low), np.where(first, value, below)
+            high, above = np.where(last, trial, high), np.where(last, value, above)
+        if done.all():
+            break
+    return found
 
 
 def sag_and_swing(cable, position):
@@ -87,14 +99,15 @@ def sag_and_swing(cable, position):
     sag : ndarray, shape (...)
         Vertical. [m]
     swing : ndarray, shape (...)
-        Angle between the vertical and the way from chord to cable, seen along the chord. [rad]
+        Angle between the vertical and the way from chord to cable, seen along the chord; 0 of a vertical chord. [rad]
     """
     span = cable.span
     chord = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     moved = places(cable, np.asarray(position)[..., None])[..., 0, :] - chord / 2
     length = np.hypot(chord[..., 0], chord[..., 1])
     across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(length > 0, length, 1.0)[..., None]
-    aside = (moved[..., :2] * across).sum(axis=-1)
+    aside, whole = (moved[..., :2] * across).sum(axis=-1), np.asarray(span.chord)
+    aside = np.where((length > ROUNDING * whole) & (np.abs(aside) > ROUNDING * whole), aside, 0.0)
     return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
 
 

@@ -26,15 +26,16 @@ def find(scene, goal, by, between, names, sets, case, style, quiet):
     """The value of a key for which a column takes a value: one row for each that there is."""
     from cablestudy.scene.document import apply_sets, read_document
     from cablestudy.study import find as study
+    from cablestudy.study.goal import read_find, read_goal
 
     sets = with_case(sets, case, "a search takes one case: give --case NAME")
     document = apply_sets(read_document(scene), sets)
-    asked = study.read_goal(*study.read_find(goal, by, between), document)
+    asked = read_goal(*read_find(goal, by, between), document)
     columns = study.shown_columns(asked, document, names)
     found = study.solve(asked, document)
-    table, failed, warnings = study.find_table(asked, found, columns)
-    echo_notes([*found.notes, *warnings], quiet)
+    table, rows = study.find_table(asked, found, columns)
+    echo_notes(dict.fromkeys((*found.notes, *(warning for row in rows for warning in row.warnings))), quiet)
     if len(found.values) > 1:
         echo_notes([f"{len(found.values)} values of {by}"], quiet)
     show(table, style)
-    return NO_ANSWER if failed else 0
+    return NO_ANSWER if any(row.failed for row in rows) else 0

@@ -199,8 +199,8 @@ class Plant:
     def responding(self):
         """The cable with the modes that the response needs to its tolerance."""
         cable = self.excited
-        # with modal damping a mode costs next to nothing
-        if cable.strain is None or not self.tolerance:
+        # with modal damping a mode costs next to nothing; uneven viscous damping couples all of them
+        if cable.strain is None or cable.uneven or not self.tolerance:
             return cable
         return cable.select(self.needed(cable, self.tolerance, self.tolerance))
 

@@ -218,7 +218,7 @@ class ResolvedLoop:
     def exact(self, pole):
         """The cable with every mode that matters for a pole."""
         plant, about = self.plant, int(np.ceil(np.log2(max(abs(pole) / self.plant.main, 1.0))))
-        if self._whole.strain is None or not plant.tolerance:
+        if self._whole.strain is None or self._whole.uneven or not plant.tolerance:
             return self._whole
         if about not in self._exact:
             chosen = self._chosen.copy()

@@ -5,6 +5,7 @@ scene refuses them.
 """
 
 from functools import lru_cache
+from itertools import permutations, product
 
 from cablestudy.scene.strict_yaml import MAX_DEPTH
 
@@ -57,26 +58,28 @@ NAMED = {
 def _replaces():
     """Pattern of a path ("*": any name) -> the patterns that a value there removes from a lower layer."""
     table = {}
-    for name, rows in ALTERNATIVES.items():
-        for place in PLACES.get(name, (name,)):
-            prefix = tuple(place.split("."))
-            for groups in rows:
-                for group in groups:
-                    others = [(*prefix, key) for other in groups if other is not group for key in other]
-                    for key in group:
-                        table.setdefault((*prefix, key), []).extend(others)
-    of_material = ("fill_factor", "expansion", *(group[0] for groups in OF_SECTION for group in groups))
+    for key, other in _alternatives():
+        table.setdefault(key, []).append(other)
+    own = ("fill_factor", "expansion", *(group[0] for groups in OF_SECTION for group in groups))
+    damping = ("ratio", "loss_factor", "time")
     for cable in (("cable",), ("cables", "*")):
-        table[*cable, "material"] = [(*cable, key) for key in of_material]
+        table[*cable, "material"] = [(*cable, key) for key in own]
         # Both may be given in one layer; one alone is another size, of which the other follows.
         table[*cable, "area"], table[*cable, "diameter"] = [(*cable, "diameter")], [(*cable, "area")]
-    # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.
-    for cable in (("cable",), ("cables", "*")):
-        parameters = [(*cable, "damping", name) for name in ("ratio", "loss_factor", "time")]
-        for key in parameters:
-            table[key] = [(*cable, "damping", "model"), *(other for other in parameters if other != key)]
-        table[*cable, "damping", "model"] = parameters
+        # A parameter implies its damping model, and a model its parameter: each replaces the other of a lower layer.
+        model = (*cable, "damping", "model")
+        table[model] = [(*cable, "damping", name) for name in damping]
+        for key in table[model]:
+            table[key] = [model, *(other for other in table[model] if other != key)]
     return {key: tuple(dict.fromkeys(others)) for key, others in table.items()}
+
+
+def _alternatives():
+    """Yield the patterns of each key of ALTERNATIVES and of one that it excludes."""
+    for name, rows in ALTERNATIVES.items():
+        for place, groups in product(PLACES.get(name, (name,)), rows):
+            for group, other in permutations(groups, 2):
+                yield from product(*([(*place.split("."), key) for key in keys] for keys in (group, other)))
 
 
 REPLACES = _replaces()

@@ -24,6 +24,7 @@ from cablestudy.wind.peak import peak_factor
 
 SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
+UPRIGHT = 1e-50  # share of a tension below which the horizontal part of that of an upright cable is zero
 MAX_MODE_NUMBER = 1000
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
@@ -135,9 +136,21 @@ def _reaction(end, part):
 
     def compute(results):
         force = -results.form.end_forces("global")[..., end, :]
-        return force[..., 2] if part == "vertical" else np.hypot(force[..., 0], force[..., 1])
+        if part == "vertical":
+            return force[..., 2]
+        level = np.hypot(force[..., 0], force[..., 1])
+        return np.where(
+            level > UPRIGHT * np.abs(force[..., 2]), level, 0.0
+        )  # none but for the solver of a vertical cable
 
     return compute
+
+
+def _coupling_stiffness(results):
+    """Force along x by a movement along z, without what is rounding of the stiffness along both. [N/m]"""
+    own = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
+    mixed = results.end_stiffness_along(0, 2)
+    return np.where(np.abs(mixed) > ROUNDING * own, mixed, 0.0)
 
 
 def _angle(end):
@@ -276,7 +289,7 @@ COLUMNS = (
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
            lambda r: r.end_stiffness_along(1)),
     Column("end_stiffness_xz", "N/m", "force along x by a static movement of end 2 along z", "stiffness",
-           lambda r: r.end_stiffness_along(0, 2)),
+           _coupling_stiffness),
     Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
            lambda r: r.end_stiffness_chord),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),

@@ -1,24 +1,20 @@
 """The value of a key for which a column takes a value: `cablestudy find`, and `find:` in a study."""
 
 from dataclasses import dataclass
-from itertools import chain
-from math import isfinite
 
 import numpy as np
-from pydantic_core import PydanticCustomError
 
 from cablestudy.errors import CablestudyError, Mistake, NoSolutionError, SceneError
 from cablestudy.scene.entries import Entry
-from cablestudy.scene.fields import Quantity
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.scene import quantity_of, read_scene
-from cablestudy.scene.study import Find
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.scene.units import common_factor, show, split
+from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
 from cablestudy.study.all_columns import find, key_column, why_not
 from cablestudy.study.closed_form import CLOSED
-from cablestudy.study.columns import STATUS, Column
+from cablestudy.study.columns import STATUS
+from cablestudy.study.goal import goal_of_study
 from cablestudy.study.roots import Effort, places_between, ranges_about, zeros
 from cablestudy.study.row import evaluate_cases
 from cablestudy.study.scene_values import CaseTable, tables_of
@@ -34,43 +30,6 @@ TRIED_FIRST = 25  # places over the range of a key that the scene does not state
 CLOSE = 1e-9  # relative error of the statics of suspensions, and of a model of fixed elements: rounding of its search
 COSTLY_REACH = 1e3  # factor up to which a column that is no closed form of one cable is searched about the start
 SHOWN = 10  # values that a message lists
-_GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
-
-
-@dataclass(frozen=True)
-class Goal:
-    """What is to be found.
-
-    Attributes
-    ----------
-    column : Column
-    value : float
-        That the column is to take, in its unit.
-    key : Column
-        Of the key that is solved for, from `all_columns.key_column`.
-    quantity : Quantity
-        Of the key: its unit and limits.
-    between : tuple of float, or None
-        Range of the key, rising, in SI.
-    places : dict
-        Part of the goal (column, value, by, between) -> what messages name: its place, and its key in a file or "".
-    """
-
-    column: Column
-    value: float
-    key: Column
-    quantity: Quantity
-    between: tuple | None
-    places: dict
-
-    def __str__(self):
-        unit = f" {self.column.unit}" if self.column.unit else ""
-        return f"{self.column.name} = {self.value:.6g}{unit}"
-
-    def of_key(self, *values):
-        """Values of the key with their unit, for messages."""
-        unit = f" {self.quantity.unit}" if self.quantity.unit else ""
-        return " to ".join(f"{value:.6g}" for value in values) + unit
 
 
 @dataclass(frozen=True)
@@ -90,131 +49,6 @@ class Found:
     values: list
     scenes: list
     notes: list
-
-
-# ------------------------------------------------------------------------------------------------------ what is asked
-
-
-def read_find(goal, by, between):
-    """The `Find` of the command line, and what messages name as its parts.
-
-    Parameters
-    ----------
-    goal : str
-        For example `sag = 2 m`.
-    by : str
-    between : str or None
-        For example `100 N:10 kN`.
-
-    Raises
-    ------
-    SceneError
-    """
-    column, sign, value = (part.strip() for part in goal.partition("="))
-    if not (column and sign and value):
-        raise SceneError(f"{_GOAL}, got {show(goal)}")
-    ends = None
-    if between is not None:
-        ends = tuple(part.strip() for part in between.split(":"))
-        if len(ends) != 2 or not all(ends):
-            raise SceneError(f"--between {between}: expected LOW:HIGH, for example 100N:10kN")
-    options = {"column": "find", "value": "find", "by": f"--by {by}", "between": f"--between {between}"}
-    places = {part: (option, "") for part, option in options.items()}
-    return Find.model_construct(column=column, value=value, by=by, between=ends), places
-
-
-def goal_of_study(study):
-    """The `Goal` of a study with `find`; errors as of `read_goal`."""
-    places = {part: (study.source.where(("find", part)), f"find.{part}") for part in Find.model_fields}
-    return read_goal(study.find, places, study.document)
-
-
-def read_goal(asked, places, document):
-    """The `Goal` of a `Find`.
-
-    Parameters
-    ----------
-    asked : Find
-    places : dict
-        See `Goal`.
-    document : Document
-        Of a scene, whose reader knows best what is wrong with a key that there is not.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong with its parts.
-    """
-    mistakes, parts = [], {}
-
-    def read(part, function, *needed):
-        if any(name not in parts for name in needed):
-            return
-        try:
-            parts[part] = function(*(parts[name] for name in needed))
-        except (ValueError, PydanticCustomError) as error:
-            mistakes.append(Mistake(*places[part], str(error)))
-
-    read("column", lambda: _number_column(asked.column))
-    read("value", lambda column: _in_unit(asked.value, column), "column")
-    read("by", lambda: _quantity(asked.by, document))
-    read("between", lambda quantity: asked.between and _range(asked.between, quantity), "by")
-    if mistakes:
-        raise SceneError(*mistakes)
-    return Goal(parts["column"], parts["value"], key_column(asked.by), parts["by"], parts["between"], places)
-
-
-def _number_column(name):
-    """The column of a name, which holds numbers that depend on the scene."""
-    column = find(name)
-    if column.name == "status":
-        raise ValueError("status is text: no value of a key can be found for it")
-    if column.needs == "run" or column.name == "iterations":
-        raise ValueError(f"{column.name} describes the computation: no value of a key can be found for it")
-    return column
-
-
-def _expected(column):
-    return f"expected a number in {column.unit}, or with a unit" if column.unit else "expected a number"
-
-
-def _in_unit(value, column):
-    """A number in the unit of a column."""
-    try:
-        number, unit = split(value) if isinstance(value, str) else (value, "")
-    except ValueError as error:
-        raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
-    try:
-        number = float(number * common_factor(unit, column.unit) if unit else number)
-    except ValueError as error:
-        raise ValueError(f"{column.name}: {error}") from None
-    if not isfinite(number):
-        raise ValueError(f"{column.name}: expected a finite number, got {show(value)}")
-    return number
-
-
-def _quantity(key, document):
-    """The Quantity of a key."""
-    split_key(key)
-    quantity = quantity_of(key)
-    if quantity is None:
-        try:
-            read_scene(document.with_sets([(key, 1, "")]))
-        except SceneError as error:
-            unknown = [mistake.message for mistake in error.mistakes if mistake.message.startswith("unknown")]
-            if unknown:
-                raise ValueError(unknown[0]) from None
-        raise ValueError("holds no number that varies continuously: give a quantity, for example cable.preload")
-    return quantity
-
-
-def _range(ends, quantity):
-    low, high = (quantity.read(end) for end in ends)
-    if not (isinstance(low, float) and isinstance(high, float)):
-        raise ValueError(f"expected two numbers, got {show(ends[0])} and {show(ends[1])}")
-    if low >= high:
-        raise ValueError(f"the first end must be below the second, got {show(ends[0])} and {show(ends[1])}")
-    return low, high
 
 
 # --------------------------------------------------------------------------------------------------------- the search
@@ -382,16 +216,16 @@ def _rows(scenes, columns):
 
 
 def find_table(goal, found, columns):
-    """`Table` of the solutions, whether a column of one of them cannot be had, and warnings, each once.
-
-    `columns` are from `shown_columns`.
-    """
+    """`Table` of the solutions, and list of `Row`; `columns` from `shown_columns`."""
     rows = _rows(found.scenes, columns)
     cells = [{goal.key.header: value, **row.cells} for value, row in zip(found.values, rows, strict=True)]
     fields = (field_of_key(goal.key), *(column.field for column in columns), STATUS)
-    errors = lambda: chain.from_iterable(row.known_errors() for row in rows)  # noqa: E731
-    warnings = dict.fromkeys(warning for row in rows for warning in row.warnings)
-    return Table(fields, cells, errors=errors), any(row.failed for row in rows), list(warnings)
+
+    def errors():
+        for row in rows:
+            yield from row.known_errors()
+
+    return Table(fields, cells, errors=errors), rows
 
 
 def field_of_key(key):
@@ -437,13 +271,11 @@ def column_named(study, name):
     return find(name)
 
 
-def evaluate_study(study, tables, columns, explain=False, estimate=False):
-    """Compute the columns of many cases of a study, each with the key of `find` solved for where there is one.
+def evaluate_found(study, tables, columns, explain=False, estimate=False):
+    """Compute the columns of many cases of a study with `find`, the key solved for in each of them.
 
-    Parameters and result as of `study_rows.evaluate_tables`.
+    Other parameters and the result as of `study_rows.evaluate_tables`.
     """
-    if study.find is None:
-        return evaluate_tables(tables, columns, explain, estimate)
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
     place = next((k for k, column in enumerate(columns) if column.needs == "find"), None)

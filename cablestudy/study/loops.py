@@ -13,6 +13,7 @@ from cablestudy.control.stability import Waves, driven_up_to, too_many
 from cablestudy.control.winch import Loop
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.cache import share
+from cablestudy.study.models import MAX_MODES
 
 RESOLVED = 1e-7  # largest error of the frequency of a mode that the gain could drive
 RESERVE = 9  # orders of each element beyond those that its waves need
@@ -44,8 +45,11 @@ def coupled_of(cases):
 def _coupled(case):
     limit, inertia = case.gondola_modes * case.gondola_frequency_static, case.end_inertia
     stiffness, mass = case.end_stiffness_along(0), case.scene.gondola.mass
+    # the slow modes of heavy masses leave only rounding of the moments of the others
+    every = bool(case.model.mesh.point_masses) and case.excited.dof <= MAX_MODES
+    limit = np.inf if every else limit
     while True:
-        modes = case.excited.up_to(limit)
+        modes = case.excited.modes(case.excited.dof) if every else case.excited.up_to(limit)
         count = int(np.searchsorted(modes.frequency, limit, side="right"))
         complete = modes.complete and count == len(modes)
         participation = case.participation(modes)[:count]
@@ -260,7 +264,8 @@ def _waves(case):
     across = np.sqrt(tension * span.mass) * np.maximum(1 - cosine**2, 0.0)
     along = np.sqrt(span.axial_stiffness * span.mass) * cosine**2
     time = float(span.unstretched_length * np.sqrt(span.mass / span.axial_stiffness))
-    part = float(np.diff([0.0, *(place for place, _ in span.point_masses), 1.0]).min())
+    mesh = case.model.mesh
+    part = float(np.diff(np.unique([0.0, *mesh.node_positions[mesh.carried > 0], 1.0])).min())
     return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time, part)
 
 

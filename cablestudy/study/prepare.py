@@ -6,7 +6,8 @@ from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.all_columns import find, find_header, key_column, why_not
 from cablestudy.study.columns import STATUS
-from cablestudy.study.find import check_goal, column_named, field_of_key, goal_of_study
+from cablestudy.study.find import check_goal, column_named, field_of_key
+from cablestudy.study.goal import goal_of_study
 from cablestudy.study.table import Field, number, read_csv
 
 NEVER_COMPARED = "solve_time"  # differs from run to run

@@ -12,11 +12,10 @@ from cablestudy.cable.element import pieces
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS
+from cablestudy.study.columns import ROUNDING, SHAPELESS, UPRIGHT
 from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, shrunk, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
-UPRIGHT = 1e-50  # share of the largest tension below which the horizontal tension of an upright cable is zero
 STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 

@@ -4,7 +4,7 @@ import gc
 import pickle
 import time
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import blake2b
 from itertools import chain, islice
 
@@ -12,9 +12,10 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.find import column_named, evaluate_study
+from cablestudy.study.find import column_named, evaluate_found
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
+from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.sweep.fingerprint import versions
 from cablestudy.sweep.record import pack
 
@@ -102,7 +103,8 @@ def compute(chunk):
     keys = {}
     for table in tables:
         keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
-    rows = evaluate_study(study, tables, columns, chunk.explain, chunk.estimate)
+    evaluate = partial(evaluate_found, study) if study.find else evaluate_tables
+    rows = evaluate(tables, columns, chunk.explain, chunk.estimate)
     records, failed = [], len(refused)
     for case in chunk.cases:
         if case in refused:  # of many cases only some are checked before the sweep begins

@@ -1,0 +1,175 @@
+"""What is to be found: a column, the value that it is to take, and the key that is solved for."""
+
+from dataclasses import dataclass
+from math import isfinite
+
+from pydantic_core import PydanticCustomError
+
+from cablestudy.errors import Mistake, SceneError
+from cablestudy.scene.fields import Quantity
+from cablestudy.scene.layers import split_key
+from cablestudy.scene.scene import quantity_of, read_scene
+from cablestudy.scene.study import Find
+from cablestudy.scene.units import common_factor, show, split
+from cablestudy.study.all_columns import find, key_column
+from cablestudy.study.columns import Column
+
+_GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What is to be found.
+
+    Attributes
+    ----------
+    column : Column
+    value : float
+        That the column is to take, in its unit.
+    key : Column
+        Of the key that is solved for, from `all_columns.key_column`.
+    quantity : Quantity
+        Of the key: its unit and limits.
+    between : tuple of float, or None
+        Range of the key, rising, in SI.
+    places : dict
+        Part of the goal (column, value, by, between) -> what messages name: its place, and its key in a file or "".
+    """
+
+    column: Column
+    value: float
+    key: Column
+    quantity: Quantity
+    between: tuple | None
+    places: dict
+
+    def __str__(self):
+        unit = f" {self.column.unit}" if self.column.unit else ""
+        return f"{self.column.name} = {self.value:.6g}{unit}"
+
+    def of_key(self, *values):
+        """Values of the key with their unit, for messages."""
+        unit = f" {self.quantity.unit}" if self.quantity.unit else ""
+        return " to ".join(f"{value:.6g}" for value in values) + unit
+
+
+def read_find(goal, by, between):
+    """The `Find` of the command line, and what messages name as its parts.
+
+    Parameters
+    ----------
+    goal : str
+        For example `sag = 2 m`.
+    by : str
+    between : str or None
+        For example `100 N:10 kN`.
+
+    Raises
+    ------
+    SceneError
+    """
+    column, sign, value = (part.strip() for part in goal.partition("="))
+    if not (column and sign and value):
+        raise SceneError(f"{_GOAL}, got {show(goal)}")
+    ends = None
+    if between is not None:
+        ends = tuple(part.strip() for part in between.split(":"))
+        if len(ends) != 2 or not all(ends):
+            raise SceneError(f"--between {between}: expected LOW:HIGH, for example 100N:10kN")
+    options = {"column": "find", "value": "find", "by": f"--by {by}", "between": f"--between {between}"}
+    places = {part: (option, "") for part, option in options.items()}
+    return Find.model_construct(column=column, value=value, by=by, between=ends), places
+
+
+def goal_of_study(study):
+    """The `Goal` of a study with `find`; errors as of `read_goal`."""
+    places = {part: (study.source.where(("find", part)), f"find.{part}") for part in Find.model_fields}
+    return read_goal(study.find, places, study.document)
+
+
+def read_goal(asked, places, document):
+    """The `Goal` of a `Find`.
+
+    Parameters
+    ----------
+    asked : Find
+    places : dict
+        See `Goal`.
+    document : Document
+        Of a scene, whose reader knows best what is wrong with a key that there is not.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with its parts.
+    """
+    mistakes, parts = [], {}
+
+    def read(part, function, *needed):
+        if any(name not in parts for name in needed):
+            return
+        try:
+            parts[part] = function(*(parts[name] for name in needed))
+        except (ValueError, PydanticCustomError) as error:
+            mistakes.append(Mistake(*places[part], str(error)))
+
+    read("column", lambda: _number_column(asked.column))
+    read("value", lambda column: _in_unit(asked.value, column), "column")
+    read("by", lambda: _quantity(asked.by, document))
+    read("between", lambda quantity: asked.between and _range(asked.between, quantity), "by")
+    if mistakes:
+        raise SceneError(*mistakes)
+    return Goal(parts["column"], parts["value"], key_column(asked.by), parts["by"], parts["between"], places)
+
+
+def _number_column(name):
+    """The column of a name, which holds numbers that depend on the scene."""
+    column = find(name)
+    if column.name == "status":
+        raise ValueError("status is text: no value of a key can be found for it")
+    if column.needs == "run" or column.name == "iterations":
+        raise ValueError(f"{column.name} describes the computation: no value of a key can be found for it")
+    return column
+
+
+def _expected(column):
+    return f"expected a number in {column.unit}, or with a unit" if column.unit else "expected a number"
+
+
+def _in_unit(value, column):
+    """A number in the unit of a column."""
+    try:
+        number, unit = split(value) if isinstance(value, str) else (value, "")
+    except ValueError as error:
+        raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
+    try:
+        number = float(number * common_factor(unit, column.unit) if unit else number)
+    except ValueError as error:
+        raise ValueError(f"{column.name}: {error}") from None
+    if not isfinite(number):
+        raise ValueError(f"{column.name}: expected a finite number, got {show(value)}")
+    return number
+
+
+def _quantity(key, document):
+    """The Quantity of a key."""
+    split_key(key)
+    quantity = quantity_of(key)
+    if quantity is None:
+        try:
+            read_scene(document.with_sets([(key, 1, "")]))
+        except SceneError as error:
+            unknown = [mistake.message for mistake in error.mistakes if mistake.message.startswith("unknown")]
+            if unknown:
+                raise ValueError(unknown[0]) from None
+        raise ValueError("holds no number that varies continuously: give a quantity, for example cable.preload")
+    return quantity
+
+
+def _range(ends, quantity):
+    low, high = (quantity.read(end) for end in ends)
+    if not (isinstance(low, float) and isinstance(high, float)):
+        raise ValueError(f"expected two numbers, got {show(ends[0])} and {show(ends[1])}")
+    if low >= high:
+        raise ValueError(f"the first end must be below the second, got {show(ends[0])} and {show(ends[1])}")
+    return low, high
