@@ -70,7 +70,7 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         section_axial_stiffness=axial_stiffness,
         section_mass=mass,
         unstretched_length=unstretched_length,
-        preload=None,
+        stated_preload=None,
         sag=None,
     )
     cable.loads = [SimpleNamespace(at=float(place), fraction=None, force=force, mass=None) for place, force in loads]

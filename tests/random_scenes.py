@@ -75,6 +75,7 @@ def scene_data(seed):
     cable |= {"area": area, "elastic_modulus": stiffness / area, "density": mass / area, "loads": loads}
     if form in ("preload", "sag"):
         cable["loads"] = [load for load in loads if form == "preload"]
+        cable["reference"] = {"loads": True}
     data = {"gravity": gravity, "cable": cable}
     # a gondola whose mode is among the first hundred of its cable's, not far above them all
     force = max(weight, strain * stiffness if form in ("preload", "taut") else 0.0, 1e-12 * stiffness)

@@ -132,10 +132,10 @@ def lengths_found_once(monkeypatch):
     """The unstretched length of a scene is the same in each of its rows: the search for it is made once."""
     found, search = {}, initial_length.strains_for_tension
 
-    def once(span, tension):
-        key = pickle.dumps((span, tension))
+    def once(span, tension, at):
+        key = pickle.dumps((span, tension, at))
         if key not in found:
-            found[key] = search(span, tension)
+            found[key] = search(span, tension, at)
         return found[key]
 
     monkeypatch.setattr(initial_length, "strains_for_tension", once)

@@ -90,7 +90,7 @@ def _merged(loads):
     for load in loads:
         place = np.nan if load.at is None else load.at, np.nan if load.fraction is None else load.fraction
         key = load.at, load.fraction
-        force, mass = np.array(load.force or (0.0, 0.0, 0.0)), load.mass or 0.0
+        force, mass = np.array((0.0, 0.0, 0.0) if load.force is None else load.force), load.mass or 0.0
         if key in found:
             force, mass = found[key][2] + force, found[key][3] + mass
         found[key] = (*place, force, mass)
