@@ -31,7 +31,7 @@ def test_examples_print_what_the_page_shows(page, folder):
 
 def test_the_pages_have_examples():
     commands = [line for page in refresh.PAGES for line in page.read_text().splitlines() if line.startswith("$ cable")]
-    assert (len(commands) >= 15, len(TOUR)) == (True, 12)
+    assert (len(commands) >= 15, len(TOUR)) == (True, 13)
     used = " ".join(commands)
     for command in ("static", "modes", "find", "sweep", "trade", "validate", "schema", "columns", "materials"):
         assert f"cablestudy {command}" in used
