@@ -13,6 +13,7 @@ from itertools import pairwise
 from cables import HERE, least, median, seconds, verdict
 from peers import NoAnswerError, found
 from scaling import exponent
+from wind_rows import in_wind
 
 ROWS, ROUNDS, PEER_ROWS = 400, 5, 20  # of the sweep; rounds; rows of another program in each round
 TOLERANCES = 0.05, 1e-6  # of MoorPy [m]
@@ -356,6 +357,10 @@ def section():
     yield f"Statics, and the {MODES} lowest coupled modes, of each case; errors against the accuracy 1e-9:"
     yield ""
     yield from motion(peers)
+    yield ""
+    yield "configs/suspensions/carlina-net-wind.yaml: RMS, peaks, tensions and margins to 1e-4, with the loop closed:"
+    yield ""
+    yield from in_wind()
     yield ""
     yield "Nets, each in a process of its own; the exponents p of time ~ cables^p:"
     yield ""

@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from straight_scenes import everything, with_changes
 from test_suspension_extremes import platform
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension import case as cases
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
+from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.rows import evaluate_suspensions
 
 HELD_AT_ITS_CENTER = {"attachments": {f"e{k}": [0, 0, 0] for k in range(8)}, "center_of_mass": [0, 0, 0]}
 
@@ -54,3 +57,18 @@ def test_a_case_that_asks_for_more_modes_does_not_move_the_others():
     assert len(first.modes(5)) == 5
     assert len(second.modes(9)) == 9
     assert np.array_equal(second.modes(9).frequency, SuspensionCase(scenes()[1]).modes(9).frequency)
+
+
+def test_rows_that_share_a_motion_have_the_digits_that_they_have_alone():
+    """Gains, an exposure and a mirror over the same suspension: together, and each alone."""
+    text = everything(exposure=0.01, correction={"marker": "gondola.focus", "bandwidth": 5.0, "delay": 0.0})
+    changes = [{"control__gain": 0.2}, {"control__gain": 0.4}, {"exposure": 0.1}, {"control": None}]
+    columns = [
+        find(name) for name in ("gondola.rms", "gondola.focus.exposure", "gondola.rms_open_loop", "c1.rms_tension")
+    ]
+    parts = [SuspensionScene.model_validate(with_changes(text, **change)) for change in changes]
+    together = evaluate_suspensions(parts, columns)
+    alone = [evaluate_suspensions([part], columns)[0] for part in parts]
+    assert [row.cells for row in together] == [row.cells for row in alone]
+    assert together[0].case.in_wind.movement.linear is together[2].case.in_wind.movement.linear
+    assert together[0].cells["gondola.rms_mm"] != together[1].cells["gondola.rms_mm"]

@@ -402,3 +402,6 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     assert found.movement.modes.frequency[-1] > 18
     assert found.movement.largest_gain == pytest.approx(found.movement_of(250).largest_gain, rel=0.03)
     assert found.movement_of(64).largest_gain > 10
+    # and it says by how much it differs from that of all modes
+    change = found.movement.largest_gain / found.movement_of(250).largest_gain - 1
+    assert found.loop_error == pytest.approx(abs(change), rel=0.1)

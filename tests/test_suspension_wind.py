@@ -8,6 +8,7 @@ import pytest
 import scipy.linalg
 import scipy.signal
 import suspensions
+from command import CONFIGS
 from references import bar_suspension, bars
 from references.straight_suspension import Straight
 from scenes import PAPER, cells
@@ -28,7 +29,9 @@ from straight_scenes import (
 
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension import response
+from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system import statics
@@ -274,6 +277,46 @@ def test_the_force_of_gusts_on_the_first_shape_of_a_cable(kappa_length):
     # west, east, and their sum
     expected = drag**2 * spectrum * np.array([own, own, 2 * own + 2 * both])
     assert found == pytest.approx(expected, rel=2e-4)
+
+
+@pytest.mark.parametrize("kappa_length", [10.0, 100.0])
+def test_two_cables_that_meet_are_coherent_near_their_common_end(kappa_length):
+    """Quarter waves of two taut cables at right angles, 1 at the body: the force of both, by quadrature close to it."""
+    text = heavy(free=["z"], gravity=0.0, to=(30.0, 0.0, 0.0), cable__damping={"ratio": 0.01}, wind__mean=False,
+                 wind__direction=np.pi / 2, wind__turbulence_intensity=[0.0, 0.0, 0.2])  # fmt: skip
+    text["cables"]["east"]["from"] = [0.0, 30.0, 0.0]
+    text["wind"]["direction"] = np.pi / 4
+    movement = gusts_of(text, 40)
+    speed, kappa = 25.0, kappa_length / 30.0
+    frequency = np.array([kappa * speed / 10.0])
+    rows = np.concatenate([strip.shapes[:, 2] for strip in movement.gusts.strips])
+    along = [np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0 for strip in movement.gusts.strips]
+    wanted, *_ = np.linalg.lstsq(rows, np.sin(np.pi / 2 * np.concatenate(along)), rcond=None)
+    found = movement.gusts.variance_spectra(frequency, wanted[None, :, None].astype(complex))[0, 0]
+    # force per length and vertical speed: half of rho C d times the speed across the cable
+    drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed * np.sin(np.pi / 4) / 2
+    spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    edges = np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 40)])  # of the distance from the body
+    far = ((edges[1:] + edges[:-1]) / 2)[:, None] + (np.diff(edges) / 2)[:, None] * nodes
+    far, share = far.ravel(), (np.diff(edges)[:, None] / 2 * weights).ravel()
+    wave = np.cos(np.pi / 2 * far) * share * 30.0
+    between = wave @ np.exp(-kappa * 30.0 * np.hypot(far[:, None], far)) @ wave
+    # with itself: 2 int int over s > t, inner integral of cos(b t) exp(-k (s - t)) in closed form
+    b, k = np.pi / 2, kappa * 30.0
+    inner = (k * np.cos(b * far) + b * np.sin(b * far) - k * np.exp(-k * far)) / (k**2 + b**2)
+    own = 2 * 30.0 * wave @ inner
+    assert found == pytest.approx(drag**2 * spectrum * (2 * own + 2 * between), rel=2e-4)
+    assert between > 2e-3 * own
+
+
+def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
+    """Six cables that meet at a gondola: 64 modes, with 17 nodes a cable, and 160 with 33."""
+    scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", suspensions=True)[1]
+    in_wind = SuspensionCase(scene).in_wind
+    found = [response.Response(in_wind.movement_of(count), scene).variances for count in (64, 160)]
+    rows = [found[0].rows[f"gondola.{axis}"] for axis in "xyz"]
+    assert found[0].value[:, rows] == pytest.approx(found[1].value[:, rows], rel=1e-5)
 
 
 def first_shapes(movement):

@@ -10,9 +10,12 @@ alone. A wheel of inertia J turns freely about its axis, so the body has J less 
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.pose_equations import equations
+from cablestudy.control.residues import eigen, residues
 from cablestudy.control.second_order import SecondOrderSystem, polynomial
 from cablestudy.system.damping import ritz
 from cablestudy.system.rigid import cross_matrix
@@ -120,6 +123,19 @@ class Motion:
         for one in self.feedback:
             value = value - one.gain(s) * np.outer(one.acts, one.measured)
         return value
+
+    @cached_property
+    def eigen(self):
+        """`Eigen` of the equations of first order, winches at rest."""
+        return eigen(equations(self).fixed)
+
+    @cached_property
+    def compliance(self):
+        """Coordinates by forces on them, winches at rest: `Residues`."""
+        found, inverse = equations(self), np.linalg.inv(self.mass)
+        forced = np.zeros((found.places.shape[1], len(self)))
+        forced[len(self) : 2 * len(self)] = inverse
+        return residues(self.eigen, forced, found.places, np.zeros_like(inverse))
 
     def pulled(self, s):
         """Forces on the coordinates per length that winches reel in, shape (f, m, i)."""

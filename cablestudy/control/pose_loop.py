@@ -16,6 +16,7 @@ import numpy as np
 
 from cablestudy.control.motion import Motion
 from cablestudy.control.pose_equations import DEPENDENT, equations
+from cablestudy.control.residues import eigen
 from cablestudy.errors import NoSolutionError
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
@@ -113,25 +114,34 @@ class PoseLoop:
         ones = np.ones(len(s), dtype=complex)
         return np.stack([ones if notch is None else notch(s) for notch in self.notches], axis=1)
 
-    def winch_gain(self, s):
-        """v per measured coordinate, -gain/s A N(s), shape (f, i, k)."""
-        return -(self.gain / s)[:, None, None] * (self.allocation.shares * self.filters(s)[:, None, :])
-
     def winch_response(self, s):
-        """v per coordinate, shape (f, i, m)."""
-        if not self.gain:
-            return np.zeros((len(s), self.motion.driven[0].shape[1], len(self.motion)))
-        return self.winch_gain(s) @ self.allocation.measured
+        """v per coordinate, -gain/s A N(s) times what is measured of it, shape (f, i, m)."""
+        filtered = self.filters(s)[:, :, None] * self.allocation.measured
+        return -(self.gain / s)[:, None, None] * (self.allocation.shares @ filtered)
 
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates with the loop closed, shape (f, m, m)."""
         return self.motion.dynamic_stiffness(s) - self.motion.pulled(s) @ self.winch_response(s)
 
+    @cached_property
+    def _unit_residues(self):
+        """Of measured coordinates by their filtered errors, the winches moving at the rates 1, s and s^2 of these.
+
+        Returns
+        -------
+        ndarray, shape (3, N, k k)
+        """
+        compliance, (k, _) = self.motion.compliance, self.allocation.measured.shape
+        seen = (self.allocation.measured @ compliance.shown).T
+        pulled = [compliance.given @ part @ self.allocation.shares for part in self.motion.driven]
+        return np.stack([(seen[:, :, None] * part[:, None, :]).reshape(-1, k * k) for part in pulled])
+
+    @np.errstate(divide="ignore", invalid="ignore")  # at a pole it is infinite
     def unit_gain(self, s):
         """L over the gain at the measured coordinates, shape (f, k, k)."""
-        moved = np.linalg.solve(self.motion.dynamic_stiffness(s), self.motion.pulled(s))
-        response = self.allocation.measured @ moved @ self.allocation.shares
-        return response * (self.filters(s) / s[:, None])[:, None, :]
+        fractions = 1 / (s[:, None] - self.motion.eigen.poles)
+        response = sum(s[:, None] ** order * (fractions @ part) for order, part in enumerate(self._unit_residues))
+        return response.reshape(len(s), *[len(self.notches)] * 2) * (self.filters(s) / s[:, None])[:, None, :]
 
     def sensitivity(self, s):
         """(I + L)^-1 at the measured coordinates, shape (f, k, k)."""
@@ -144,15 +154,22 @@ class PoseLoop:
         return found.fixed, found.scaled
 
     @cached_property
+    def eigen(self):
+        """`Eigen` of the closed loop."""
+        if self.allocation is None:
+            return self.motion.eigen
+        fixed, scaled = self.matrices
+        return eigen(fixed + self.gain * scaled.sum(axis=0))
+
+    @property
     def poles(self):
         """Eigenvalues of the closed loop. [rad/s]"""
-        fixed, scaled = self.matrices
-        return np.linalg.eigvals(fixed + self.gain * scaled.sum(axis=0))
+        return self.eigen.poles
 
-    @cached_property
+    @property
     def open_poles(self):
-        """The same with the winches at rest. [rad/s]"""
-        return np.linalg.eigvals(self.matrices[0])
+        """Those of the motion with the winches at rest. [rad/s]"""
+        return self.motion.eigen.poles
 
     @property
     def growing(self):

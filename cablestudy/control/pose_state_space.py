@@ -64,11 +64,39 @@ def state_space(motion, forces, labels, loop=None, actuators=()):
     NoSolutionError
         Entries overflow.
     """
+    found, whole, winches, shown = _rows(motion, forces, loop, actuators)
+    if loop:
+        shown = np.insert(shown, len(motion.moved[0]), winches, axis=0)
+    size = len(whole)
+    inputs = (whole.shape[1] - size) // 3
+    states = _states(labels, loop, actuators, found.winches.shape[1])
+    a, *given = np.split(whole, [size, size + inputs, size + 2 * inputs], axis=1)
+    c, *direct = np.split(shown, [size, size + inputs, size + 2 * inputs], axis=1)
+    first = given[1] + a @ given[2]
+    derivatives = direct[1] + c @ given[2], direct[2]
+    return StateSpace(
+        a, given[0] + a @ first, c, direct[0] + c @ first, states, *names(labels, bool(loop), actuators), derivatives
+    )
+
+
+def by_forces(motion, forces, loop=None, actuators=()):
+    """B, C and D with the forces as the only inputs, and without the lengths of the winches among the outputs.
+
+    Arguments are those of `state_space`. A is that of `PoseLoop.eigen`, or of `Motion.eigen` without a loop.
+    """
+    _, whole, _, shown = _rows(motion, forces, loop, actuators)
+    size = len(whole)
+    end = size + (whole.shape[1] - size) // 3
+    inputs = slice(end - forces.shape[1], end)
+    return whole[:, inputs], shown[:, :size], shown[:, inputs]
+
+
+def _rows(motion, forces, loop, actuators):
+    """`Equations`, and as rows over x, u, u', u'': x', lengths of winches, outputs of motion and actuators."""
     found = equations(motion, loop and loop.allocation, loop.notches if loop else (), forces)
     whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
     m, size = len(motion), len(whole)
     inputs = (whole.shape[1] - size) // 3
-    states = _states(labels, loop, actuators, found.winches.shape[1])
 
     def derivative(row):
         """Of rows over x, u, u', u'' that have no part of u''."""
@@ -88,18 +116,12 @@ def state_space(motion, forces, labels, loop=None, actuators=()):
     moving = found.places, found.speeds, whole[m : 2 * m]
     shown = sum(part @ rows for part, rows in zip(motion.moved, moving, strict=True))
     shown += sum(part @ rows for part, rows in zip(motion.follow, reeled, strict=True))
-    outputs = [shown, winches] if loop else [shown]
-    strokes = iter(found.places[motion.shapes.shape[1] :])
+    outputs = [shown]
+    strokes = iter(found.places[m - sum(not one.wheel for one in actuators) :])
     for one, (moved, speed) in zip(actuators, found.feedback, strict=True):
         force = one.velocity_gain * speed + one.position_gain * moved
         outputs.append([one.velocity_gain * moved, force] if one.wheel else [next(strokes), force])
-    a, *given = np.split(whole, [size, size + inputs, size + 2 * inputs], axis=1)
-    c, *direct = np.split(np.concatenate(outputs), [size, size + inputs, size + 2 * inputs], axis=1)
-    first = given[1] + a @ given[2]
-    derivatives = direct[1] + c @ given[2], direct[2]
-    return StateSpace(
-        a, given[0] + a @ first, c, direct[0] + c @ first, states, *names(labels, bool(loop), actuators), derivatives
-    )
+    return found, whole, winches, np.concatenate(outputs)
 
 
 def names(labels, closed, actuators=()):

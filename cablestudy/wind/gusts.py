@@ -8,16 +8,19 @@ speed, by the admittance of each body, and by kappa = C f/U: it is computed for 
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 
 from cablestudy.system.rigid import cross_matrix, size
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
+from cablestudy.wind.variance import Noise
 
 PER_DECADE, DEGREE = 8, 5  # kappa at which the covariance is computed, and of the spline: 6e-6 of a variance
 COHERENT = 1e-7  # kappa times the size of the suspension that is taken for zero
-NEARLY_COHERENT, INCOHERENT = 1e-4, 1e4  # kappa times the size of the suspension where its limits are reached
+NEARLY_COHERENT, INCOHERENT = 1e-3, 1e4  # kappa times the size of the suspension where its limits are reached
+ROUNDING = 1e-6  # of a boundary of panels in numbers of panels
 
 
 @dataclass(frozen=True)
@@ -60,23 +63,57 @@ class Gusts:
         -------
         ndarray, shape (f, o)
         """
-        wind = self.wind
-        speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
-        pushed = (self.directions @ self.forces).reshape(3 * len(self.areas), response.shape[1])
-        shares = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
-        shares = np.repeat(np.reshape(shares, (len(self.areas), len(frequency))), 3, axis=0).T
-        response = np.concatenate([response, shares[..., None] * (pushed @ response)], axis=1)
-        covariance = self._covariance(wind.coherence_decay * frequency / wind.speed)
+        speed, shares = self._functions(frequency)
+        response = np.swapaxes(self.into, -1, -2) @ response
+        for part, share in zip(self.parts, shares, strict=True):
+            response[:, part] *= share[:, None, None]
+        covariance = self._covariance(self.wind.coherence_decay * frequency / self.wind.speed)
         parts = response.real, response.imag
         return speed[:, None] * sum(((covariance @ part) * part).sum(axis=1) for part in parts)
 
+    @cached_property
+    def into(self):
+        """Forces on the coordinates by the forces of the cables on each, and by the speeds at bodies, (m, m + 3 b)."""
+        count = self.forces.shape[-1]
+        return np.concatenate([np.eye(count), (self.directions @ self.forces).reshape(-1, count).T], axis=1)
+
+    @property
+    def parts(self):
+        """Those of the cables among these inputs, then the three of each body: list of slice."""
+        count = self.forces.shape[-1]
+        return [slice(count), *(slice(count + 3 * k, count + 3 * k + 3) for k in range(len(self.areas)))]
+
+    def noise(self, frequency):
+        """Forces of the cables on the coordinates and speeds at the bodies as `Noise`, at frequencies [Hz]."""
+        speed, shares = self._functions(frequency)
+        cables, bodies = self._shares(self.wind.coherence_decay * frequency / self.wind.speed)
+        functions = [
+            [speed * one * other * (bodies if row and column else cables) for column, other in enumerate(shares)]
+            for row, one in enumerate(shares)
+        ]
+        return Noise(self._known[1], self.parts, functions)
+
+    def edges(self, low, high):
+        """Boundaries between frequencies at which `noise` is smooth, from low to high, ascending. [Hz]"""
+        known, decay = self._known[0], self.wind.coherence_decay
+        anchor = low if known is None else known[0] * self.wind.speed / decay
+        first, last = (PER_DECADE * np.log10(np.array([low, high]) / anchor)).tolist()
+        inner = anchor * 10 ** (np.arange(ceil(first + ROUNDING), ceil(last - ROUNDING)) / PER_DECADE)
+        return np.concatenate([[low], inner, [high]])
+
     def own(self, frequency):
         """Spectrum of the force on each coordinate at a frequency of its own [Hz], shape (m,), without admittance."""
-        wind, count, bodies = self.wind, self.forces.shape[-1], 3 * len(self.areas)
+        wind = self.wind
         covariance = self._covariance(wind.coherence_decay * frequency / wind.speed)
-        onto = np.concatenate([np.eye(count), (self.directions @ self.forces).reshape(bodies, count)])
+        speed, _ = self._functions(frequency)
+        return speed * ((covariance @ self.into[:, :, None])[..., 0] * self.into).sum(axis=1)
+
+    def _functions(self, frequency):
+        """Spectrum of the speed over the variance of a component, and the root of the admittance of each part."""
+        wind = self.wind
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
-        return speed * ((covariance @ onto.T[:, :, None])[..., 0] * onto.T).sum(axis=1)
+        shares = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
+        return speed, [np.ones_like(frequency), *shares]
 
     def _covariance(self, kappa):
         """Covariance of the forces of the cables on the coordinates and of the components of speed at the bodies.
@@ -90,63 +127,87 @@ class Gusts:
         -------
         ndarray, shape (f, m + 3 b, m + 3 b)
         """
-        known, spline = self._computed
-        if spline is None:
-            return np.broadcast_to(known, (len(kappa), *known.shape))
-        low, high = known
-        place = np.log(np.maximum(kappa, 1e-300))
-        found = spline(np.clip(place, low, high))
-        if (place < low).any():  # nearly coherent: linear in kappa, d/d log kappa = kappa d/d kappa
-            found = found - np.maximum(-np.expm1(place - low), 0.0)[:, None, None] * spline(low, 1)
-        if (place > high).any():
-            # all that cables take part in falls with 1/kappa, and the speeds at the bodies remain as they are
-            of_bodies = np.arange(found.shape[-1]) >= self.forces.shape[-1]
-            falling = np.where(place > high, np.exp(high - place), 1.0)[:, None, None]
-            found = np.where(of_bodies[:, None] & of_bodies, found, falling * found)
+        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self.forces.shape[-1], None)
+        found = np.tensordot(cables, matrices, axes=(0, 0))
+        found[:, of_bodies, of_bodies] = np.tensordot(bodies, matrices[:, of_bodies, of_bodies], axes=(0, 0))
         return found
 
-    @cached_property
-    def _computed(self):
-        """Range of log kappa and spline of the covariance over it; a covariance and None where all is coherent."""
+    def _shares(self, kappa):
+        """Share of each known covariance in that for other kappa, of what cables take part in, and between bodies.
+
+        Parameters
+        ----------
+        kappa : ndarray, shape (f,)
+            [1/m]
+
+        Returns
+        -------
+        cables, bodies : ndarray, shape (k, f)
+        """
         from scipy.interpolate import make_interp_spline
 
+        known = self._known[0]
+        if known is None:
+            return (np.ones((1, len(kappa))),) * 2
+        known, place = np.log(known), np.log(np.maximum(kappa, 1e-300))
+        low, high = known[[0, -1]]
+        spline = make_interp_spline(known, np.eye(len(known)), k=DEGREE)
+        # nearly coherent: linear in kappa, d/d log kappa = kappa d/d kappa
+        bodies = spline(np.clip(place, low, high)) - np.maximum(-np.expm1(place - low), 0.0)[:, None] * spline(low, 1)
+        # all that cables take part in falls with 1/kappa at last, and the speeds at the bodies remain as they are
+        return (np.exp(np.minimum(high - place, 0.0))[:, None] * bodies).T, bodies.T
+
+    @cached_property
+    def _known(self):
+        """Some kappa, shape (k,), and `_covariance` for them; None and only one where all is coherent."""
         everywhere = np.concatenate([*(strip.places for strip in self.strips), self.places])
         across = size(np.ptp(everywhere, axis=0)) if len(everywhere) else 0.0
         if not (self.wind.coherence_decay and across):
-            return self._at(np.array([COHERENT / (across or 1.0)]))[0], None
+            return None, self._at(np.array([COHERENT / (across or 1.0)]))
         span = np.log10([NEARLY_COHERENT, INCOHERENT])
-        kappa = np.logspace(*span, 1 + int(PER_DECADE * np.ptp(span))) / across
-        place = np.log(kappa)
-        return place[[0, -1]], make_interp_spline(place, self._at(kappa), k=DEGREE)
+        kappa = np.logspace(*span, 1 + round(PER_DECADE * np.ptp(span))) / across
+        return kappa, self._at(kappa)
 
     def _at(self, kappa):
         """`_covariance` computed directly."""
-        count, bodies = self.forces.shape[-1], len(self.areas)
-        size_ = count + 3 * bodies
-        found = np.zeros((len(kappa), size_, size_))
-        apart = size(self.places[:, None] - self.places[None])
-        nodes = np.concatenate([strip.places for strip in self.strips]) if self.strips else np.zeros((0, 3))
-        owner = np.repeat(np.arange(len(self.strips)), [len(strip.lengths) for strip in self.strips])
-        between, towards = size(nodes[:, None] - nodes[None]), size(nodes[:, None] - self.places[None])
-        others = owner[:, None] != owner[None]
-        by_strip = [strip.forces for strip in self.strips]
-        for component, rms in enumerate(self.wind.turbulence):
-            if not rms:
-                continue
-            direction, variance = self.directions[component], rms * rms
-            own = [np.tensordot(direction, forces, axes=1) for forces in by_strip]
-            whole = np.concatenate(own) if own else np.zeros((0, count))
-            place = count + component + 3 * np.arange(bodies)
-            for strip, forces in zip(self.strips, own, strict=True):
-                found[:, :count, :count] += variance * strip.coherent(forces, kappa)
-            for number, value in enumerate(kappa.tolist()):
-                cables = np.where(others, np.exp(-value * between), 0.0)
-                found[number, :count, :count] += variance * (whole.T @ cables @ whole)
-                mixed = variance * (whole.T @ np.exp(-value * towards))
-                found[number, :count, place] += mixed.T
-                found[number, place, :count] += mixed.T
-                found[np.ix_([number], place, place)] += variance * np.exp(-value * apart)
+        count, rms = self.forces.shape[-1], np.array(self.wind.turbulence)
+        blown = np.flatnonzero(rms)
+        found = np.zeros((len(kappa), count + 3 * len(self.areas), count + 3 * len(self.areas)))
+        found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
+        decay = -kappa[:, None, None]
+        points = np.concatenate([strip.points for strip in self.strips] or [np.zeros((0, 3))])
+        pushes = np.concatenate([strip.pushes for strip in self.strips] or [np.zeros((3, 0, count))], axis=1)
+        towards = np.exp(decay * size(points[:, None] - self.places))
+        between = np.exp(decay * size(self.places[:, None] - self.places))
+        for component in blown.tolist():
+            place, variance = count + component + 3 * np.arange(len(self.areas)), rms[component] ** 2
+            mixed = variance * np.tensordot(self.directions[component], pushes, axes=1).T @ towards
+            found[:, :count, place] = mixed
+            found[:, place, :count] = np.swapaxes(mixed, -1, -2)
+            found[:, place[:, None], place] = variance * between
         return found
+
+    def _of_cables(self, kappa, components):
+        """Covariance of the forces of the cables on the coordinates, shape (f, m, m).
+
+        Parameters
+        ----------
+        kappa : ndarray, shape (f,)
+        components : ndarray, shape (c, 3)
+            Directions of the turbulence times its RMS.
+        """
+        count = self.forces.shape[-1]
+        own, between = np.zeros((2, len(kappa), count, count))
+        points, pushes = np.zeros((0, 3)), np.zeros((0, len(components), count))
+        for strip in self.strips:
+            own += strip.coherent(np.einsum("ck,kpm->pcm", components, strip.forces), kappa)
+            pushed = np.einsum("ck,kpm->pcm", components, strip.pushes)
+            # with the cables before it
+            coherence = np.exp(-kappa[:, None, None] * size(strip.points[:, None] - points))
+            moved = coherence @ pushes.reshape(len(points), len(components) * count)
+            between += pushed.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
+            points, pushes = np.concatenate([points, strip.points]), np.concatenate([pushes, pushed])
+        return own + between + np.swapaxes(between, -1, -2)
 
 
 def gusts(wind, drag, layout, shapes, strips, areas):

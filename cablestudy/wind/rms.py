@@ -14,7 +14,6 @@ from cablestudy.errors import ConvergenceError
 EPSILON = np.finfo(float).eps
 MAX_GENERATIONS = 40
 MAX_PANELS = 200_000
-NOTHING = 1e-10  # of the largest integral of all, by the scales of `integrate`
 # breakpoints at a resonance and beside it, in half-widths: so that a rule of 15 points cannot step over a flank
 OFFSETS = np.concatenate([[0.0, 1.0, 3.0, 9.0, 27.0, 81.0], 250 * 8.0 ** np.arange(12)])
 OFFSETS = np.concatenate([-OFFSETS[:0:-1], OFFSETS])
@@ -100,7 +99,7 @@ def breakpoints(low, high, resonances=(), half_widths=(), marks=(), anchor=None)
     return kept
 
 
-def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=None):
+def integrate(function, edges, tolerance=1e-6):
     """Integral over frequency of one or several non-negative spectra.
 
     Parameters
@@ -111,13 +110,6 @@ def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=Non
         Panel boundaries, ascending. [Hz]
     tolerance : float
         Relative, for each integral.
-    groups : ndarray of int, shape (r,), optional
-        Integrals with the same number have the tolerance of the largest of them.
-    scale : ndarray, shape (r,), optional
-        Factors that make integrals comparable: what is below NOTHING of the largest of all needs no accuracy.
-    most : int, optional
-        Panels, MAX_PANELS by default. Where more would be needed, or rounding leaves more than the tolerance, the
-        result says so by its errors; without groups that is refused.
 
     Returns
     -------
@@ -128,29 +120,27 @@ def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=Non
     ConvergenceError
         The tolerance was not reached, or a value is not finite.
     """
-    edges, most = np.log(edges), MAX_PANELS if most is None else most
+    edges = np.log(edges)
     low, high = edges[:-1], edges[1:]
     value, error, noise = _panels(function, low, high)
     evaluations = len(low) * len(NODES)
     for _ in range(MAX_GENERATIONS):
         total = value.sum(axis=1)
-        allowed = tolerance * _largest_of(total, groups, scale)
+        allowed = tolerance * total
         missing = error.sum(axis=1) > allowed
         if not missing.any():
             break
         # a panel may have its share of the error by length, of a total that is no better known than the panels
         share = allowed[:, None] * (high - low) / (edges[-1] - edges[0])
         # halving a panel does not help below
-        least = np.maximum(noise, 1e-15 * _largest_of(total, groups, scale)[:, None])
+        least = np.maximum(noise, 1e-15 * total[:, None])
         poor = (error > np.maximum(share, least))[missing].any(axis=0)
         if not poor.any():
             break
         middle, good = (low[poor] + high[poor]) / 2, ~poor
         new_low, new_high = np.concatenate([low[poor], middle]), np.concatenate([middle, high[poor]])
-        if len(new_low) + np.count_nonzero(good) > most:
-            if groups is not None:
-                break
-            raise ConvergenceError(f"response spectrum: more than {most} panels")
+        if len(new_low) + np.count_nonzero(good) > MAX_PANELS:
+            raise ConvergenceError(f"response spectrum: more than {MAX_PANELS} panels")
         new = _panels(function, new_low, new_high)
         evaluations += len(new_low) * len(NODES)
         order = np.argsort(np.concatenate([low[good], new_low]))
@@ -162,21 +152,11 @@ def integrate(function, edges, tolerance=1e-6, groups=None, scale=None, most=Non
     else:
         raise ConvergenceError("response spectrum: the integral does not settle")
     error = (error + noise).sum(axis=1)
-    whole = _largest_of(total, groups, scale)
-    if groups is None and (error > tolerance * whole).any():
-        reached = np.max(error[whole > 0] / whole[whole > 0])
+    if (error > tolerance * total).any():
+        reached = np.max(error[total > 0] / total[total > 0])
         raise ConvergenceError(f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} was wanted")
     boundaries = np.exp(np.concatenate([low, edges[-1:]]))
     return Integral(value=total, error=error, evaluations=evaluations, edges=boundaries, panels=value.T)
-
-
-def _largest_of(values, groups, scale):
-    """The largest value of the group of each, and at least what of the largest of all is rounding, shape (r,)."""
-    if groups is None:
-        return values
-    largest = np.zeros(groups.max() + 1)
-    np.maximum.at(largest, groups, values)
-    return np.maximum(largest[groups], NOTHING * (values * scale).max() / scale)
 
 
 def _panels(function, low, high):

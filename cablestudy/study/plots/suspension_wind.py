@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, plain, styled
+from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, AT_ONCE, CLOSED, Response
 
@@ -133,16 +134,18 @@ def _states(case, response, names, place, frequency):
         return [State(label, *look, *part) for label, look, part in zip(labels, looks, found, strict=True)][::-1]
     both = "loop and actuators" if response.loop else "with actuators"
     states = [State(both, RED, "-", *_of(response, names, place, frequency)[CLOSED])]
-    alone = Movement(
-        movement.scene.model_copy(update={"actuators": {}}),
+    bare = movement.scene.model_copy(update={"actuators": {}})
+    linear = LinearMotion(
+        bare,
         movement.equilibrium,
         movement.drag,
         len(movement.modes),
         movement.scene.model.accuracy or ACCURACY,
         case.model,
     )
+    alone = Movement(bare, linear)
     if alone.stable:
-        found = _of(Response(alone), names, place, frequency)
+        found = _of(Response(alone, bare), names, place, frequency)
         looks = (("loop, no actuators", "#000000", "--"), ("winches at rest, no actuators", GREY, ":"))
         if len(found) == 1:
             looks = (("without actuators", GREY, "--"),)

@@ -10,7 +10,7 @@ from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
-from cablestudy.study.suspension.movement import drag_of
+from cablestudy.study.suspension.linear_motion import drag_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
@@ -23,6 +23,7 @@ from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import equilibrium_in_wind
 
+IN_MOTION = {"winches": {}, "actuators": {}, "control": None, "exposure": None, "correction": None}  # not on statics
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
 HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero but for rounding
 MOST_MODES = 400  # that are searched for the K-th mode of a body
@@ -119,6 +120,7 @@ class Group:
     def __init__(self, scenes):
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
         self._scenes, self._modes = scenes, {}
+        self.known = [{} for _ in scenes]  # linear models of each, see `InWind`
         if scenes[0].solve_for == "lengths":
             self.equilibrium, self.problems = lengths.solve(numbers, **distribution_of(scenes))
         else:
@@ -270,14 +272,15 @@ class SuspensionCase:
         NoSolutionError, ConvergenceError
             There is no stable equilibrium, or none in the mean wind.
         """
-        found, drag = self.group.windy
+        (found, drag), known = self.group.windy, self.group.known[self.place]
         if drag is None:
-            return InWind(self.scene, self.equilibrium, self.equilibrium, None, self.model)
+            return InWind(self.scene, self.equilibrium, self.equilibrium, None, self.model, known)
         if not found.record.converged[self.place]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(_one(found, self.place))}")
         if reason := found.stability.reason(self.place):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        return InWind(self.scene, self.equilibrium, _one(found, self.place), drag.take(self.place), self.model)
+        windy = _one(found, self.place)
+        return InWind(self.scene, self.equilibrium, windy, drag.take(self.place), self.model, known)
 
     @property
     def moves(self):
@@ -467,10 +470,14 @@ def cases_of(scenes):
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():
-        alike = [scenes[place] for place in places]
-        for number, (place, group) in enumerate(zip(places, _solved(alike), strict=True)):
+        different = {}  # those that differ at rest
+        for place in places:
+            different.setdefault(repr(scenes[place].model_copy(update=IN_MOTION)), []).append(place)
+        solved = _solved([scenes[equal[0]] for equal in different.values()])
+        for number, (equal, group) in enumerate(zip(different.values(), solved, strict=True)):
             alone = isinstance(group, Group) and len(group.problems) == 1
-            cases[place] = SuspensionCase(scenes[place], group, 0 if alone else number)
+            for place in equal:
+                cases[place] = SuspensionCase(scenes[place], group, 0 if alone else number)
     return cases
 
 

@@ -11,12 +11,14 @@ its eigenvalues count. The modes with the least such gains are taken into the mo
 of the closed loop then decide.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.control.pose_margins import gain_beside
 from cablestudy.control.suspension import winch_forces
-from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.study.suspension.movement import Movement
+from cablestudy.system.coupled_modes import CoupledModes
 from cablestudy.wind.strips import strips
 
 BAND = 3.0  # frequencies that are looked at, over the highest of notch, roll-off and gain
@@ -42,58 +44,84 @@ def with_driven_modes(movement):
     corners = [max(notch.omega, notch.rolloff_omega) for notch in movement.notches if notch is not None]
     highest = BAND * max([*corners, loop.gain])
     cables = movement.modes.solution.models.cables
-    count = int(2 * highest / np.pi * cables.travel_time[cables.heavy].sum()) + movement.free_count
+    count = int(2 * highest / np.pi * cables.travel_time[cables.heavy].sum()) + len(movement.layout.free)
     if movement.modes.solution.omega[-1] >= highest or count <= lowest:
         return movement
-    wide = coupled_modes(movement.equilibrium, min(count, MOST), movement.accuracy, cables.damping, movement.model)
-    gains = _gains(movement, wide)
+    linear, count = movement.linear, min(count, MOST)
+    if count not in linear.candidates:
+        linear.candidates[count] = _candidates(linear, count)
+    found = linear.candidates[count]
+    gains = _gains(movement, found)
     limit = max(loop.gain, movement.largest_gain or 0.0)
     order = np.argsort(gains)
     risky = [mode for mode in order[:TAKEN].tolist() if mode >= lowest and gains[mode] < RISK * limit]
     if not risky:
         return movement
-    return movement.with_modes(_some(wide, np.array([*range(lowest), *sorted(risky)])))
+    return Movement(movement.scene, linear.with_modes(found.modes, [*range(lowest), *sorted(risky)], len(risky)))
 
 
-def _some(modes, chosen):
-    """Some of the modes of a `CoupledModes`."""
-    solution = modes.solution
-    solution = replace(
-        solution, omega=solution.omega[chosen], shapes=solution.shapes[:, chosen], omitted=solution.omitted[:, chosen]
-    )
-    return replace(
-        modes,
-        frequency=modes.frequency[chosen],
-        error=modes.error[chosen],
-        coincident=(),
-        shapes=modes.shapes[:, chosen],
-        solution=solution,
-        finer=None,
-    )
+@dataclass(frozen=True)
+class Candidates:
+    """Modes that are looked at.
+
+    Attributes
+    ----------
+    modes : CoupledModes
+    driven : tuple of 3 ndarray, shape (k, i)
+        Force on each mode per length that each winch reels in, its first and its second derivative.
+    lost : ndarray, shape (k,)
+        Damping force of each mode per velocity. [1/s]
+    """
+
+    modes: CoupledModes
+    driven: tuple
+    lost: np.ndarray
 
 
-def _gains(movement, modes):
-    """Gain from which each mode alone would grow, infinite where none does, shape (k,). [rad/s]"""
-    layout, omega, shapes = movement.layout, modes.solution.omega, modes.shapes
-    zeroth, first, second = winch_forces(layout, modes.solution.kept, movement.winches)
-    s = 1j * omega
-    pulled = shapes.T @ zeroth + s[:, None] * (shapes.T @ first) + s[:, None] ** 2 * (shapes.T @ second)
-    measured = movement.measured_of(shapes)
-    shares = movement.allocation.shares[None] * movement.loop.filters(s)[:, None, :]
-    made = shares @ measured.T[..., None]  # of the winches by each mode
-    driven = np.zeros(len(omega))
-    for begin, end in _clusters(omega):
-        own = slice(begin, end)
-        driven[own] = np.linalg.eigvals(pulled[own] @ made[own, :, 0].T).real.max()
+def _candidates(linear, count):
+    modes, layout = linear.lowest(count), linear.layout
+    omega, shapes = modes.solution.omega, modes.shapes
+    driven = tuple(shapes.T @ part for part in winch_forces(layout, modes.solution.kept, linear.winches))
     system = modes.system
     lost = (shapes * (system.damping @ shapes)).sum(axis=0)
     lost = lost + (shapes * (system.stiffness.imag @ shapes)).sum(axis=0) / omega
-    if movement.drag is not None and movement.scene.wind.aerodynamic_damping:
-        for strip in strips(modes.solution, layout, shapes, movement.drag):
-            lost = lost + np.einsum("pik,pij,pjk,p->k", strip.shapes, strip.drag, strip.shapes, strip.lengths)
+    if linear.drag is not None and linear.scene.wind.aerodynamic_damping:
+        for strip in strips(modes.solution, layout, shapes, linear.drag):
+            lost = lost + (np.moveaxis(strip.forces, 0, 1) * strip.shapes).sum(axis=(0, 1))
     for begin, end in _clusters(omega):
         lost[begin:end] = lost[begin:end].min()
-    return np.where(driven > 0, lost * omega**2 / np.where(driven > 0, driven, 1.0), np.inf)
+    return Candidates(modes, driven, lost)
+
+
+def gain_error(movement):
+    """Estimated relative error of the largest gain; not a number where it is not known. [-]
+
+    By leaving out the highest of the lowest modes; where modes above them decide, by taking in all that were looked at.
+    """
+    limit, linear = movement.limit, movement.linear
+    if movement.loop is None or limit is None:
+        return np.nan
+    other = movement.fewer_loop
+    if linear.driven:
+        wide = linear.candidates[max(linear.candidates)].modes
+        other = Movement(movement.scene, linear.with_modes(wide, range(len(wide)), 0)).loop
+    found = gain_beside(other, limit)
+    return np.nan if found is None else abs(found / limit.factor - 1)
+
+
+def _gains(movement, candidates):
+    """Gain from which each mode alone would grow, infinite where none does, shape (k,). [rad/s]"""
+    omega = candidates.modes.solution.omega
+    s = 1j * omega[:, None]
+    pulled = sum(s**order * part for order, part in enumerate(candidates.driven))
+    measured = movement.measured_of(candidates.modes.shapes)
+    shares = movement.allocation.shares[None] * movement.loop.filters(1j * omega)[:, None, :]
+    made = (shares @ measured.T[..., None])[..., 0]  # of the winches by each mode
+    driven = np.zeros(len(omega))
+    for begin, end in _clusters(omega):
+        own = slice(begin, end)
+        driven[own] = np.linalg.eigvals(pulled[own] @ made[own].T).real.max()
+    return np.where(driven > 0, candidates.lost * omega**2 / np.where(driven > 0, driven, 1.0), np.inf)
 
 
 def _clusters(omega):

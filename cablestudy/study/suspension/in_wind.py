@@ -4,9 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.pose_margins import largest_gain
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.suspension.driven_modes import with_driven_modes
+from cablestudy.study.suspension.driven_modes import gain_error, with_driven_modes
+from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
 
@@ -26,10 +26,13 @@ class InWind:
         In the mean wind.
     drag : Drag or None
     model : FixedModel or None
+    known : dict
+        What cases of this equilibrium share: it is filled.
     """
 
-    def __init__(self, scene, calm, equilibrium, drag, model):
+    def __init__(self, scene, calm, equilibrium, drag, model, known):
         self.scene, self._calm, self._equilibrium, self._drag, self._model = scene, calm, equilibrium, drag, model
+        self._known = known
         self._accuracy = scene.model.accuracy or ACCURACY
 
     def movement_of(self, count):
@@ -40,7 +43,14 @@ class InWind:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        return Movement(self.scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
+        scene = self.scene
+        linear = count, repr((scene.winches, scene.actuators))
+        if linear not in self._known:
+            self._known[linear] = LinearMotion(scene, self._equilibrium, self._drag, count, self._accuracy, self._model)
+        moving = *linear, repr(scene.control)
+        if moving not in self._known:
+            self._known[moving] = Movement(scene, self._known[linear])
+        return self._known[moving]
 
     @cached_property
     def _outcome(self):
@@ -54,14 +64,17 @@ class InWind:
         """Movement with as many modes as needed, and its response to the wind; raises as `response`."""
         for count in COUNTS:
             movement = self.movement_of(count)
-            response = Response(movement) if self._drag is not None else None
+            response = Response(movement, self.scene) if self._drag is not None else None
             if response is None or len(movement.modes) < count:
                 break
             if movement.stable and response.moving_error <= 2 * self._accuracy:
                 break
-        wider = with_driven_modes(movement) if movement.loop is not None and self._model is None else movement
-        if wider is not movement:
-            movement, response = wider, Response(wider) if self._drag is not None else None
+        if movement.loop is not None and self._model is None:
+            if movement not in self._known:
+                self._known[movement] = with_driven_modes(movement)
+            wider = self._known[movement]
+            response = response and (response if wider is movement else Response(wider, self.scene))
+            movement = wider
         movement.check_stable()
         return movement, response
 
@@ -92,19 +105,10 @@ class InWind:
         """
         return self._found[1]
 
-    @staticmethod
-    def _gain_error(movement):
-        """Relative change of the largest gain by the highest coordinates; not a number where there is no limit. [-]"""
-        loop = movement.loop
-        if loop is None or movement.largest_gain is None:
-            return np.nan
-        fewer = largest_gain(loop.within(movement.fewer), movement.largest_gain)
-        return np.nan if fewer is None else abs(fewer / movement.largest_gain - 1)
-
     @cached_property
     def loop_error(self):
         """Estimated relative error of the numbers of the loop. [-]"""
-        return self._gain_error(self.movement) if self._model is None else np.nan
+        return gain_error(self.movement) if self._model is None else np.nan
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.

@@ -1,193 +1,68 @@
-"""One suspension in the mean wind as a linear model: coordinates, actuators, gusts, and the loop of its winches."""
+"""One suspension in the mean wind with the loop of its winches."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.plant import Notch
-from cablestudy.control.pose_loop import PoseLoop, allocate, moved_by_winches
+from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.control.pose_margins import largest_gain, sensitivity_peak, single_limits
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.scene.suspension_tables import MOTIONS
-from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import coupled_modes
-from cablestudy.wind.gusts import gusts
-from cablestudy.wind.mean import Drag
-from cablestudy.wind.strips import strips
 
 TURN = 2 * np.pi
-FEWEST = 40  # modes of the linear model at first
-FEWER = 0.7  # of the modes, with which the error by those left out is estimated
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
-DEPENDENT = 1e-10  # size of a static response over the largest, below which it is rounding
-
-
-def drag_of(scenes, body_names, cable_names):
-    """`Drag` of scenes of equal names, with a leading axis of cases.
-
-    Parameters
-    ----------
-    scenes : sequence of SuspensionScene
-        With wind.
-    body_names, cable_names : sequence of str
-        Bodies and junctions, and cables, in the order of the `Suspension`.
-    """
-    winds = [scene.wind for scene in scenes]
-    angle = np.array([wind.direction for wind in winds])
-    speed = np.array([wind.speed for wind in winds])
-    level = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
-    bodies, centers = np.zeros((2, len(scenes), len(body_names), 3))
-    cables = np.zeros((len(scenes), len(cable_names)))
-    for case, scene in enumerate(scenes):
-        wind = scene.wind
-        if wind.on != "bodies":
-            diameters = [scene.cables[name].section_diameter for name in cable_names]
-            cables[case] = wind.cable_drag_coefficient * np.array(diameters)
-        for place, name in enumerate(body_names):
-            own = scene.bodies[name].wind if name in scene.bodies else None
-            if own and wind.on != "cables":
-                bodies[case, place] = own.drag_coefficient * np.array(own.areas)
-                centers[case, place] = own.center_of_pressure
-    density = np.array([wind.air_density for wind in winds])
-    return Drag(speed[:, None] * level, density, cables, bodies, centers)
-
-
-def winches_of(scene, cable_names):
-    """The `Winch` of each cable that has one, in the order of the scene: list."""
-    place = {name: number for number, name in enumerate(cable_names)}
-    return [Winch(place[name], TO if winch.end == "to" else FROM) for name, winch in scene.winches.items()]
-
-
-def markers_of(scene):
-    """The `Marker` of each marker of each body: list."""
-    return [
-        Marker(name, number, place)
-        for number, body in enumerate(scene.bodies.values())
-        for name, place in body.markers.items()
-    ]
-
-
-def actuators_of(scene):
-    """The `Actuator` of each actuator: list."""
-    names, found = list(scene.bodies), []
-    for name, table in scene.actuators.items():
-        body = names.index(table.body) if table.body else 0
-        axis = np.array(table.axis) / np.sqrt(sum(part * part for part in table.axis))
-        corner = TURN * (table.high_pass or 0.0)
-        if isinstance(table, ReactionWheel):
-            gain = table.rate_gain
-            one = Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=gain, corner=corner)
-        else:
-            spring, gains = (TURN * table.frequency, table.damping_ratio), (table.velocity_gain, table.position_gain)
-            one = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
-        found.append(one)
-    return found
 
 
 class Movement:
-    """A suspension about its equilibrium in the mean wind.
+    """A suspension about its equilibrium in the mean wind, with its loop.
 
     Parameters
     ----------
     scene : SuspensionScene
-    equilibrium : Equilibrium
-        In the mean wind, of this case.
-    drag : Drag or None
-        Of this case; None without wind.
-    modes : int or CoupledModes
-        Coupled modes in the model, or how many.
-    accuracy : float
-        Relative, of their frequencies. [-]
-    model : FixedModel, optional
+    linear : LinearMotion
+        Of this scene, or of one that differs in the loop, the exposure or the correction.
     """
 
-    def __init__(self, scene, equilibrium, drag=None, modes=FEWEST, accuracy=1e-4, model=None):
-        self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
-        if isinstance(modes, int):
-            damping = [cable.damping for cable in scene.cables.values()]
-            modes = coupled_modes(equilibrium, modes, accuracy, damping, model).damped
-        self.modes = modes
-        self.layout = Layout(equilibrium)
-        suspension = equilibrium.suspension
-        self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
-        self.actuators = actuators_of(scene)
-
-    def with_modes(self, modes):
-        """The same with other modes, `CoupledModes`."""
-        return Movement(self.scene, self.equilibrium, self.drag, modes, self.accuracy, self.model)
+    def __init__(self, scene, linear):
+        self.scene, self.linear, self.modes = scene, linear, linear.modes
+        self.equilibrium, self.drag, self.layout = linear.equilibrium, linear.drag, linear.layout
+        self.winches, self.markers, self.actuators = linear.winches, linear.markers, linear.actuators
 
     @property
-    def free_count(self):
-        """How many displacements are free."""
-        return len(self.layout.free)
-
-    @cached_property
-    def outputs(self):
-        """Name of each output -> its row: displacements of bodies, markers, tensions."""
-        _, outputs = labels(self.layout, self.winches, self.markers)
-        return {name: row for row, (name, _unit) in enumerate(outputs)}
-
-    @cached_property
-    def _whole(self):
-        return second_order(self.layout, self.modes.solution.kept, self.winches, self.markers)
-
-    @cached_property
-    def _loads(self):
-        """Forces on the coordinates of the suspension by winches and by loads on bodies."""
-        winches, bodies = len(self.winches), 6 * self.equilibrium.suspension.bodies
-        of_bodies = winches + np.flatnonzero(self.layout.free < bodies)
-        return self._whole.driven[0][:, [*range(winches), *of_bodies.tolist()]]
-
-    @cached_property
-    def _basis(self):
-        """Frequencies and shapes of the coordinates: modes, and the static responses to the loads."""
-        return basis(self.modes, self._loads)
-
-    @cached_property
-    def fewer(self):
-        """A space of the coordinates with fewer modes, all static responses and all strokes, shape (m, r)."""
-        omega, shapes = self._basis
-        modes, strokes = int(FEWER * len(self.modes)), len(self.motion) - len(omega)
-        static = (shapes.T @ self._loads / omega[:, None] ** 2)[modes:]
-        left, size, _ = np.linalg.svd(static, full_matrices=False)
-        left = left[:, size > DEPENDENT * size.max(initial=0.0)]
-        space = np.zeros((len(self.motion), modes + left.shape[1] + strokes))
-        space[:modes, :modes] = np.eye(modes)
-        space[modes : len(omega), modes : modes + left.shape[1]] = left
-        space[len(omega) :, modes + left.shape[1] :] = np.eye(strokes)
-        return space
-
-    @cached_property
-    def _blown(self):
-        """`Gusts` and aerodynamic damping; None and 0 without wind."""
-        if self.drag is None:
-            return None, 0.0
-        _, shapes = self._basis
-        along = strips(self.modes.solution, self.layout, shapes, self.drag)
-        along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
-        own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ along_wind[:, None])[..., 0]
-        scene, names = self.scene, self.equilibrium.suspension.body_names
-        areas = np.zeros(len(names))
-        for place, name in enumerate(names):
-            table = scene.bodies[name].wind if name in scene.bodies else None
-            areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
-        found, damping = gusts(scene.wind, self.drag, self.layout, shapes, along, areas)
-        return found, damping if scene.wind.aerodynamic_damping else 0.0
+    def motion(self):
+        """`Motion`."""
+        return self.linear.motion
 
     @property
     def gusts(self):
         """`Gusts` on the coordinates."""
-        return self._blown[0]
+        return self.linear.gusts
+
+    @property
+    def outputs(self):
+        """Name of each output -> its row: displacements of bodies, markers, tensions."""
+        return self.linear.outputs
 
     @cached_property
-    def motion(self):
-        """`Motion`."""
-        omega, shapes = self._basis
-        winches = len(self.winches)
-        return motion(self.layout, self._whole, omega, shapes, winches, self.actuators, self._blown[1])
+    def fewer_loop(self):
+        """The `PoseLoop` in the space `LinearMotion.fewer`, or None."""
+        linear = self.linear
+        return self.loop and replace(self.loop.within(linear.fewer), motion=linear.fewer_motion)
+
+    @cached_property
+    def residues(self):
+        """`LinearMotion.residues` with the loop, where it does something, and with the winches at rest: list."""
+        open_, loop = self.linear.residues, self.loop
+        return [self.linear.residues_of(self.motion, loop), open_] if loop and loop.gain else [open_]
+
+    @cached_property
+    def fewer_residues(self):
+        """The same in the space `LinearMotion.fewer`."""
+        linear, loop = self.linear, self.fewer_loop
+        open_ = linear.fewer_residues
+        return [linear.residues_of(loop.motion, loop, linear.fewer), open_] if loop and loop.gain else [open_]
 
     # --------------------------------------------------------------------------------------------------- loop
 
@@ -310,9 +185,17 @@ class Movement:
         return PoseLoop(self.motion, self.allocation, given, self.notches)
 
     @cached_property
+    def limit(self):
+        """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
+        key = repr(self.scene.control.model_copy(update={"gain": None}))
+        if key not in self.linear.limits:
+            self.linear.limits[key] = largest_gain(self._given_loop)
+        return self.linear.limits[key]
+
+    @property
     def largest_gain(self):
         """Below it the loop is stable; None where it always is. [rad/s]"""
-        return largest_gain(self._given_loop)
+        return self.limit and self.limit.factor
 
     @cached_property
     def sensitivity_peak(self):
@@ -328,18 +211,12 @@ class Movement:
     def stable(self):
         """Whether no motion grows, with the winches at rest and with the loop."""
         loop = self.loop
-        if loop is None:
-            return self._at_rest.growing is None
-        return self._at_rest.growing is None and (not loop.gain or loop.growing is None)
-
-    @cached_property
-    def _at_rest(self):
-        return PoseLoop(self.motion, None, 0.0, ())
+        return growing(self.open_poles) is None and (loop is None or not loop.gain or loop.growing is None)
 
     @property
     def open_poles(self):
         """Eigenvalues with the winches at rest. [rad/s]"""
-        return self._at_rest.poles
+        return self.motion.eigen.poles
 
     def check_stable(self):
         """Refuse what grows.
@@ -349,10 +226,10 @@ class Movement:
         NoSolutionError
             With the motion that grows, and why.
         """
-        loop, open_loop = self.loop, self._at_rest
-        if (pole := open_loop.growing) is not None:
+        loop = self.loop
+        if (pole := growing(self.open_poles)) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
-            raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, open_loop)}")
+            raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
         if loop is not None and loop.gain and (pole := loop.growing) is not None:
             limit = self.largest_gain
             stable = f"; stable below {limit:.4g} rad/s" if limit else ""
@@ -364,9 +241,9 @@ class Movement:
             return "a motion above the modes of the model"
         return f"mode {place + 1} ({self.modes.moves[place]}, {self.modes.frequency[place]:.4g} Hz)"
 
-    def _named(self, pole, loop):
-        """The motion of a growing pole in words."""
-        dynamic = loop.dynamic_stiffness(np.array([pole]))[0]
+    def _named(self, pole, moving):
+        """The motion of a growing pole of a `Motion` or `PoseLoop` in words."""
+        dynamic = moving.dynamic_stiffness(np.array([pole]))[0]
         shape = np.linalg.svd(dynamic)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2
         place = int(np.argmax(energy))

@@ -10,7 +10,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.study.ssm import DEFAULT_MODES, fewest_modes
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.suspension.case import MOST_MODES, SuspensionCase
-from cablestudy.study.suspension.movement import markers_of, winches_of
+from cablestudy.study.suspension.linear_motion import markers_of, winches_of
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.report import mode_table as coupled_mode_table

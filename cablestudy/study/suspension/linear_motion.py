@@ -1,0 +1,263 @@
+"""One suspension in the mean wind as a linear model without its loop: coordinates, actuators, gusts.
+
+Scenes that differ in the loop of the winches, the exposure or the correction alone share it.
+"""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.control.motion import Actuator, basis, motion
+from cablestudy.control.pose_state_space import by_forces
+from cablestudy.control.residues import residues
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
+from cablestudy.scene.actuator_tables import ReactionWheel
+from cablestudy.system.coupled import Layout
+from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.wind.gusts import gusts
+from cablestudy.wind.mean import Drag
+from cablestudy.wind.strips import strips
+
+TURN = 2 * np.pi
+FEWER = 0.7  # of the modes, with which the error by those left out is estimated
+DEPENDENT = 1e-10  # size of a static response over the largest, below which it is rounding
+
+
+def drag_of(scenes, body_names, cable_names):
+    """`Drag` of scenes of equal names, with a leading axis of cases.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        With wind.
+    body_names, cable_names : sequence of str
+        Bodies and junctions, and cables, in the order of the `Suspension`.
+    """
+    winds = [scene.wind for scene in scenes]
+    angle = np.array([wind.direction for wind in winds])
+    speed = np.array([wind.speed for wind in winds])
+    level = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    bodies, centers = np.zeros((2, len(scenes), len(body_names), 3))
+    cables = np.zeros((len(scenes), len(cable_names)))
+    for case, scene in enumerate(scenes):
+        wind = scene.wind
+        if wind.on != "bodies":
+            diameters = [scene.cables[name].section_diameter for name in cable_names]
+            cables[case] = wind.cable_drag_coefficient * np.array(diameters)
+        for place, name in enumerate(body_names):
+            own = scene.bodies[name].wind if name in scene.bodies else None
+            if own and wind.on != "cables":
+                bodies[case, place] = own.drag_coefficient * np.array(own.areas)
+                centers[case, place] = own.center_of_pressure
+    density = np.array([wind.air_density for wind in winds])
+    return Drag(speed[:, None] * level, density, cables, bodies, centers)
+
+
+def winches_of(scene, cable_names):
+    """The `Winch` of each cable that has one, in the order of the scene: list."""
+    place = {name: number for number, name in enumerate(cable_names)}
+    return [Winch(place[name], TO if winch.end == "to" else FROM) for name, winch in scene.winches.items()]
+
+
+def markers_of(scene):
+    """The `Marker` of each marker of each body: list."""
+    return [
+        Marker(name, number, place)
+        for number, body in enumerate(scene.bodies.values())
+        for name, place in body.markers.items()
+    ]
+
+
+def actuators_of(scene):
+    """The `Actuator` of each actuator: list."""
+    names, found = list(scene.bodies), []
+    for name, table in scene.actuators.items():
+        body = names.index(table.body) if table.body else 0
+        axis = np.array(table.axis) / np.sqrt(sum(part * part for part in table.axis))
+        corner = TURN * (table.high_pass or 0.0)
+        if isinstance(table, ReactionWheel):
+            gain = table.rate_gain
+            one = Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=gain, corner=corner)
+        else:
+            spring, gains = (TURN * table.frequency, table.damping_ratio), (table.velocity_gain, table.position_gain)
+            one = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
+        found.append(one)
+    return found
+
+
+def modes_among(modes, chosen):
+    """Some of the modes of a `CoupledModes`, by their numbers from 0."""
+    solution = modes.solution
+    solution = replace(
+        solution, omega=solution.omega[chosen], shapes=solution.shapes[:, chosen], omitted=solution.omitted[:, chosen]
+    )
+    return replace(
+        modes,
+        frequency=modes.frequency[chosen],
+        error=modes.error[chosen],
+        coincident=(),
+        shapes=modes.shapes[:, chosen],
+        solution=solution,
+        finer=None,
+    )
+
+
+class LinearMotion:
+    """A suspension about its equilibrium in the mean wind, without loop.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    equilibrium : Equilibrium
+        In the mean wind, of this case.
+    drag : Drag or None
+        Of this case; None without wind.
+    modes : int or CoupledModes
+        Coupled modes in the model, or how many.
+    accuracy : float
+        Relative, of their frequencies. [-]
+    model : FixedModel, optional
+    driven : int
+        How many of the modes, the last ones, are there because the loop could drive them.
+    """
+
+    def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0):
+        self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
+        self._damping = [cable.damping for cable in scene.cables.values()]
+        self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
+        self.driven = driven
+        self.layout = Layout(equilibrium)
+        suspension = equilibrium.suspension
+        self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
+        self.actuators = actuators_of(scene)
+        self.limits, self.candidates, self._extended = {}, {}, {}  # by loop, by number, by modes
+
+    def lowest(self, count):
+        """The lowest `CoupledModes`; raises as `coupled_modes`."""
+        return coupled_modes(self.equilibrium, count, self.accuracy, self._damping, self.model)
+
+    def with_modes(self, modes, chosen, driven):
+        """The same with some modes of other `CoupledModes`, the last ones of which the loop could drive.
+
+        Parameters
+        ----------
+        modes : CoupledModes
+        chosen : list of int
+            Numbers from 0.
+        driven : int
+        """
+        key = tuple(chosen)
+        if key not in self._extended:
+            some = modes_among(modes, np.array(chosen))
+            extended = LinearMotion(self.scene, self.equilibrium, self.drag, some, self.accuracy, self.model, driven)
+            extended.candidates = self.candidates
+            self._extended[key] = extended
+        return self._extended[key]
+
+    @property
+    def free_count(self):
+        """How many displacements are free."""
+        return len(self.layout.free)
+
+    @cached_property
+    def outputs(self):
+        """Name of each output -> its row: displacements of bodies, markers, tensions."""
+        _, outputs = labels(self.layout, self.winches, self.markers)
+        return {name: row for row, (name, _unit) in enumerate(outputs)}
+
+    @cached_property
+    def _whole(self):
+        return second_order(self.layout, self.modes.solution.kept, self.winches, self.markers)
+
+    @cached_property
+    def _loads(self):
+        """Forces on the coordinates of the suspension by winches and by loads on bodies."""
+        winches, bodies = len(self.winches), 6 * self.equilibrium.suspension.bodies
+        of_bodies = winches + np.flatnonzero(self.layout.free < bodies)
+        return self._whole.driven[0][:, [*range(winches), *of_bodies.tolist()]]
+
+    @cached_property
+    def _basis(self):
+        """Frequencies and shapes of the coordinates: modes, and the static responses to the loads."""
+        return basis(self.modes, self._loads)
+
+    @cached_property
+    def fewer(self):
+        """A space of the coordinates with fewer modes, all static responses and all strokes, shape (m, r).
+
+        Of the lowest modes the highest are left out; modes that the loop could drive stay.
+        """
+        omega, shapes = self._basis
+        size, modes = len(self.motion), len(self.modes) - self.driven
+        left = np.arange(int(FEWER * modes), modes)
+        others = np.concatenate([left, np.arange(len(self.modes), len(omega))])
+        static = (shapes.T @ self._loads / omega[:, None] ** 2)[others]
+        static, values, _ = np.linalg.svd(static, full_matrices=False)
+        static = static[:, values > DEPENDENT * values.max(initial=0.0)]
+        kept = np.eye(size)
+        responses = kept[:, others] @ static
+        return np.concatenate(
+            [kept[:, : left[0]], kept[:, modes : len(self.modes)], responses, kept[:, len(omega) :]], axis=1
+        )
+
+    @cached_property
+    def fewer_motion(self):
+        """The `Motion` in that space."""
+        return self.motion.within(self.fewer)
+
+    def residues_of(self, motion, loop=None, space=None):
+        """`Residues` of all outputs, those of actuators too, by the inputs of `Gusts.into`.
+
+        Parameters
+        ----------
+        motion : Motion
+            That of this object, or in a space of its coordinates.
+        loop : PoseLoop, optional
+            Of this motion.
+        space : ndarray, shape (m, r), optional
+        """
+        into = self.gusts.into
+        forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
+        forces[: len(into)] = into
+        forces = forces if space is None else space.T @ forces
+        return residues((loop or motion).eigen, *by_forces(motion, forces, loop, self.actuators))
+
+    @cached_property
+    def residues(self):
+        """`residues_of` it."""
+        return self.residues_of(self.motion)
+
+    @cached_property
+    def fewer_residues(self):
+        """The same in the space `fewer`."""
+        return self.residues_of(self.fewer_motion, space=self.fewer)
+
+    @cached_property
+    def _blown(self):
+        """`Gusts` and aerodynamic damping; None and 0 without wind."""
+        if self.drag is None:
+            return None, 0.0
+        _, shapes = self._basis
+        along = strips(self.modes.solution, self.layout, shapes, self.drag)
+        along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
+        own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ along_wind[:, None])[..., 0]
+        scene, names = self.scene, self.equilibrium.suspension.body_names
+        areas = np.zeros(len(names))
+        for place, name in enumerate(names):
+            table = scene.bodies[name].wind if name in scene.bodies else None
+            areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
+        found, damping = gusts(scene.wind, self.drag, self.layout, shapes, along, areas)
+        return found, damping if scene.wind.aerodynamic_damping else 0.0
+
+    @property
+    def gusts(self):
+        """`Gusts` on the coordinates."""
+        return self._blown[0]
+
+    @cached_property
+    def motion(self):
+        """`Motion`."""
+        omega, shapes = self._basis
+        winches = len(self.winches)
+        return motion(self.layout, self._whole, omega, shapes, winches, self.actuators, self._blown[1])

@@ -1,0 +1,165 @@
+"""Variances of the outputs of a linear system that turbulence drives, by its poles.
+
+With y = [D + sum c_a b_a/(s - l_a)] u (`control.residues`) and the one-sided spectral matrix S(f) of the inputs, the
+covariance X of the amplitudes of the poles solves Lyapunov's equation with coloured noise,
+
+    l_a X_ab + X_ab conj(l_b) = -(G_ab + conj(G_ba)),   G_ab = integral of r_a b_a S conj(b_b)^T df,
+    r_a = 1/(i w - l_a) + 1/(-i w - l_a) = -2 l_a/(w^2 + l_a^2),
+
+since (i w - l_a)^-1 (-i w - conj(l_b))^-1 is a sum of two fractions. S is smooth: it is a sum of matrices times
+functions of frequency. What is narrow is in r_a alone, and Gauss's rule of each panel is corrected for its pole.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+POINTS = 8  # of each panel
+NEAR = 4.0  # distance of a pole from the middle of a panel, in its half-widths, up to which the rule is corrected
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
+LAST = np.polynomial.legendre.legval(NODES, np.eye(POINTS)[-1])  # Legendre's polynomial of degree POINTS - 1 there
+ROUNDING = 1e-13  # of a variance over the sum of the sizes of its terms: what is less is zero
+HALVINGS, UNRESOLVED = 12, 1e-5  # of panels, and share of the two highest polynomials in a function that is resolved
+HIGHEST = np.polynomial.legendre.legvander(NODES, POINTS - 1)[:, -2:] * np.array([POINTS - 1.5, POINTS - 0.5])
+HIGHEST = HIGHEST * WEIGHTS[:, None]  # coefficients of these two by values at the nodes
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Inputs with the spectral matrix sum over k of E(f) g_k(f) S_k E(f), S_k constant matrices.
+
+    Attributes
+    ----------
+    matrices : ndarray, shape (p, i, i)
+        S_k, symmetric.
+    parts : list of slice
+        The inputs by parts that have one function e of frequency each: E = diag(e).
+    functions : list of list of ndarray, shape (p, n)
+        e_j e_l g_k for parts j and l at the frequencies of the panels.
+    """
+
+    matrices: np.ndarray
+    parts: list
+    functions: list
+
+
+def smooth_on(edges, functions):
+    """Edges of panels on which some functions are resolved: those panels are halved on which one is not.
+
+    Parameters
+    ----------
+    edges : ndarray
+        Ascending. [Hz]
+    functions : sequence of callable
+        Of frequencies [Hz].
+    """
+    done = [edges[-1:]]
+    low, high = edges[:-1], edges[1:]
+    for _ in range(HALVINGS):
+        middle = np.sqrt(low * high)
+        place = middle[:, None] * (high / middle)[:, None] ** NODES
+        rough = np.zeros(len(low), dtype=bool)
+        for function in functions:
+            value = function(place.ravel()).reshape(place.shape)
+            rough |= np.abs(value @ HIGHEST).max(axis=1) > UNRESOLVED * np.abs(value).max(axis=1)
+        done.append(low[~rough])
+        low, high = np.concatenate([low[rough], middle[rough]]), np.concatenate([middle[rough], high[rough]])
+    return np.sort(np.concatenate([*done, low]))
+
+
+class Panels:
+    """Gauss points on panels in log frequency, and all below the lowest one by its value there.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (k + 1,)
+        Ascending. [Hz]
+    """
+
+    def __init__(self, edges):
+        ends = np.log(edges)
+        self._middle, self._half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
+        inner = np.exp(self._middle[:, None] + self._half[:, None] * NODES)
+        self.frequency = np.append(inner.ravel(), edges[0])
+        self.weights = np.append((self._half[:, None] * WEIGHTS * inner).ravel(), edges[0])
+
+    def resolvents(self, poles):
+        """r_a times the weights, shape (N, n), so that sums of them with a smooth function are integrals over f.
+
+        Parameters
+        ----------
+        poles : ndarray, complex, shape (N,)
+            Of the upper half plane and the real axis. [rad/s]
+
+        Notes
+        -----
+        In z = log f, r_a has a pole at log(l_a/(2 pi i)). Gauss's rule of n points x_i is exact for a polynomial over
+        x - z where its weights are multiplied by 1 + n P_(n-1)(x_i) Q_n(z), P and Q being Legendre's functions of the
+        first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z) (Whittaker and Watson, Modern Analysis,
+        15.4).
+        """
+        omega = 2 * np.pi * self.frequency
+        found = -2 * poles[:, None] / (omega**2 + poles[:, None] ** 2) * self.weights
+        place = (np.log(poles / 2j / np.pi)[:, None] - self._middle) / self._half
+        pole, panel = np.nonzero(np.abs(place) < NEAR)
+        points = panel[:, None] * POINTS + np.arange(POINTS)
+        found[pole[:, None], points] *= 1 + POINTS * LAST * _second_kind(place[pole, panel])[:, None]
+        return found
+
+
+def _second_kind(z):
+    """Legendre's function of the second kind and of degree POINTS, off the segment from -1 to 1."""
+    before, found = 1.0, np.log((z + 1) / (z - 1)) / 2  # of degree -1, times 0, and 0
+    for degree in range(POINTS):
+        before, found = found, ((2 * degree + 1) * z * found - (degree * before if degree else 1.0)) / (degree + 1)
+    return found
+
+
+def variances(residues, panels, noise, weights):
+    """Variances of the outputs.
+
+    Parameters
+    ----------
+    residues : Residues
+        Stable; of complex poles both of each pair.
+    panels : Panels
+    noise : Noise
+    weights : ndarray, shape (w, n)
+        Functions of frequency by which the spectra are weighted.
+
+    Returns
+    -------
+    ndarray, shape (w, o)
+    """
+    upper = residues.poles.imag >= 0
+    poles, given, shown = residues.poles[upper], residues.given[upper], residues.shown[:, upper]
+    shown = shown * np.where(poles.imag > 0, 2.0, 1.0)
+    forced, direct = _forced(given, panels, noise, weights, panels.resolvents(poles))
+    sums = poles[:, None] + residues.poles.conj()
+    covariance = forced @ residues.given.conj().T / -sums
+    seen = covariance @ residues.shown.conj().T + forced @ residues.direct.T
+    found = (shown.T * seen).sum(axis=1).real + ((residues.direct @ direct) * residues.direct).sum(axis=-1)
+    # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
+    own = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
+    return np.where(found > ROUNDING * (np.sqrt(own) @ np.abs(shown.T)) ** 2, found, 0.0)
+
+
+def _forced(given, panels, noise, weights, resolvents):
+    """Integrals of r_a b_a S, shape (w, a, i), and of S, shape (w, i, i)."""
+    count, inputs = given.shape
+    parts = np.concatenate([resolvents.real, resolvents.imag])
+    forced = np.zeros((len(weights), count, inputs), dtype=complex)
+    direct = np.zeros((len(weights), inputs, inputs))
+    for row, functions in zip(noise.parts, noise.functions, strict=True):
+        own = np.concatenate([given[:, row].real, given[:, row].imag])
+        for column, function in zip(noise.parts, functions, strict=True):
+            matrices = noise.matrices[:, row, column]
+            pushed = np.tensordot(own, matrices, axes=(1, 1)).reshape(2, count, *matrices.shape[::2])
+            weighted = weights[:, None] * function
+            integrals = (parts @ weighted.reshape(-1, len(panels.weights)).T).reshape(2, count, *weighted.shape[:2])
+            # (a + i b)(c + i d), matrix products of real numbers for each pole
+            straight, crossed = integrals @ pushed, integrals @ pushed[::-1]
+            found = straight[0] - straight[1] + 1j * (crossed[0] + crossed[1])
+            forced[..., column] += np.swapaxes(found, 0, 1)
+            direct[:, row, column] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
+    return forced, direct

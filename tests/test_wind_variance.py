@@ -1,0 +1,88 @@
+"""Variances of linear systems in coloured noise by their poles, against integrals in closed form and by quadrature."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from cablestudy.control.residues import eigen, residues
+from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
+
+RANGE = 1e-7, 1e7
+
+
+def system(a, b, c, d=None):
+    a, b, c = (np.array(part, dtype=float) for part in (a, b, c))
+    return residues(eigen(a), b, c, np.zeros((len(c), b.shape[1])) if d is None else np.array(d, dtype=float))
+
+
+def noise(panels, matrix, function):
+    return Noise(np.array([matrix], dtype=float), [slice(None)], [[function(panels.frequency)[None]]])
+
+
+def panels_of(function=None):
+    edges = np.geomspace(*RANGE, 8 * 14 + 1)
+    return Panels(smooth_on(edges, [function] if function else []))
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e-3, 0.3, 1.0, 3.0])
+def test_an_oscillator_in_white_noise(ratio):
+    """x'' + 2 z w x' + w^2 x = u with S = 1: variance 1/(8 z w^3), of x' 1/(8 z w); z = 1 has no eigenvectors."""
+    omega, panels = 2.7, panels_of()
+    found = variances(
+        system([[0, 1], [-(omega**2), -2 * ratio * omega]], [[0], [1]], np.eye(2)),
+        panels, noise(panels, [[1]], np.ones_like), np.ones((1, len(panels.frequency))),
+    )  # fmt: skip
+    assert found[0] == pytest.approx([1 / (8 * ratio * omega**3), 1 / (8 * ratio * omega)], rel=1e-6)
+
+
+def test_coloured_noise_in_two_inputs_with_a_direct_part():
+    """Against quadrature of |C (i w - A)^-1 B + D|^2: two close resonances, weights that oscillate."""
+    a = [[0, 1, 0, 0], [-4, -0.1, 0.05, 0], [0, 0, 0, 1], [0.05, 0, -4.2, -0.02]]
+    b, c = [[0, 0], [1, 0.3], [0, 0], [-0.5, 1]], [[1, 0, 1, 0], [0, 1, 0, 0]]
+    d, matrix = [[0.02, 0.0], [0.0, 0.1]], np.array([[1.0, 0.4], [0.4, 2.0]])
+
+    def spectrum(f):
+        return 1 / (1 + (3 * f) ** 2)
+
+    def weight(f):
+        return 1 - np.sinc(2 * f) ** 2
+
+    panels = panels_of(weight)
+    found = variances(
+        system(a, b, c, d), panels, noise(panels, matrix, spectrum), np.stack([np.ones_like(panels.frequency),
+        weight(panels.frequency)]),
+    )  # fmt: skip
+
+    def output(f, row):
+        moved = np.linalg.solve(2j * np.pi * f * np.eye(4) - np.array(a), np.array(b))
+        answer = (np.array(c) @ moved + np.array(d))[row]
+        return (answer @ matrix @ answer.conj()).real * spectrum(f)
+
+    marks = [0.0, 0.2, 0.31, 0.318, 0.326, 0.34, 0.5, 1.0, 3.0, 10.0, 100.0, 1e4]
+    for place, factor in enumerate([lambda f: 1.0, weight]):
+        expected = [
+            sum(quad(lambda f, row=row, factor=factor: factor(f) * output(f, row), *pair, epsrel=1e-10, limit=400)[0]
+                for pair in pairwise(marks))
+            for row in (0, 1)
+        ]  # fmt: skip
+        assert found[place] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_fast_pole_follows_statically():
+    """x' = -k x + u and its static answer u/k, whose spectrum differs by (w/k)^2."""
+    k = 1e5
+    one = system([[-k]], [[1]], [[1]])
+    still = one.statically(np.array([True]))
+    assert len(still.poles) == 0
+    assert still.direct == pytest.approx(1 / k)
+    assert one.response(np.array([1j]))[0] == pytest.approx(still.response(np.array([1j]))[0], rel=1e-4)
+
+
+def test_a_matrix_without_eigenvectors():
+    """Three equal filters one after the other, 1/(s + 1)^3."""
+    a = np.diag([-1.0, -1, -1]) + np.diag([1.0, 1], -1)
+    s = np.array([0.3j, 2j])
+    found = system(a, [[1], [0], [0]], [[0, 0, 1]]).response(s)[:, 0, 0]
+    assert found == pytest.approx(1 / (s + 1) ** 3, rel=1e-6)
