@@ -13,6 +13,9 @@ from cablestudy.cable.span import Span
 
 DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
+LEAST_LENGTH = 0.1  # at the temperature of a case over that of the reference state
+SLACK = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
+UNKNOWN = 1e30  # a relative error that says no more than that nothing is known; no number larger is stated
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -79,7 +82,7 @@ def loaded_spans(span, values, strain):
     Span
         Fields of shape (n,).
     """
-    elongation = values.given("elongation")
+    elongation = np.where(shrunk(values), 0.0, values.given("elongation"))
     warm = 1.0 + elongation
     gravity = values.given("gravity")
     ice = _ice_mass(values, gravity)
@@ -89,6 +92,11 @@ def loaded_spans(span, values, strain):
         span = _in_wind(span, values, wind)
     span = with_loads(span, values, of_case=True)
     return replace(span, load_positions=_warmed(span, warm)).with_chord_strain((strain - elongation) / warm)
+
+
+def shrunk(values):
+    """Which cables have next to no length left at the temperature of their case, shape (n,); they do not exist."""
+    return 1.0 + values.given("elongation") < LEAST_LENGTH
 
 
 def _warmed(span, warm):
@@ -145,7 +153,8 @@ def drag_errors(values, catenary):
     nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
     places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
     force = span.in_frame(catenary.at(places)[1], "global")
-    tension = np.maximum(np.sqrt((force**2).sum(axis=-1, keepdims=True)), np.finfo(float).tiny)
+    tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
+    tension = np.maximum(tension, SLACK * np.maximum(tension.max(axis=1, keepdims=True), SLACK))
     tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
     there = (1 + tension / stiffness) * _across(direction[:, None], tangent)
     differs = (pressed * length)[:, None, None] * (there - _across(direction, span.frame[..., 0, :])[:, None])
@@ -161,8 +170,9 @@ def drag_errors(values, catenary):
     pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
     moved = (_running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
     away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
-    moved = np.sqrt((moved**2).sum(axis=-1)) / np.maximum(away, np.finfo(float).tiny)
-    return np.where(pressed > 0, SECOND_ORDER * np.maximum(pulled.max(axis=-1), moved), 0.0)
+    moved = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2]) / np.maximum(away, np.finfo(float).tiny)
+    error = np.minimum(np.maximum(pulled.max(axis=-1), moved), UNKNOWN)
+    return np.where(pressed > 0, SECOND_ORDER * error, 0.0)
 
 
 def _running_integral(nodes):
