@@ -10,11 +10,11 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
 from cablestudy.study.row import evaluate
-from cablestudy.sweep.chunks import Chunks
-from cablestudy.sweep.driver import compute_here
-from cablestudy.sweep.fingerprint import identity
-from cablestudy.sweep.rows import table_of
-from cablestudy.sweep.store import open_store
+from cablestudy.sweeps.chunks import Chunks
+from cablestudy.sweeps.driver import compute_here
+from cablestudy.sweeps.fingerprint import identity
+from cablestudy.sweeps.rows import table_of
+from cablestudy.sweeps.store import open_store
 
 AREA, DENSITY, MODULUS, CHORD, LENGTH, GONDOLA = 2.69e-6, 1440.0, 70.3e9, 185.8, 184.4883, 50.0  # Table 1
 G = 9.81

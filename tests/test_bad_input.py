@@ -151,7 +151,7 @@ STUDIES = {
 
 @pytest.mark.parametrize("what", STUDIES)
 def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkeypatch):
-    monkeypatch.setattr("cablestudy.sweep.chunks.evaluate_tables", None)
+    monkeypatch.setattr("cablestudy.sweeps.chunks.evaluate_tables", None)
     change, lines = STUDIES[what]
     Path("study.yaml").write_text(changed(*change, STUDY), encoding="utf-8")
     found = refused(folder, "sweep", "study.yaml")

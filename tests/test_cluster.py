@@ -9,7 +9,7 @@ import pytest
 from cluster import cluster
 from command import SLACK, process, run, start, stored_rows, study_file, wait_for_rows
 
-from cablestudy.sweep import cluster as module
+from cablestudy.sweeps import cluster as module
 
 pytestmark = pytest.mark.usefixtures("folder")
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
-from cablestudy.sweep.condition import parse
+from cablestudy.sweeps.condition import parse
 
 KEYS = ("cable.preload", "cable.material", "gondola.mass", "winch.controller.notch.frequency")
 STUDY = SimpleNamespace(

@@ -31,7 +31,7 @@ def test_examples_print_what_the_page_shows(page, folder):
 
 def test_the_pages_have_examples():
     commands = [line for page in refresh.PAGES for line in page.read_text().splitlines() if line.startswith("$ cable")]
-    assert (len(commands) >= 15, len(TOUR)) == (True, 12)
+    assert (len(commands) >= 15, len(TOUR)) == (True, 13)
     used = " ".join(commands)
     for command in ("static", "modes", "find", "sweep", "trade", "validate", "schema", "columns", "materials"):
         assert f"cablestudy {command}" in used
@@ -43,7 +43,7 @@ def test_links_within_the_project_lead_somewhere(page):
         assert (page.parent / target).exists(), target
 
 
-@pytest.mark.parametrize("page", ["files.md", "suspensions.md"])
+@pytest.mark.parametrize("page", ["files.md", "power-line.md", "suspensions.md"])
 def test_yaml_examples_are_valid_and_scenes_have_an_answer(page, folder):
     blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / page).read_text(), re.DOTALL)
     assert blocks
@@ -73,7 +73,7 @@ def test_commands_of_the_tour_do_their_work(command, folder):
     assert bool(done.stdout) == ("--check" not in command and "--out" not in command)
 
 
-@pytest.mark.parametrize("scene", ["carlina", "carlina-inclined", "slack", "point-load"])
+@pytest.mark.parametrize("scene", ["carlina", "carlina-inclined", "slack", "point-load", "guy", "line", "zipline"])
 @pytest.mark.parametrize("command", ["static", "modes"])
 def test_every_scene_of_configs_has_an_answer(command, scene):
     assert run(command, CONFIGS / f"{scene}.yaml").err == ""

@@ -11,7 +11,7 @@ from command import CONFIGS, rows_of, run, study_file
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.table import Field, Table
-from cablestudy.sweep.rows import cases_table
+from cablestudy.sweeps.rows import cases_table
 
 pytestmark = pytest.mark.usefixtures("folder")
 

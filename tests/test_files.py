@@ -10,7 +10,7 @@ from scenes import computed
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.table import TableFiles
-from cablestudy.sweep.check import Tolerance, compare
+from cablestudy.sweeps.check import Tolerance, compare
 
 pytestmark = pytest.mark.usefixtures("folder")
 

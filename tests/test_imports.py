@@ -10,7 +10,8 @@ import pytest
 import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
-# what each layer may import from cablestudy: cli > sweep > study > control > system | wind | scene > cable > errors
+# what each layer may import from cablestudy:
+# cli > interface > sweeps > study > control > system | wind | scene > cable > errors
 ALLOWED = {
     "errors": set(),
     "cable": {"cable", "errors"},
@@ -19,8 +20,9 @@ ALLOWED = {
     "control": {"control", "system", "cable", "errors"},
     "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
-    "sweep": {"sweep", "study", "scene", "errors", "__version__"},
-    "cli": {"cli", "sweep", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
+    "sweeps": {"sweeps", "study", "scene", "errors", "__version__"},
+    "interface": {"sweeps", "study", "scene", "errors"},
+    "cli": {"cli", "sweeps", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
     "__init__": set(),
     "__main__": {"cli"},
 }
@@ -102,7 +104,7 @@ def test_the_scene_layer_has_no_arrays(path):
 def test_there_is_something_to_check():
     drawing = set(imports(ROOT.joinpath(*DRAWS))) - set(imports(ROOT.joinpath(*DRAWS), inside=False))
     assert drawing == {"warnings", "numpy.random", "scipy.stats"}
-    assert {"errors", "cable", "scene", "study", "sweep", "cli"} <= {layer_of(path) for path in MODULES}
+    assert {"errors", "cable", "scene", "study", "sweeps", "cli"} <= {layer_of(path) for path in MODULES}
     assert "numpy" in set(imports(ROOT / "cable" / "assembly.py"))
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import run
+from command import run, table_of
 from references import catenary_mp
 from scenes import cells, scene
 
@@ -183,6 +183,37 @@ def test_the_parabola_of_a_taut_travelling_load(tmp_path):
         found = cells(scene(f"cable.loads.0.fraction={fraction}", base=path), "deflection", "horizontal_tension")
         sag = 10 * G * 100 * fraction * (1 - fraction) / found["horizontal_tension"]
         assert found["deflection"] == pytest.approx(sag, rel=2e-6)
+
+
+@pytest.mark.parametrize("fraction", [0.1, 0.35, 0.5, 0.9])
+def test_the_sag_under_a_rider_is_that_of_the_50_digit_catenary(tmp_path, fraction):
+    path = tmp_path / "zipline.yaml"
+    path.write_text(
+        "cable: {ends: [[0, 0, 12], [200, 0, 0]], axial_stiffness: 24e6, mass_per_length: 0.9,\n"
+        f"        unstretched_length: 201, loads: [{{fraction: {fraction}, mass: 80 kg}}]}}\n",
+        encoding="utf-8",
+    )
+    loads = [(fraction * 201, (0, 0, -80 * G))]
+    force = catenary_mp.solve_loaded((200, 0, -12), 201, 24e6, 0.9 * G, loads)
+    x, _, z = catenary_mp.shape_loaded(force, fraction * 201, 201, 24e6, 0.9 * G, loads)
+    expected = float(-12 * x / 200 - z)
+    for model in ("model={accuracy: 1e-4}", "model={elements: 20, order: 10}"):
+        found = cells(scene(model, base=path), "load_sag")
+        assert found["load_sag"] == pytest.approx(expected, rel=1e-10), model
+
+
+def test_no_digit_of_a_case_in_the_wind_depends_on_the_other_rows(line, tmp_path):
+    """The search for mid-span ends after different numbers of steps in each row."""
+    line("unstretched_length: 301 m")
+    study = tmp_path / "study.yaml"
+    study.write_text(
+        "base: line.yaml\nvary: [{cable.unstretched_length: [300.5 m, 301 m, 305 m, 320 m]},\n"
+        "       {case: [cold, storm, oblique, visitor]}]\ncolumns: [sag, swing, max_tension]\n",
+        encoding="utf-8",
+    )
+    together = table_of("sweep", study, "--no-write")
+    alone = [table_of("sweep", study, "--row", row)[0] for row in range(1, 17)]
+    assert together == alone
 
 
 # --------------------------------------------------------------------------------------------- drag along the cable

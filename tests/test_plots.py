@@ -3,7 +3,7 @@
 import matplotlib
 import numpy as np
 import pytest
-from command import CONFIGS, run, study_file
+from command import CONFIGS, run, study_file, table_of
 from scenes import computed
 
 from cablestudy.errors import SceneError
@@ -46,6 +46,59 @@ def carlina():
 def preload():
     study = read_study(str(CONFIGS / "preload.yaml"))
     return study, computed(study)
+
+
+# ----------------------------------------------------------------------------------------------------- load cases
+
+
+def test_load_cases_are_drawn_in_one_figure_with_the_ground():
+    names = ("everyday", "cold", "hot", "ice", "storm")
+    cases = {name: case_of("line", f"case={name}") for name in names}
+    figure = draw(plots.case_forms(cases))
+    side, along = figure.axes
+    drawn = {label.split(":")[0]: line for label, line in lines(side).items()}
+    assert {"everyday", "cold", "hot", "ice", "storm", "chord", "ground"} <= set(drawn)
+    for name, case in cases.items():
+        assert drawn[name].get_ydata().min() == pytest.approx(cases_lowest(case), abs=1e-3), name
+        assert f"{name}: sag {case.statics.sag:.4g} m" in words(figure)
+    np.testing.assert_allclose(drawn["ground"].get_xydata()[1], (90, 3))
+    swung = along.lines[-3].get_xydata()  # of the storm: before the mark of its lowest point and that of the chord
+    angle = np.degrees(np.arctan2(np.abs(swung[1:-1, 0]), -swung[1:-1, 1]))
+    np.testing.assert_allclose(angle, run_value("line", "storm", "swing_deg"), rtol=1e-3)
+
+
+def cases_lowest(case):
+    from cablestudy.cable.geometry import lowest_point
+
+    return case.end_1[2] + lowest_point(case.form)
+
+
+def run_value(name, case, header):
+    (row,) = table_of("static", CONFIGS / f"{name}.yaml", "--case", case)
+    return row[header]
+
+
+def test_a_steep_cable_is_drawn_from_its_chord():
+    cases = {name: case_of("guy", f"case={name}") for name in ("hot", "cold")}
+    (axes,) = draw(plots.case_forms(cases)).axes
+    assert axes.get_ylabel() == "height above\nthe chord [m]"
+    for name, line in zip(cases, axes.lines, strict=False):
+        assert line.get_ydata().min() == pytest.approx(-cases[name].statics.sag, rel=1e-3)
+
+
+def test_a_case_in_a_wind_alone_is_drawn_where_it_hangs():
+    """Its chord frame stands along weight and wind; the picture is upright."""
+    case = case_of("line", "case=storm")
+    (line, *_) = draw(plots.static_form(case)).axes[0].lines
+    assert line.get_ydata()[-1] == pytest.approx(28, rel=1e-12)
+    assert line.get_ydata().min() == pytest.approx(cases_lowest(case), abs=1e-3)
+
+
+def test_the_command_draws_all_cases_that_have_an_answer(tmp_path):
+    picture = tmp_path / "cases.svg"
+    frozen = "cases.frozen={temperature: 60 K, wind: {pressure: 1e18 Pa}}"
+    run("static", CONFIGS / "line.yaml", "--case", "all", "--set", frozen, "--plot", picture, "--quiet", code=None)
+    assert picture.read_bytes().startswith(MAGIC[".svg"])
 
 
 # ---------------------------------------------------------------------------------------------------- static form

@@ -23,9 +23,9 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_values import CaseTable, tables_of
-from cablestudy.sweep import chunks, driver, row_reuse
-from cablestudy.sweep.database import Database
-from cablestudy.sweep.fingerprint import RESULTS_VERSION, digest, identity, versions
+from cablestudy.sweeps import chunks, driver, row_reuse
+from cablestudy.sweeps.database import Database
+from cablestudy.sweeps.fingerprint import RESULTS_VERSION, digest, identity, versions
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -319,7 +319,7 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
     study_file(folder, text, SLACK)
     tables = []
     for seconds, jobs in ((0.0, "1"), (0.02, "1"), (10.0, "1"), (0.05, "2"), (10.0, "3")):
-        monkeypatch.setattr("cablestudy.sweep.chunks.SECONDS", seconds)
+        monkeypatch.setattr("cablestudy.sweeps.chunks.SECONDS", seconds)
         run("sweep", "study.yaml", "--jobs", jobs)
         tables.append(TABLE.read_bytes())
     assert len(set(tables)) == 1

@@ -19,10 +19,10 @@ from command import CARLINA, CONFIGS, SLACK, edit_rows, process, rows_of, run, s
 from cablestudy import __version__
 from cablestudy.errors import SceneError
 from cablestudy.study.table import Field, Table
-from cablestudy.sweep import progress
-from cablestudy.sweep.check import Difference, Tolerance, compare, read_tolerances
-from cablestudy.sweep.fingerprint import RESULTS_VERSION
-from cablestudy.sweep.run import read_shard
+from cablestudy.sweeps import progress
+from cablestudy.sweeps.check import Difference, Tolerance, compare, read_tolerances
+from cablestudy.sweeps.fingerprint import RESULTS_VERSION
+from cablestudy.sweeps.run import read_shard
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -86,7 +86,7 @@ def test_a_case_that_was_not_checked_fails_alone(folder, monkeypatch):
 
 def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
     study_file(folder, FAILING)
-    monkeypatch.setattr("cablestudy.sweep.chunks.SECONDS", 0.0)
+    monkeypatch.setattr("cablestudy.sweeps.chunks.SECONDS", 0.0)
     outcome = run("sweep", "study.yaml", "--fail-fast", "--jobs", "1", code=3)
     assert outcome.out == ""
     assert (

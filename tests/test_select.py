@@ -9,8 +9,8 @@ import pytest
 from command import rows_of, run, study_file
 
 from cablestudy.scene.study import read_study
-from cablestudy.sweep.pareto import pareto_front
-from cablestudy.sweep.select import read_selection
+from cablestudy.sweeps.pareto import pareto_front
+from cablestudy.sweeps.select import read_selection
 
 # the third one is over strength, the fourth too slack for its weight
 STUDY = "vary: [{cable.preload: [1345 N, 600 N, 100 kN, 1 N, 2 kN]}]\ncolumns: [mass, sag]\n"

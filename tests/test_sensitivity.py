@@ -10,7 +10,7 @@ from command import rows_of, run, study_file
 from scipy.stats import sobol_indices
 
 from cablestudy.scene.sampling import Sample
-from cablestudy.sweep.sensitivity import indices
+from cablestudy.sweeps.sensitivity import indices
 
 pytestmark = pytest.mark.usefixtures("folder")
 

@@ -16,9 +16,9 @@ import pytest
 from command import SLACK, edit_rows, rows_of, run, start, stored_rows, study_file, wait_for_rows
 
 from cablestudy.study.table import exact
-from cablestudy.sweep import chunks
-from cablestudy.sweep.fingerprint import digest
-from cablestudy.sweep.record import check_sum, pack, unpack
+from cablestudy.sweeps import chunks
+from cablestudy.sweeps.fingerprint import digest
+from cablestudy.sweeps.record import check_sum, pack, unpack
 
 pytestmark = pytest.mark.usefixtures("folder")
 

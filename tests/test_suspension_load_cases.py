@@ -537,6 +537,12 @@ def test_a_load_beyond_the_end_that_is_found_is_told(made):
     assert re.fullmatch(r"a: the load at 90 m is beyond the cable's end, at 7\d\.\d+ m", row.cells["status"])
 
 
+def test_cables_that_shrink_to_nothing_are_named(made):
+    sets = "cables.b.expansion=1e-2", "cases.cold.temperature=100", "case=cold"
+    row = evaluate_suspensions([made(*body(*sets))], [find("gondola.z")])[0]
+    assert row.cells["status"].startswith("b: at the temperature of the case next to nothing is left of its length")
+
+
 def test_stated_lengths_need_no_equilibrium_of_the_reference_state(made):
     """Cables without weight are slack there, and a load on one of them holds the knot in the case."""
     text = """\

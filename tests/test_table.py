@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
 from cablestudy.study.table import Field, Table, exact, number, read_csv, short, signed, write_whole
-from cablestudy.sweep.check import Tolerance, compare
+from cablestudy.sweeps.check import Tolerance, compare
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
 ROWS = [

@@ -111,6 +111,29 @@ def sag_and_swing(cable, position):
     return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
 
 
+def load_sag(cable):
+    """Vertical distance from the chord down to the point load that hangs lowest below it, of one cable. [m]
+
+    Parameters
+    ----------
+    cable : Catenary or State
+
+    Raises
+    ------
+    NoSolutionError
+        The cable carries no point load.
+    """
+    span = cable.span
+    if not span.load_positions.shape[-1]:
+        raise NoSolutionError("the cable carries no point load")
+    shares = span.load_positions / span.unstretched_length
+    there, chord = places(cable, shares), span.frame[0] * float(span.chord)
+    level = np.hypot(*chord[:2])
+    if level > 1e-9 * float(span.chord):  # else, as sag does, by the share of the length
+        shares = there[:, :2] @ chord[:2] / level**2
+    return float((shares * chord[2] - there[:, 2]).max())
+
+
 def clearance(cable, end_1, ground):
     """Least vertical distance from one cable down to the ground; negative where the cable would be below it. [m]
 

@@ -54,12 +54,12 @@ def closer_strain_for_tension(span, tension, at="mean"):
     def excess(strain, _):
         return _tension(span, strain, at) / tension - 1
 
-    if excess(highest, 0) < 0 and not span.load_positions.shape[-1]:
+    placed = span.load_positions[np.isfinite(span.load_positions)]  # the others move along with the length
+    if excess(highest, 0) < 0 and not len(placed):
         raise NoSolutionError(f"no unstretched length gives {name} of {tension:.6g} N")
     if excess(highest, 0) < 0:  # too long to be taut: its last load needs the length
         raise NoSolutionError(
-            f"{name} of {tension:.6g} N needs a cable that ends before its last load, at "
-            f"{span.load_positions[-1]:.6g} m"
+            f"{name} of {tension:.6g} N needs a cable that ends before its last load, at {placed[-1]:.6g} m"
         )
     lowest, least = _least_tension(span, highest, at)
     if not np.isfinite(least):

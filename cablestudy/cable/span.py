@@ -110,6 +110,7 @@ class Span:
         else:
             rise = (delta * vertical).sum(axis=-1)
             across = delta - rise[..., None] * vertical
+            across = across - (across * vertical).sum(axis=-1)[..., None] * vertical  # what cancellation left of it
             horizontal = np.sqrt((across**2).sum(axis=-1))
         chord = np.hypot(horizontal, rise) if chord is None else np.asarray(chord, dtype=float)[()]
         if not np.all(chord > 0):

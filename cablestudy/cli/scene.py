@@ -30,8 +30,19 @@ def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
         return table, code, row
 
     if case == ALL:
-        refuse({"--shape": shape, "--plot": plot}, f"--case {ALL} has one row for each case")
-        return every_case(scene, sets, style, lambda *of_case: row_of(*of_case)[:2])
+        refuse({"--shape": shape}, f"--case {ALL} has one row for each case")
+        solved = {}
+
+        def row_of_case(document, model, where):
+            table, code, row = row_of(document, model, where)
+            if not row.failed:
+                solved[model.case] = row.case
+            return table, code
+
+        code = every_case(scene, sets, style, row_of_case)
+        if solved:
+            save_plot(plot, lambda plots: plots.case_forms(solved))
+        return code
     document, model = load_scene(scene, with_case(sets, case), suspensions=True)
     if isinstance(model, SuspensionScene):
         refuse({"--shape": shape}, "the scene is a suspension")

@@ -73,8 +73,8 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
     with interruptible(interrupted):
         from cablestudy.scene.study import read_study
         from cablestudy.study.table import TableFiles
-        from cablestudy.sweep import run
-        from cablestudy.sweep.check import read_tolerances
+        from cablestudy.sweeps import run
+        from cablestudy.sweeps.check import read_tolerances
 
         parts = run.read_shard(shard)
         requested = read_study(study, sets, vary)
@@ -103,7 +103,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
 def print_cases(study, style):
     """The cases of a study, and nothing computed."""
     from cablestudy.study.prepare import prepare
-    from cablestudy.sweep.rows import cases_table
+    from cablestudy.sweeps.rows import cases_table
 
     prepare(study)
     show(cases_table(study), style)
@@ -112,12 +112,12 @@ def print_cases(study, style):
 def selection_of(study, sensitivity, **options):
     """What is shown of a study's table: Table -> Table and notes; None for all of it."""
     if sensitivity:
-        from cablestudy.sweep.sensitivity import Sensitivity
+        from cablestudy.sweeps.sensitivity import Sensitivity
 
         return Sensitivity(study).table
     if set(options.values()) == {None}:
         return None
-    from cablestudy.sweep.select import read_selection
+    from cablestudy.sweeps.select import read_selection
 
     return read_selection(study, **options).table
 
@@ -157,7 +157,7 @@ def finish(work, style, plot, tolerance, command, select=None):
 
 def print_differences(table, path, tolerance, quiet):
     """The cells of a table that differ from the stored one; the exit code."""
-    from cablestudy.sweep.check import compare
+    from cablestudy.sweeps.check import compare
 
     number = 0
     for number, difference in enumerate(compare(table, path, tolerance), 1):
@@ -175,8 +175,8 @@ def merge(study, sets, vary, out, style, plot, quiet):
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
         from cablestudy.scene.study import read_study
         from cablestudy.study.table import TableFiles
-        from cablestudy.sweep import run
-        from cablestudy.sweep.merge import MergedRun
+        from cablestudy.sweeps import run
+        from cablestudy.sweeps.merge import MergedRun
 
         requested = read_study(study, sets, vary)
         echo_notes(requested.notes, quiet)

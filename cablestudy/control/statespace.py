@@ -58,6 +58,34 @@ class StateSpace:
             order = self.second_order
             _check_finite(mass=order.mass, damping=order.damping, stiffness=order.stiffness)
 
+    @property
+    def state_names(self):
+        """List of str."""
+        return [name for name, _ in self.states]
+
+    @property
+    def input_names(self):
+        """List of str."""
+        return [name for name, _ in self.inputs]
+
+    @property
+    def output_names(self):
+        """List of str."""
+        return [name for name, _ in self.outputs]
+
+    def to_scipy(self):
+        """A, B, C, D as scipy.signal.StateSpace; D1 and D2 are left out."""
+        from scipy.signal import StateSpace as System
+
+        return System(self.a, self.b, self.c, self.d)
+
+    def to_control(self):
+        """A, B, C, D as control.StateSpace of python-control, with its names; D1 and D2 are left out."""
+        import control
+
+        labels = {"states": self.state_names, "inputs": self.input_names, "outputs": self.output_names}
+        return control.ss(self.a, self.b, self.c, self.d, **labels)
+
     def response(self, s, derivatives=False):
         """Frequency response C (s I - A)^-1 B + D, by a linear solve for each s; complex, shape (m, o, i).
 

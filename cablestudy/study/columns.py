@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.cable.geometry import clearance, lowest_point, sag_and_swing
+from cablestudy.cable.geometry import clearance, load_sag, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.load_cases import along
 from cablestudy.study.table import Field, header
@@ -26,6 +26,7 @@ SHAPELESS = "a part of the cable without weight is slack: it has no definite for
 ROUNDING = 1e-12  # relative error of closed forms and modes by rounding; tests hold it against 50 digits
 UPRIGHT = 1e-50  # share of a tension below which the horizontal part of that of an upright cable is zero
 MAX_MODE_NUMBER = 1000
+LOADED = "cable.loads|load_case.loads"  # of the cable, or of its case
 METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
 WINCH = "gondola.mass, winch.controller"
 DRAG = "gondola.area, gondola.drag_coefficient, wind"
@@ -269,11 +270,13 @@ COLUMNS = (
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
            lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
-           "statics", lambda c: _deflections(c)[0], "cable.loads", each=True),
+           "statics", lambda c: _deflections(c)[0], LOADED, each=True),
     Column("linear_deflection", "m", "the same by the tangent stiffness of the unloaded form", "statics",
-           lambda c: _deflections(c)[1], "cable.loads", each=True),
-    Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, "cable.loads",
+           lambda c: _deflections(c)[1], LOADED, each=True),
+    Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
            each=True),
+    Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
+           lambda c: load_sag(c.form), LOADED, each=True),
     *_support_columns(),
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",

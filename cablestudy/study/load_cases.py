@@ -14,6 +14,9 @@ from cablestudy.cable.span import Span
 ICE_PARTS = ("thickness", "density", "weight")
 DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
+LEAST_LENGTH = 0.1  # at the temperature of a case over that of the reference state
+SLACK = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
+UNKNOWN = 1e30  # a relative error that says no more than that nothing is known; no number larger is stated
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -80,7 +83,7 @@ def loaded_spans(span, values, strain):
     Span
         Fields of shape (n,).
     """
-    elongation = values.given("elongation")
+    elongation = np.where(shrunk(values), 0.0, values.given("elongation"))
     warm = 1.0 + elongation
     gravity = values.given("gravity")
     parts = (values.given(f"load_case.ice.{key}") for key in ICE_PARTS)
@@ -91,6 +94,11 @@ def loaded_spans(span, values, strain):
         span = _in_wind(span, values, wind)
     span = with_loads(span, values, of_case=True)
     return replace(span, load_positions=_warmed(span, warm)).with_chord_strain((strain - elongation) / warm)
+
+
+def shrunk(values):
+    """Which cables have next to no length left at the temperature of their case, shape (n,); they do not exist."""
+    return 1.0 + values.given("elongation") < LEAST_LENGTH
 
 
 def _warmed(span, warm):
@@ -173,7 +181,8 @@ def uneven_drag_errors(pressed, direction, catenary):
     nodes, weights = np.polynomial.legendre.leggauss(DRAG_POINTS)
     places, near = (1 + nodes) / 2, [*range(DRAG_POINTS), 0, -1]
     force = span.in_frame(catenary.at(places)[1], "global")
-    tension = np.maximum(np.sqrt((force**2).sum(axis=-1, keepdims=True)), np.finfo(float).tiny)
+    tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
+    tension = np.maximum(tension, SLACK * np.maximum(tension.max(axis=1, keepdims=True), SLACK))
     tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
     there = (1 + tension / stiffness) * _across(direction[:, None], tangent)
     differs = (pressed * length)[:, None, None] * (there - _across(direction, span.frame[..., 0, :])[:, None])
@@ -189,9 +198,9 @@ def uneven_drag_errors(pressed, direction, catenary):
     pulled = np.abs((np.concatenate([change, ends], axis=1) * tangent[:, near]).sum(axis=-1)) / tension[:, near, 0]
     moved = (_running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, DRAG_POINTS // 2]
     away = np.sqrt((catenary.at(np.array([0.5]))[0] ** 2).sum(axis=-1))[:, 0]
-    moved = np.sqrt((moved**2).sum(axis=-1)) / np.maximum(away, np.finfo(float).tiny)
-    error = np.where(pressed > 0, SECOND_ORDER * np.maximum(pulled.max(axis=-1), moved), 0.0)
-    return error, ends * np.array([1.0, -1.0])[:, None]
+    moved = np.hypot(np.hypot(moved[:, 0], moved[:, 1]), moved[:, 2]) / np.maximum(away, np.finfo(float).tiny)
+    error = np.minimum(np.maximum(pulled.max(axis=-1), moved), UNKNOWN)
+    return np.where(pressed > 0, SECOND_ORDER * error, 0.0), ends * np.array([1.0, -1.0])[:, None]
 
 
 def _running_integral(nodes):

@@ -110,7 +110,7 @@ def columns_table():
 
 def keys_of(column):
     """The keys that a column needs, as the file has them."""
-    return ", ".join(map(written_key, column.keys))
+    return ", ".join(written_key(key).replace("|", " or ").replace("load_case.", "cases.*.") for key in column.keys)
 
 
 def shape_positions(case):

@@ -13,7 +13,7 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, SHAPELESS, UPRIGHT
-from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, with_loads
+from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, shrunk, with_loads
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
@@ -40,6 +40,8 @@ class Results:
         """The cables, case -> why its cable does not exist, and the lengths; a taut one takes its place."""
         span = bare_spans(self.values)
         strain, reasons = _chord_strain(span, self.values)
+        for case in np.flatnonzero(shrunk(self.values)).tolist():
+            reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
         return _loads_on_cable(loaded_spans(span, self.values, strain), reasons), reasons, length
 

@@ -205,7 +205,7 @@ def _irvine_frequency(column, case):
     family, count = (match[1], int(match[2])) if match else ("inplane", 1)
     if not match and column.name != "cable_frequency":
         raise NoSolutionError("no formula of Irvine's")
-    if case.scene.cable.loads:
+    if case.scene.loads:
         raise NoSolutionError("Irvine's cable carries no point loads")
     span, tension = case.span, case.catenary.mean_tension
     if family == "axial":

@@ -1,6 +1,7 @@
 """Pictures, each in a file of its own; `style` has the common look. Only this package imports matplotlib."""
 
 from cablestudy.study.plots.bode import bode
+from cablestudy.study.plots.cases import case_forms
 from cablestudy.study.plots.form import static_form
 from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import study_plot
@@ -14,6 +15,7 @@ from cablestudy.study.plots.wind import wind_response
 
 __all__ = [
     "bode",
+    "case_forms",
     "mode_shapes",
     "save",
     "static_form",

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
+from cablestudy.study.plots.cases import case_forms
 from cablestudy.study.plots.deflection import deflections
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, WIDTH, Window, plain, styled
 from cablestudy.study.report import shape_positions
@@ -17,7 +18,12 @@ NAMED_LOADS = 6  # the labels of more would overlap
 
 @styled
 def static_form(case):
-    """Figure of the static form with chord and sag, and below it the deflection by point loads, as in Fig. 4."""
+    """Figure of the static form with chord and sag, and below it the deflection by point loads, as in Fig. 4.
+
+    Of a cable in a steady wind, which leaves the vertical plane of its chord, the figure of `case_forms`.
+    """
+    if tuple(np.ravel(case.span.vertical)) != (0.0, 0.0, 1.0):
+        return case_forms({case.scene.case: case})
     form = Form(case)
     panels = [(4.2, partial(_paint_upright, form))] if form.upright else _leaning(form)
     if form.loaded:

@@ -172,19 +172,14 @@ class Group:
         """The error of a case without a stable equilibrium, or None."""
         if self.problems[place]:
             return NoSolutionError(str(self.problems[place]))
-        states = [("", self.equilibrium)]
-        if self._day is not None:
-            states = [("", self.calm), ("", self.equilibrium)]
-            if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
-                states.insert(0, ("in the reference state: ", self.reference))
-        for state, found in states:
-            if not found.record.converged[place]:
-                return ConvergenceError(f"{state}no equilibrium: {explain(_one(found, place))}")
-            if reason := found.stability.reason(place):
-                return NoSolutionError(state + reason)
-            if found is self.reference and self._day is not None and self._day.problems[place]:
-                return NoSolutionError(self._day.problems[place])
-        return None
+        if self._day is None:
+            return _failure(self.equilibrium, place)
+        reference = None
+        if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
+            reference = _failure(self.reference, place, "in the reference state: ")
+        if reference is None and self._day.problems[place]:
+            return NoSolutionError(self._day.problems[place])
+        return reference or _failure(self.calm, place) or _failure(self.equilibrium, place)
 
     def take(self, place):
         """The `Equilibrium` of one case."""
@@ -213,6 +208,14 @@ class Group:
         if isinstance(found, Exception):
             raise found
         return found
+
+
+def _failure(found, place, state=""):
+    """The error of a case without a stable equilibrium, which names the state, or None."""
+    if not found.record.converged[place]:
+        return ConvergenceError(f"{state}no equilibrium: {explain(_one(found, place))}")
+    reason = found.stability.reason(place)
+    return NoSolutionError(state + reason) if reason else None
 
 
 def _one(batch, place):

@@ -12,7 +12,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from cablestudy.study.load_cases import ICE_PARTS, SECOND_ORDER, ice_mass, uneven_drag_errors
+from cablestudy.study.load_cases import (
+    ICE_PARTS,
+    LEAST_LENGTH,
+    SECOND_ORDER,
+    UNKNOWN,
+    ice_mass,
+    uneven_drag_errors,
+)
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.suspension.linear_motion import offered_by_bodies, wind_diameters
 from cablestudy.system import statics, tangent
@@ -34,7 +41,7 @@ class Day:
     drag : Drag or None
         The steady wind; None where none of the cases has one.
     problems : list of str
-        For each case a load that is not on its cable; empty without one.
+        For each case why a cable or a load on it does not exist; empty where all do.
     """
 
     calm: Equilibrium
@@ -69,8 +76,8 @@ class Day:
             own[case, cable], forces[case, cable] = uneven_drag_errors(pressed[case, cable], direction, one)
         for place in np.unique(case).tolist():
             more, moved[place] = _by_bodies(found, place, forces[place])
-            error[place] = (own[place] + SECOND_ORDER * more).max()
-        return error, SECOND_ORDER * np.abs(moved)
+            error[place] = np.minimum(np.nan_to_num(own[place] + SECOND_ORDER * more, nan=UNKNOWN), UNKNOWN).max()
+        return error, np.minimum(np.nan_to_num(SECOND_ORDER * np.abs(moved), nan=UNKNOWN), UNKNOWN)
 
 
 def _by_bodies(found, place, forces):
@@ -121,6 +128,8 @@ def day_of(reference, scenes):
     """
     suspension = reference.suspension
     warm = 1.0 + np.array([[s.load_case.elongation(cable) for cable in s.cables.values()] for s in scenes])
+    problems = [_shrunk(scene, own) for scene, own in zip(scenes, warm, strict=True)]
+    warm = np.where(warm < LEAST_LENGTH, 1.0, warm)
     standing = reference.record.converged
     loaded = replace(
         suspension,
@@ -130,10 +139,9 @@ def day_of(reference, scenes):
         position=np.where(standing[:, None, None], reference.position, suspension.position),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
     )
-    problems = [""] * len(scenes)
     if any(load_counts(scenes[0]).values()):
-        loads, problems = _loads(scenes, loaded.value, warm)
-        loaded = replace(loaded, **loads)
+        loads, beyond = _loads(scenes, loaded.value, warm)
+        loaded, problems = replace(loaded, **loads), [one or other for one, other in zip(problems, beyond, strict=True)]
     calm = statics.pose(loaded)
     if all(scene.load_case.wind is None for scene in scenes):
         return Day(calm, calm, None, problems)
@@ -141,6 +149,13 @@ def day_of(reference, scenes):
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return Day(calm, equilibrium_in_wind(calm, drag), drag, problems)
+
+
+def _shrunk(scene, warm):
+    """Which cables have next to no length left at the temperature of their case, in words; empty without any."""
+    names = [name for name, own in zip(scene.cables, warm.tolist(), strict=True) if own < LEAST_LENGTH]
+    text = "at the temperature of the case next to nothing is left of its length, by its expansion"
+    return f"{', '.join(names)}: {text}" if names else ""
 
 
 def load_counts(scene):

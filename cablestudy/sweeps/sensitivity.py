@@ -18,7 +18,7 @@ from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.study.prepare import columns_of
 from cablestudy.study.table import Field, Table
-from cablestudy.sweep.rows import written
+from cablestudy.sweeps.rows import written
 
 RESAMPLES = 1000
 BLOCKS = 1024

@@ -3,8 +3,8 @@
 from cablestudy.study.all_columns import find_header
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.status import OK
-from cablestudy.sweep.chunks import MAX_CASES, keys_of
-from cablestudy.sweep.record import pack, unpack
+from cablestudy.sweeps.chunks import MAX_CASES, keys_of
+from cablestudy.sweeps.record import pack, unpack
 
 # columns in closed form: their digits do not depend on which other columns are computed
 CLOSED_FORM = ("scene", "statics", "stiffness")

@@ -21,7 +21,7 @@ import pandas
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.units import common_factor, show, split
-from cablestudy.sweep.variable import Variable, variable
+from cablestudy.sweeps.variable import Variable, variable
 
 MAX_DEPTH = 50
 MAX_LENGTH = 10_000

@@ -5,11 +5,11 @@ from contextlib import closing
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.words import counted
-from cablestudy.sweep.database import Database
-from cablestudy.sweep.fingerprint import differences, digest
-from cablestudy.sweep.record import unpack
-from cablestudy.sweep.run import Options, Run, command
-from cablestudy.sweep.store import COLUMNS, MISSING, open_store, stored_description
+from cablestudy.sweeps.database import Database
+from cablestudy.sweeps.fingerprint import differences, digest
+from cablestudy.sweeps.record import unpack
+from cablestudy.sweeps.run import Options, Run, command
+from cablestudy.sweeps.store import COLUMNS, MISSING, open_store, stored_description
 
 SHOWN = 10  # missing rows that are named
 

@@ -7,7 +7,7 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.sweep.driver import WorkerDeathError, retry
+from cablestudy.sweeps.driver import WorkerDeathError, retry
 
 TIMEOUT = 15  # seconds until a scheduler must have answered
 ADDRESS = re.compile(r"(?:tcp://)?(?:[^\s:/\[\]]+|\[[0-9a-f:.%]+\]):\d{1,5}")

@@ -17,9 +17,9 @@ from contextlib import suppress
 from cablestudy.errors import SceneError
 from cablestudy.study.all_columns import find_header
 from cablestudy.study.status import OK, OVER_STRENGTH
-from cablestudy.sweep.database import Database
-from cablestudy.sweep.fingerprint import differences, digest
-from cablestudy.sweep.record import check_sum, pack, unpack
+from cablestudy.sweeps.database import Database
+from cablestudy.sweeps.fingerprint import differences, digest
+from cablestudy.sweeps.record import check_sum, pack, unpack
 
 FORMAT = 1  # of the two tables (user_version of SQLite)
 SCHEMA = {

@@ -10,7 +10,7 @@ from cablestudy.scene.units import to_si
 from cablestudy.study.all_columns import find
 from cablestudy.study.prepare import NEVER_COMPARED, compared, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
-from cablestudy.sweep.run import NUMBER
+from cablestudy.sweeps.run import NUMBER
 
 RTOL = 1e-6
 LAST_DIGIT_SHARE = Decimal("0.1")  # of a number in a status: the largest difference in its last digit

@@ -7,10 +7,10 @@ import pandas
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.words import counted
-from cablestudy.sweep.condition import parse
-from cablestudy.sweep.pareto import pareto_front
-from cablestudy.sweep.rows import LazyRows
-from cablestudy.sweep.variable import Variable, variable
+from cablestudy.sweeps.condition import parse
+from cablestudy.sweeps.pareto import pareto_front
+from cablestudy.sweeps.rows import LazyRows
+from cablestudy.sweeps.variable import Variable, variable
 
 
 @dataclass(frozen=True)

@@ -18,14 +18,14 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
-from cablestudy.sweep.chunks import Chunks
-from cablestudy.sweep.driver import compute_here
-from cablestudy.sweep.fingerprint import digest, identity
-from cablestudy.sweep.interrupt import Interrupts
-from cablestudy.sweep.progress import Progress
-from cablestudy.sweep.row_reuse import reuse_rows
-from cablestudy.sweep.rows import table_of
-from cablestudy.sweep.store import COMPLETE, MISSING, PARTIAL, open_store
+from cablestudy.sweeps.chunks import Chunks
+from cablestudy.sweeps.driver import compute_here
+from cablestudy.sweeps.fingerprint import digest, identity
+from cablestudy.sweeps.interrupt import Interrupts
+from cablestudy.sweeps.progress import Progress
+from cablestudy.sweeps.row_reuse import reuse_rows
+from cablestudy.sweeps.rows import table_of
+from cablestudy.sweeps.store import COMPLETE, MISSING, PARTIAL, open_store
 
 SHOWN = 10  # failures, and rows over strength, that are listed
 REPLAYED = 3  # failures whose command is given
@@ -136,7 +136,7 @@ class Run:
         """Iterator of the chunks that are done."""
         if self.options.scheduler is None:
             return compute_here(chunks, self.options.jobs)
-        from cablestudy.sweep.cluster import compute_on_cluster
+        from cablestudy.sweeps.cluster import compute_on_cluster
 
         notify = None if self.options.quiet else partial(print, file=sys.stderr, flush=True)
         return compute_on_cluster(chunks, self.options.scheduler, notify)

@@ -16,8 +16,8 @@ from cablestudy.study.find import column_named, evaluate_found
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import evaluate_tables
-from cablestudy.sweep.fingerprint import versions
-from cablestudy.sweep.record import pack
+from cablestudy.sweeps.fingerprint import versions
+from cablestudy.sweeps.record import pack
 
 SECONDS = 1.0  # of computing that a chunk should take
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take

@@ -1,0 +1,144 @@
+"""The Python interface: the numbers, names and errors of the commands."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from command import CARLINA, CONFIGS, rows_of, run, table_of
+
+import cablestudy
+
+NET = CONFIGS / "suspensions" / "carlina-net.yaml"
+
+
+def test_importing_the_package_imports_nothing_heavy():
+    code = "import cablestudy, sys; print(sorted({'numpy', 'pandas', 'pydantic', 'yaml', 'click'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_every_public_name_is_there():
+    assert {name for name in cablestudy.__all__ if callable(getattr(cablestudy, name))} == set(cablestudy.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'swep'"):
+        cablestudy.swep  # noqa: B018
+
+
+def test_a_scene_gives_what_the_commands_print():
+    changes = {"cable.diameter": "3.7 mm", "gondola.mass": 60}
+    sets = ("--set", "cable.diameter=3.7 mm", "--set", "gondola.mass=60")
+    scene = cablestudy.load(CARLINA, set=changes)
+    static = scene.static()
+    assert dict(static) == table_of("static", CARLINA, *sets)[0]
+    assert static.units["sag_m"] == "m"
+    assert 0 < static.errors["sag_m"] < 1e-3
+    assert scene.windrms() == table_of("windrms", CARLINA, *sets)[0]
+    modes = scene.modes(5)
+    printed = table_of("modes", CARLINA, "-n", "5", *sets)
+    assert modes.to_dict("records") == printed
+    assert modes.attrs["units"]["frequency_Hz"] == "Hz"
+    assert len(scene.modes(upto=3.0)) == (scene.modes(20)["frequency_Hz"] <= 3.0).sum()
+    shape = table_of("static", CARLINA, "--shape", *sets)
+    assert scene.shape().to_dict("records") == shape
+
+
+def test_a_state_space_is_a_system_of_scipy():
+    scene = cablestudy.load(CARLINA)
+    model = scene.state_space(with_="loop", modes=6)
+    system = model.to_scipy()
+    s = 2j * np.pi * np.array([0.3, 1.0])
+    expected = [model.c @ np.linalg.solve(value * np.eye(len(model.a)) - model.a, model.b) + model.d for value in s]
+    poles = np.sort_complex(np.linalg.eigvals(system.A))
+    assert poles == pytest.approx(np.sort_complex(np.linalg.eigvals(model.a)))
+    assert model.response(s) == pytest.approx(np.array(expected), rel=1e-9)
+    assert [name for name, _ in model.inputs] == model.input_names
+
+
+def test_find_and_cases(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        "cable: {chord: 100 m, axial_stiffness: 1 MN, mass_per_length: 1, preload: 5 kN, expansion: 12e-6 1/K}\n"
+        "cases: {cold: {temperature: -20 degC}, hot: {temperature: 40 degC}}\n",
+        encoding="utf-8",
+    )
+    found = cablestudy.find(path, "sag = 2 m", by="cable.preload")
+    again = cablestudy.load(path, set={"cable.preload": float(found["cable.preload_N"][0])})
+    assert again.static()["sag_m"] == pytest.approx(2.0, rel=1e-9)
+    cases = cablestudy.load(path).cases
+    assert list(cases) == ["cold", "hot"]
+    assert cases["cold"].static()["sag_m"] < cases["hot"].static()["sag_m"]
+    assert cases["hot"].static() == cablestudy.load(path, case="hot").static()
+
+
+def test_a_sweep_is_a_data_frame_of_the_stored_table():
+    frame = cablestudy.sweep(CONFIGS / "preload.yaml", jobs=1)
+    stored = rows_of((CONFIGS.parent / "results" / "preload.csv").read_text(encoding="utf-8"), "csv")
+    known = [row["gondola_frequency_Hz"] for row in stored]
+    assert frame["gondola_frequency_Hz"].tolist() == pytest.approx(known, rel=1e-9)
+    assert frame.attrs["units"]["end_stiffness_N_per_m"] == "N/m"
+    assert frame["cable.unstretched_length"].tolist() == [183.195, 184.488, 185.142, 185.668, 185.734, 186.0]
+    assert frame.attrs["units"]["cable.unstretched_length"] == "m"
+    again = cablestudy.sweep(CONFIGS / "preload.yaml", set={"cable.density": 2000}, vary={"gondola.mass": "10kg,50kg"})
+    assert len(again) == 2 * len(frame)
+    assert again["gondola.mass"].unique().tolist() == [10.0, 50.0]
+
+
+def test_a_sweep_writes_only_where_it_is_told_to(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cablestudy.sweep(CONFIGS / "preload.yaml")
+    assert list(tmp_path.iterdir()) == []
+    cablestudy.sweep(CONFIGS / "preload.yaml", out=tmp_path / "here")
+    run("sweep", CONFIGS / "preload.yaml", "--out", tmp_path / "there")
+    names = ("preload.csv", "preload.md")
+    assert all((tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes() for name in names)
+
+
+def test_a_suspension_gives_its_tables():
+    net = cablestudy.load(NET)
+    assert isinstance(net, cablestudy.Suspension)
+    tables = net.static()
+    assert list(tables) == ["bodies", "points", "cables", "stiffness"]
+    printed = table_of("static", NET, "--table", "cables")
+    assert tables["cables"]["max_tension_N"].tolist() == [row["max_tension_N"] for row in printed]
+    assert net.modes(3)["frequency_Hz"].tolist() == [row["frequency_Hz"] for row in table_of("modes", NET, "-n", "3")]
+    with pytest.raises(cablestudy.SceneError, match="the scene is a suspension"):
+        net.shape()
+
+
+@pytest.mark.parametrize("kind", ["static", "modes", "windrms"])
+def test_pictures_are_figures(kind):
+    from matplotlib.figure import Figure
+
+    assert isinstance(cablestudy.load(CARLINA).plot(kind), Figure)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: cablestudy.load("nothing.yaml"), "nothing.yaml: no such file"),
+        (lambda: cablestudy.load(CARLINA, set={"cable.diamter": 3}), "unknown key (did you mean diameter?)"),
+        (lambda: cablestudy.load(CARLINA, case="ice"), 'unknown case "ice"'),
+        (lambda: cablestudy.load(CARLINA).plot("bode"), "unknown kind 'bode' (allowed: static, modes, windrms)"),
+        (lambda: cablestudy.load(CARLINA).modes(3, 4.0), "count and upto exclude each other"),
+        (lambda: cablestudy.load(CARLINA).find("sag", by="cable.preload"), "expected COLUMN = VALUE"),
+        (lambda: cablestudy.sweep(CARLINA), "this is a scene (it has the key cable)"),
+    ],
+)
+def test_mistakes_are_those_of_the_commands(call, message):
+    with pytest.raises(cablestudy.SceneError) as raised:
+        call()
+    assert message in str(raised.value)
+
+
+def test_the_command_and_the_function_agree_on_a_trade():
+    frame = cablestudy.trade(CARLINA, columns="sag", repeats=1)
+    printed = run("trade", CARLINA, "--columns", "sag", "--repeats", "1", "--format", "csv")
+    assert len(frame) == len(rows_of(printed.out, "csv"))
+
+
+def test_the_page_runs_as_it_is_written(monkeypatch, capsys):
+    monkeypatch.chdir(CONFIGS.parent)
+    text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
+    blocks = text.split("```python\n")[1:]
+    assert len(blocks) == 6
+    exec("\n".join(block.partition("```")[0] for block in blocks), {})
+    assert "max_tension_N" in capsys.readouterr().out

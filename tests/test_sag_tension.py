@@ -1,0 +1,118 @@
+"""configs/line.yaml and published sag-tension tables of a conductor.
+
+Final sags and tensions of ACSR Drake (795 kcmil, 26/7) by Alcoa's program Sag and Tension: a span of 700 ft is printed
+as Table 14.5 in Thrash and others, "Sag and tension of conductor", in Grigsby (ed.), *Electric Power Generation,
+Transmission, and Distribution*; one of 1000 ft in Alcoa's sample problem of extra heavy loading. Printed is the tension
+halfway between the horizontal one and that at the supports.
+"""
+
+import numpy as np
+import pytest
+from command import CONFIGS, table_of
+from scenes import cells, scene
+
+FOOT, POUND = 0.3048, 4.4482216152605
+WEIGHT = 1.094  # of the bare conductor [lbf/ft]
+TABLE_700 = {  # degF, lbf/ft: ft, lbf; from 167 degF on the aluminium is slack
+    (0, 2.509): (13.61, 11318), (32, 2.094): (13.93, 9224), (-20, WEIGHT): (8.22, 8161), (0, WEIGHT): (9.19, 7301),
+    (30, WEIGHT): (10.75, 6242), (60, WEIGHT): (12.36, 5429), (90, WEIGHT): (13.96, 4809), (120, WEIGHT): (15.52, 4330),
+}  # fmt: skip
+TABLE_1000 = {  # stretched by 1.5 in of ice before; from 30 degF on the aluminium is slack
+    (0, 2.509): (34.86, 9054), (32, 2.094): (35.47, 7429), (-20, WEIGHT): (30.11, 4564), (0, WEIGHT): (31.25, 4399),
+}  # fmt: skip
+LINE = """
+cable:
+  chord: {span} ft
+  axial_stiffness: {stiffness} lbf
+  mass_per_length: 1.094 lb/ft
+  diameter: 1.108 in
+  expansion: {expansion} 1/degR
+  tension: {{at: horizontal, value: {tension} lbf}}
+  reference: {{temperature: 0 degF}}
+gravity: 9.80665
+cases: {{day: {{temperature: {temperature} degF, ice: {{weight: {ice} lbf/ft}}}}}}
+case: day
+"""
+
+
+def by_hand(span, sag, tension, weight):
+    """Length over span less one, by the parabola, and the mean tension, of a printed row."""
+    flat = sag / span
+    return 8 / 3 * flat**2 - 32 / 5 * flat**4, tension - weight * sag / 6
+
+
+def constants(span, table):
+    """EA [lbf] by the rows with and without ice and wind at 0 degF, expansion [1/degF] by the two coldest rows."""
+    rows = {key: by_hand(span, *row, key[1]) for key, row in table.items()}
+    bare, loaded, cold = rows[0, WEIGHT], rows[0, 2.509], rows[-20, WEIGHT]
+    stiffness = (loaded[1] - bare[1]) / (loaded[0] - bare[0])
+    return stiffness, (bare[0] - cold[0] - (bare[1] - cold[1]) / stiffness) / 20
+
+
+def test_both_tables_are_of_one_conductor():
+    """So that what one gives may be used for the other: a final modulus of 69.6 GPa, 18.8e-6 1/K."""
+    (one, warm_one), (other, warm_other) = constants(700, TABLE_700), constants(1000, TABLE_1000)
+    assert one == pytest.approx(other, rel=2e-3)
+    assert warm_one == pytest.approx(warm_other, rel=1e-2)
+
+
+@pytest.mark.parametrize(("span", "table", "other"), [(700, TABLE_700, (1000, TABLE_1000)),
+                                                      (1000, TABLE_1000, (700, TABLE_700))])  # fmt: skip
+def test_a_published_sag_tension_table(tmp_path, span, table, other):
+    """One tension of a table, and EA and expansion of the other table, give the whole table to 0.3 %."""
+    stiffness, expansion = constants(*other)
+    sag, tension = table[0, WEIGHT]
+    path = tmp_path / "line.yaml"
+    for (temperature, weight), (sag_there, tension_there) in table.items():
+        path.write_text(
+            LINE.format(span=span, stiffness=stiffness, expansion=expansion, tension=tension - WEIGHT * sag / 2,
+                        temperature=temperature, ice=weight - WEIGHT),
+            encoding="utf-8",
+        )  # fmt: skip
+        found = cells(scene(base=path), "sag", "horizontal_tension", "tension_1")
+        assert found["sag"] / FOOT == pytest.approx(sag_there, rel=3e-3), (temperature, weight)
+        halfway = (found["horizontal_tension"] + found["tension_1"]) / 2 / POUND
+        assert halfway == pytest.approx(tension_there, rel=3e-3), (temperature, weight)
+
+
+def test_ice_of_half_an_inch_weighs_what_is_printed(tmp_path):
+    """57 lb/ft^3 around 1.108 in: 2.094 lbf/ft with the conductor."""
+    path = tmp_path / "line.yaml"
+    path.write_text(LINE.format(span=700, stiffness=7.3e6, expansion=1e-5, tension=7000, temperature=0, ice=0))
+    ice = "cases.day.ice={thickness: 0.5 in, density: 57 lb/ft^3}"
+    found = cells(scene(ice, base=path), "tension_1", "horizontal_tension", "stretched_length", "reaction_1_vertical")
+    weight = 2 * found["reaction_1_vertical"] / POUND / (700 * (1 - (7000 / 7.3e6)))  # per unstretched length, nearly
+    assert weight == pytest.approx(2.094, rel=2e-3)
+
+
+def state_change(change, pull, thickness=0.0):
+    """Tension along the chord of configs/line.yaml by the parabola and the state-change equation. [N]
+
+    Of the load per length counts what is across the chord: the weight times its cosine, and all of the wind.
+    """
+    run, rise = 300.0, 8.0
+    chord, cosine = np.hypot(run, rise), run / np.hypot(run, rise)
+    stiffness, mass, expansion, diameter = 77e9 * 468.6e-6, 1.628, 18.9e-6, 28.14e-3
+    bare = 9.81 * mass
+    iced = bare + 9.81 * 900 * np.pi * thickness * (diameter + thickness)
+
+    def slack(tension, weight, pull=0.0):
+        return (np.hypot(weight * cosine, pull) * chord / tension) ** 2 / 24
+
+    first = 0.2 * 140.1e3 / cosine
+    low, high = 1e3, 140e3
+    for _ in range(100):
+        middle = (low + high) / 2
+        stretched = (middle - first) / stiffness + expansion * change
+        low, high = (middle, high) if slack(middle, iced, pull) - slack(first, bare) > stretched else (low, middle)
+    return middle
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "pull", "thickness"),
+    [("everyday", 0, 0, 0), ("cold", -45, 0, 0), ("hot", 65, 0, 0), ("ice", -20, 0, 0.015),
+     ("storm", -10, 0.5 * 1.25 * 30**2 * 28.14e-3, 0)],
+)  # fmt: skip
+def test_the_stored_line_follows_the_state_change_equation(name, change, pull, thickness):
+    rows = {row["case"]: row for row in table_of("static", CONFIGS / "line.yaml", "--case", "all")}
+    assert rows[name]["preload_N"] == pytest.approx(state_change(change, pull, thickness), rel=2e-3)
