@@ -543,6 +543,11 @@ def test_cables_that_shrink_to_nothing_are_named(made):
     assert row.cells["status"].startswith("b: at the temperature of the case next to nothing is left of its length")
 
 
+def test_a_sag_without_weight_has_no_answer(made):
+    row = evaluate_suspensions([made(*body("gravity=0", stated="sag: 14 m"))], [find("gondola.z")])[0]
+    assert row.cells["status"].startswith("no equilibrium: no lengths were found")
+
+
 def test_stated_lengths_need_no_equilibrium_of_the_reference_state(made):
     """Cables without weight are slack there, and a load on one of them holds the knot in the case."""
     text = """\

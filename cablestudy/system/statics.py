@@ -284,7 +284,8 @@ def coupled_step(suspension, state, cables, which, error):
         suspension, blocks, scales, which, pulled * stretch[..., None, None], turned, own * stretch, right
     )
     step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
-    step[:, suspension.free], changes[:, which] = moves / scales, change * stretch
+    # without a definite form, as of a slack cable without weight, there are no rates
+    step[:, suspension.free], changes[:, which] = np.nan_to_num(moves / scales), np.nan_to_num(change * stretch)
     limited = np.maximum(1.0, np.abs(changes).max(axis=-1) / LARGEST)
     return step / limited[:, None, None], changes / limited[:, None]
 
