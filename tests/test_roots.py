@@ -88,3 +88,11 @@ def test_each_place_is_evaluated_once():
 
     found(function, 1, 1e-9, 1e9)
     assert len(seen) == len(set(seen))
+
+
+def test_a_function_that_stays_at_zero_has_one_zero_there():
+    found = zeros(
+        lambda x: np.minimum(x - 3.0, 0.0) * (1 + 1e-17), [[np.linspace(0.0, 8.0, 33)]], Effort(16, 20, scale=1.0)
+    )
+    assert found.places == [3.0]
+    assert found.plateaus == [(3.0, 8.0)]

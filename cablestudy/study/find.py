@@ -111,6 +111,7 @@ def solve(goal, document):
     notes = [] if goal.between else [
         f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; --between LOW:HIGH searches elsewhere"
     ]  # fmt: skip
+    notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in found.plateaus]
     scenes = [_Cases(document, goal, [value]).case(0)[1] for value in found.places]
     return Found(found.places, scenes, notes + jumps)
 

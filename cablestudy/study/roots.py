@@ -58,6 +58,8 @@ class Zeros:
         Of the zeros, rising.
     jumps : list of float
         Where the function changes its sign without being zero, rising.
+    plateaus : list of (float, float)
+        Between which places tried the function stays zero; only the first place of each is among the zeros.
     low, high : float
         Ends of the range that was searched.
     known : tuple of ndarray
@@ -68,6 +70,7 @@ class Zeros:
 
     places: list
     jumps: list
+    plateaus: list
     low: float
     high: float
     known: tuple
@@ -192,7 +195,7 @@ def zeros(function, ranges, effort):
         scan.approach_zero()
         found, jumps = scan.search()
     known = scan.finite()
-    return Zeros(found, jumps, min(scan.tried), max(scan.tried), known, effort.equal(known[1]))
+    return Zeros(found, jumps, scan.plateaus, min(scan.tried), max(scan.tried), known, effort.equal(known[1]))
 
 
 class _Scan:
@@ -202,6 +205,7 @@ class _Scan:
         self._function, self._effort = function, effort
         self.tried = {}  # place -> value, NaN where there is none; what the search looks at
         self._others = {}  # the same of places about a zero
+        self.plateaus = []
 
     def evaluate(self, places):
         """Evaluate the function at places where it was not yet."""
@@ -280,12 +284,19 @@ class _Scan:
 
     def _zeros(self):
         """The zeros and jumps between neighbouring places that have values."""
-        known = sorted(self.tried.items())
         if self._effort.equal(self.finite()[1]):
             return [], []
-        found, jumps = [place for place, value in known if value == 0], []
+        least = CONSTANT * self._effort.scale
+        known = [(place, 0.0 if abs(value) <= least else value) for place, value in sorted(self.tried.items())]
+        jumps, found = [], [known[0][0]] if known[0][1] == 0 else []
+        self.plateaus = []
         for (a, f), (b, g) in pairwise(known):
-            if f * g < 0:
+            if f == g == 0:  # it stays at zero: one zero, where that begins
+                begin = self.plateaus.pop()[0] if self.plateaus and self.plateaus[-1][1] == a else a
+                self.plateaus.append((begin, b))
+            elif g == 0:
+                found.append(b)
+            elif f * g < 0:
                 place = self._brent(a, b)
                 continuous = abs(self.value(place)) <= max(JUMP * abs(g - f), self._effort.noise)
                 (found if continuous else jumps).append(place)
