@@ -14,6 +14,7 @@ from cablestudy.sweeps.interrupt import signals_blocked
 
 TRIAL = 0.3  # seconds of computing in this process, after which the time of the whole work is estimated
 WORTHWHILE = 3.0  # seconds of work that are worth the start of other processes
+LOOK_AGAIN = 10.0  # seconds without a result after which the number of workers is asked for again
 AHEAD = 2  # chunks in flight for each worker, so that none waits for the next
 PER_CORE = 4  # processes at most: more of them only take memory
 MAX_DEATHS = 3  # of workers, one after the other without a result between them
@@ -88,7 +89,8 @@ def submit_all(chunks, executor, workers=lambda: 1):
                 flying[executor.submit(compute, chunk)] = chunk
             if not flying:
                 return
-            for future in wait(flying, return_when=FIRST_COMPLETED).done:
+            # not for ever: what is in flight may be lost with a scheduler, and asking for its workers tells
+            for future in wait(flying, LOOK_AGAIN, FIRST_COMPLETED).done:
                 done = future.result()
                 del flying[future]
                 chunks.measure(done)
