@@ -11,7 +11,7 @@ empty cells and says why in `status`, or raises `NoSolutionError` or `Convergenc
 import json
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.scene import load_scene
+from cablestudy.scene.scene import each_case, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 
 KINDS = ("static", "modes", "windrms")
@@ -95,10 +95,7 @@ class Scene:
     @property
     def cases(self):
         """The scene in each of its load cases: dict of name -> Scene."""
-        from cablestudy.scene.scene import read_scene
-
-        changed = {name: self.document.with_sets([("case", name, f"case {name}")]) for name in self.model.cases}
-        return {name: type(self)(document, read_scene(document)) for name, document in changed.items()}
+        return {name: type(self)(*of_case) for name, *of_case in each_case(self.document, self.model)}
 
     def static(self):
         """Tension, sag, end stiffness and more: `Values`."""

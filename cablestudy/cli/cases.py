@@ -40,7 +40,7 @@ def every_case(scene, sets, style, compute):
     int
         The largest exit code.
     """
-    from cablestudy.scene.scene import load_scene, read_scene
+    from cablestudy.scene.scene import each_case, load_scene
     from cablestudy.scene.suspension import SuspensionScene
     from cablestudy.study.case_tables import joined
 
@@ -50,9 +50,8 @@ def every_case(scene, sets, style, compute):
     if not model.cases:
         raise SceneError(f"--case {ALL}: {scene} has no cases")
     tables, codes = {}, []
-    for name in model.cases:
-        of_case = document.with_sets([("case", name, f"--case {name}")])
-        tables[name], code = compute(of_case, read_scene(of_case), f"{scene}: case {name}")
+    for name, *of_case in each_case(document, model):
+        tables[name], code = compute(*of_case, f"{scene}: case {name}")
         codes.append(code)
     show(joined(tables), style)
     return max(codes)

@@ -190,6 +190,13 @@ def load_scene(path, sets=(), suspensions=False):
     return document, read_scene(document)
 
 
+def each_case(document, scene):
+    """Yield name, Document and scene of each load case of a scene."""
+    for name in scene.cases:
+        of_case = document.with_sets([("case", name, f"case {name}")])
+        yield name, of_case, read_scene(of_case)
+
+
 def missing(document, key, command):
     """The SceneError for a dotted key that a scene may lack and a command (for example `windrms`) may not."""
     return refuse(document.place(tuple(key.split("."))), f"missing key: 'cablestudy {command}' needs it", key)

@@ -17,7 +17,7 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.cable.geometry import clearance, load_sag, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.load_cases import along
+from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.table import Field, header
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.peak import peak_factor
@@ -122,7 +122,8 @@ def mean_displacement(results):
     wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
     steady = results.given("load_case.wind.dynamic_pressure")
     mean = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
-    pressure = np.where(np.isnan(steady), mean, steady * along(results)[0])
+    along = wind_direction(results.given("load_case.wind.direction"))[..., 0]
+    pressure = np.where(np.isnan(steady), mean, steady * along)
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
         return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
 

@@ -15,6 +15,7 @@ ICE_PARTS = ("thickness", "density", "weight")
 DRAG_POINTS = 9  # along a cable, at which the drag that it has is compared with the uniform one
 SECOND_ORDER = 1.2  # safety factor on an error that is computed to first order
 LEAST_LENGTH = 0.1  # at the temperature of a case over that of the reference state
+ROUNDED = 1e-15  # cosine or sine of a direction: what is less is not zero for rounding only
 SLACK = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
 UNKNOWN = 1e30  # a relative error that says no more than that nothing is known; no number larger is stated
 UP = np.array([0.0, 0.0, 1.0])
@@ -132,11 +133,11 @@ def wind_loads(values, span):
 def _pressed(values):
     """Drag of a length across the steady wind, C_d q D, shape (n,) [N/m]; its direction, shape (n, 3)."""
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
-    direction = np.stack([*along(values), np.zeros(len(values))], axis=-1)
     if not pressure.any():
-        return pressure, direction
+        return pressure, np.zeros((len(values), 3))
     drag = values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
-    return np.where(pressure > 0, pressure * drag, 0.0), direction
+    angle = np.nan_to_num(values.given("load_case.wind.direction"))
+    return np.where(pressure > 0, pressure * drag, 0.0), wind_direction(angle)
 
 
 def _across(direction, tangent):
@@ -239,13 +240,16 @@ def uneven_drag(values, cases):
     return at_points
 
 
-def along(values):
-    """Cosine and sine of the direction of the steady wind, zero where they are not for rounding only, shapes (n,). [-]
+def wind_direction(angle):
+    """Unit vector of a horizontal wind, zero where it is not for rounding only, shape (..., 3). [-]
 
-    1 and 0 without a wind.
+    Parameters
+    ----------
+    angle : ndarray, shape (...)
+        From x towards y. [rad]
     """
-    direction = np.nan_to_num(values.given("load_case.wind.direction"))
-    return tuple(np.where(np.abs(part) < 1e-15, 0.0, part) for part in (np.cos(direction), np.sin(direction)))
+    level = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+    return np.where(np.abs(level) < ROUNDED, 0.0, level)
 
 
 def _in_wind(span, values, wind):

@@ -19,6 +19,7 @@ from cablestudy.study.load_cases import (
     UNKNOWN,
     ice_mass,
     uneven_drag_errors,
+    wind_direction,
 )
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.suspension.linear_motion import offered_by_bodies, wind_diameters
@@ -26,8 +27,6 @@ from cablestudy.system import statics, tangent
 from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
-
-ROUNDED = 1e-15  # cosine or sine of a direction: what is less is not zero for rounding only
 
 
 @dataclass(frozen=True)
@@ -214,9 +213,7 @@ def _ice_masses(scenes):
 def _steady_drag(scenes, body_names):
     """`Drag` of the steady winds of some scenes, with a leading axis of cases."""
     winds = [scene.load_case.wind for scene in scenes]
-    angle = np.array([wind.direction for wind in winds])
-    level = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
-    level = np.where(np.abs(level) < ROUNDED, 0.0, level)
+    level = wind_direction(np.array([wind.direction for wind in winds]))
     speed = np.sqrt([wind.dynamic_pressure for wind in winds])  # with a density of 2 kg/m^3
     cables = np.array([s.load_case.wind.cable_drag_coefficient * wind_diameters(s) for s in scenes])
     bodies, centers = map(np.array, zip(*(offered_by_bodies(s, body_names) for s in scenes), strict=True))
