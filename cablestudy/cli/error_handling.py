@@ -83,10 +83,10 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
         click.echo(f"{scene}: {failure}", err=True)
     if plot and answer.draw:
         answer.save_figure(plot)
-    if answer.table is None:
-        click.echo(answer.render(style), nl=False)
-    else:
+    if answer.table is not None:
         show(answer.table, style)
+    elif answer.tables is not None:
+        click.echo(answer.render(style), nl=False)
     return NO_ANSWER if answer.failures else 0
 
 

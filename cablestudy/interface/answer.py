@@ -34,6 +34,7 @@ class Answer:
     Attributes
     ----------
     table : Table or None
+        None too where there is no answer at all.
     tables : dict or None
         Of a suspension: name -> Table, where there are several.
     explain : callable

@@ -115,7 +115,7 @@ class Scene:
         from cablestudy.study.report import shape_table
 
         answer = self._static_answer(estimate)
-        return answer if answer.failures else replace(answer, table=shape_table(answer.case))
+        return replace(answer, table=None if answer.failures else shape_table(answer.case))
 
     # -------------------------------------------------------------------------------------------------------- modes
 
