@@ -27,6 +27,11 @@ GROUPS = {
             "Motion in gusty wind, with and without the winch loop.",
             ("windrms gondola.yaml --plot wind.svg", "windrms gondola.yaml --set cable.material=steel"),
         ),
+        "loop": (
+            "loop",
+            "Margins of the winch loop, over frequency and in time.",
+            ("loop gondola.yaml --plot loop.svg", "loop gondola.yaml --time 60s --input gust --plot gust.svg"),
+        ),
         "ssm": (
             "ssm",
             "The state space for MATLAB, scipy and python-control.",
