@@ -1,0 +1,180 @@
+"""Tables as HTML, with the estimated errors of their numbers: turned, cut or split so that they fit a page."""
+
+import re
+from dataclasses import dataclass, field
+
+from cablestudy.pages.markup import boxed, element, text, unit_text
+from cablestudy.study.columns import ROUNDING
+from cablestudy.study.status import OK
+from cablestudy.study.table import short, signed
+
+MOST_ROWS, END_ROWS = 100, 25  # rows of the longest table that is whole, and rows at each end of one that is cut
+MOST_COLUMNS = 12  # of a table that is not split
+TURNED = (8, 6)  # a table of more columns and at most so many rows has a line for each column
+ERROR, LARGEST = "estimated error", "estimated error, at most"
+SHORT = 20  # rows of a table that print does not break
+AFTER_DOTS = re.compile(r"([._])(?=[a-z])")
+HIDDEN = "status"  # field that is left out while it is ok everywhere
+
+
+@dataclass
+class Grid:
+    """A table as HTML.
+
+    Attributes
+    ----------
+    head : list of str
+        Of the columns. HTML.
+    rows : list of (list of str)
+        Cells, the first one the head of its row. HTML.
+    right : set of int
+        Columns whose cells stand on the right.
+    foot : list of str
+        Cells of a last line, or none. HTML.
+    """
+
+    head: list
+    rows: list
+    right: set = field(default_factory=set)
+    foot: list = field(default_factory=list)
+
+    def html(self, caption):
+        """The table in a box of its own."""
+        heads = "".join(self._cell("th", place, cell, scope="col") for place, cell in enumerate(self.head))
+        parts = [
+            element("caption", text(caption)),
+            element("thead", element("tr", heads)),
+            element("tbody", "\n".join(map(self._row, self.rows))),
+            element("tfoot", self._row(self.foot)) if self.foot else "",
+        ]
+        return boxed(element("table", "\n".join(parts), class_="short" if len(self.rows) <= SHORT else ""), caption)
+
+    def _row(self, cells):
+        first, *others = cells
+        rest = "".join(self._cell("td", place, cell) for place, cell in enumerate(others, 1))
+        head = AFTER_DOTS.sub(r"\1<wbr>", first)  # where the names of keys may go on in another line
+        return element("tr", self._cell("th", 0, head, scope="row") + rest)
+
+    def _cell(self, tag, place, content, **attributes):
+        return element(tag, content, **attributes, class_="number" if place in self.right else "")
+
+
+def table_html(table, caption, where_all=""):
+    """A `Table` as HTML.
+
+    Parameters
+    ----------
+    table : Table
+    caption : str
+    where_all : str
+        Where all rows are, of a table that may be cut.
+    """
+    errors = list(table.errors()) if table.errors else []
+    fields = _shown(table)
+    if table.single:
+        return _single(fields, table.rows[0], errors[0] if errors else {}).html(caption)
+    if table.across:
+        return _turned(fields, table.rows, errors, table.across).html(caption)
+    if not len(table.rows):
+        return ""
+    if len(fields) > TURNED[0] and len(table.rows) <= TURNED[1]:
+        return _turned(fields, list(table.rows), errors, fields[0].name).html(caption)
+    return _by_rows(fields, table.rows, errors, caption, where_all)
+
+
+def _shown(table):
+    """The fields of a table that are shown, without printed values, which stand in the cells of their columns."""
+    fields = [field for field in table.fields if not (field.hidden or field.beside)]
+    if any(field.name == HIDDEN for field in fields) and all(row.get(HIDDEN) == OK for row in table.rows):
+        fields = [field for field in fields if field.name != HIDDEN]
+    return fields
+
+
+def _single(fields, row, errors):
+    """One line for each quantity of the only row."""
+    known = [field for field in fields if row.get(field.name) is not None]
+    rows = [[text(one.title), cell(one, row), unit_text(one.unit), error_text(errors.get(one.name))] for one in known]
+    return Grid(["quantity", "value", "unit", ERROR], rows, {1, 3})
+
+
+def _turned(fields, rows, errors, across):
+    """One line for each quantity, one column for each row, headed by the cells of the field `across`."""
+    head_field = next(field for field in fields if field.name == across)
+    known = [one for one in fields if one is not head_field and any(row.get(one.name) is not None for row in rows)]
+    largest = _largest(errors)
+    lines = [
+        [text(one.title), *(cell(one, row) for row in rows), unit_text(one.unit), error_text(largest.get(one.name))]
+        for one in known
+    ]
+    heads = [cell(head_field, row) for row in rows]
+    head = ["quantity", *heads, "unit", LARGEST if len(rows) > 1 else ERROR]
+    worst = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
+    foot = [LARGEST, *map(error_text, worst), "", ""] if len(rows) > 1 and any(worst) else []
+    return Grid(head, lines, {*range(1, len(rows) + 1), len(rows) + 2}, foot)
+
+
+def _by_rows(fields, rows, errors, caption, where_all):
+    """One line for each row: cut where there are many rows, split where there are many columns."""
+    total = len(rows)
+    shown = list(rows) if total <= MOST_ROWS else [*rows[:END_ROWS], *rows[-END_ROWS:]]
+    right = [not any(isinstance(row.get(one.name), str) for row in shown) for one in fields]
+    columns = [(_head(one), [cell(one, row) for row in shown], side) for one, side in zip(fields, right, strict=True)]
+    largest, stated = _largest(errors), {one.name for one in fields} & {name for row in errors for name in row}
+    foot = [error_text(largest.get(one.name)) for one in fields]
+    if len(stated) <= 2 and total <= MOST_ROWS and not foot[0]:  # beside each number
+        for place in reversed(range(len(fields))):
+            if fields[place].name in stated:
+                beside = [error_text(row.get(fields[place].name)) for row in errors]
+                columns.insert(place + 1, (ERROR, beside, True))
+        foot = []
+    elif not foot[0] and any(foot):
+        foot[0] = LARGEST if total > 1 else ERROR
+    if total > MOST_ROWS:
+        for _, cells, _ in columns:
+            cells.insert(END_ROWS, "…")
+        caption = f"{caption}: {2 * END_ROWS} of {total} rows, the first and the last{where_all and f'; {where_all}'}"
+    return "".join(_split(columns, foot if any(foot) else [], caption))
+
+
+def _split(columns, foot, caption):
+    """Yield the parts of a table, each with the first column."""
+    first, others = columns[0], columns[1:]
+    width = MOST_COLUMNS - 1
+    parts = -(-len(others) // width) or 1
+    width = -(-len(others) // parts)
+    for part in range(parts):
+        chosen = [first, *others[part * width : (part + 1) * width]]
+        feet = [foot[0], *foot[1:][part * width : (part + 1) * width]] if foot else []
+        rows = [list(cells) for cells in zip(*(cells for _, cells, _ in chosen), strict=True)]
+        right = {place for place, (_, _, side) in enumerate(chosen) if side}
+        whose = caption if parts == 1 else f"{caption} ({part + 1} of {parts})"
+        yield Grid([head for head, _, _ in chosen], rows, right, feet).html(whose)
+
+
+def _head(one):
+    """Title of a column with its unit, as HTML."""
+    return f"{text(one.title)} [{unit_text(one.unit)}]" if one.unit else text(one.title)
+
+
+def _largest(errors):
+    """Header -> largest known error of a column."""
+    found = {}
+    for row in errors:
+        for name, error in row.items():
+            found[name] = max(error, found.get(name, 0.0))
+    return found
+
+
+def cell(one, row):
+    """The cell of a field as HTML; where there is a printed value, that and the difference from it too."""
+    return text(short(row.get(one.name)))
+
+
+def error_text(error):
+    """An estimated relative error as HTML, empty where it is not known: one digit, no less than rounding."""
+    if error is None:
+        return ""
+    if error == 0:
+        return "exact"
+    digit, exponent = f"{max(error, ROUNDING):.0e}".split("e")
+    return f"{digit}e{int(exponent)}"
