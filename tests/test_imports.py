@@ -21,8 +21,8 @@ ALLOWED = {
     "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
     "sweeps": {"sweeps", "study", "scene", "errors", "__version__"},
-    "interface": {"sweeps", "study", "scene", "errors"},
-    "cli": {"cli", "sweeps", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
+    "interface": {"interface", "sweeps", "study", "scene", "errors"},
+    "cli": {"cli", "interface", "sweeps", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
     "__init__": set(),
     "__main__": {"cli"},
 }

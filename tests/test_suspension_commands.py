@@ -570,7 +570,7 @@ def test_form_finding_is_the_linear_balance_of_force_densities():
 
 def test_the_exact_search_begins_at_the_form():
     Path("form.yaml").write_text(FORM, encoding="utf-8")
-    found = SuspensionCase(load_scene("form.yaml", suspensions=True)[1]).equilibrium
+    found = SuspensionCase(load_scene("form.yaml")[1]).equilibrium
     load = np.array([10.0, 0.0, -2 * 9.81])
     assert found.suspension.position[0] == pytest.approx((DENSITIES @ ANCHORS + load) / DENSITIES.sum(), rel=1e-14)
     assert found.record.converged

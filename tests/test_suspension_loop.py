@@ -397,7 +397,7 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     names = ("u1", "u2", "u3", "d1", "d2", "d3")
     sets = [f"winches.{name}.end=to" for name in names]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
-    found = SuspensionCase(load_scene(path, sets, suspensions=True)[1]).in_wind
+    found = SuspensionCase(load_scene(path, sets)[1]).in_wind
     assert len(found.movement.modes) < 100
     assert found.movement.modes.frequency[-1] > 18
     assert found.movement.largest_gain == pytest.approx(found.movement_of(250).largest_gain, rel=0.03)

@@ -168,7 +168,7 @@ def read_scene(document):
         raise collect(error, document, TABLES) from None
 
 
-def load_scene(path, sets=(), suspensions=False):
+def load_scene(path, sets=()):
     """Read a scene file with its base files and `--set` options.
 
     Parameters
@@ -177,8 +177,6 @@ def load_scene(path, sets=(), suspensions=False):
         `-` is standard input.
     sets : sequence of str
         `key=value` each.
-    suspensions : bool
-        Whether the caller takes suspensions too.
 
     Returns
     -------
@@ -191,8 +189,6 @@ def load_scene(path, sets=(), suspensions=False):
         All that is wrong.
     """
     document = apply_sets(read_document(path), sets)
-    if is_suspension(document) and not suspensions:
-        raise refuse(document.place(("cables",), of_key=True), "a suspension: this command takes a scene of one cable")
     return document, read_scene(document)
 
 

@@ -1,0 +1,100 @@
+"""A scene of several cables, bodies and points, as the commands take it."""
+
+from functools import cached_property
+
+from cablestudy.errors import SceneError
+from cablestudy.interface.answer import Answer
+from cablestudy.interface.scene import DEFAULT_MODES, Scene, fewer_modes, frequency_limit
+
+
+class Suspension(Scene):
+    """A scene of several cables, bodies and points; its tables are mappings of name -> pandas.DataFrame."""
+
+    is_suspension = True
+
+    @cached_property
+    def case(self):
+        """Its equilibrium and motion, each computed when it is first asked for: `SuspensionCase`."""
+        return self._solved(False)
+
+    def _solved(self, estimate):
+        from cablestudy.study.suspension.case import SuspensionCase
+
+        return SuspensionCase(self.model, estimate=True) if estimate else SuspensionCase(self.model)
+
+    def compute_cases(self, what, **options):
+        """Not there: a suspension has several tables for each case; see `cases`."""
+        raise SceneError("--case all: the scene is a suspension, which has several tables: give --case NAME")
+
+    def static(self):
+        """The tables bodies, points, cables and stiffness: dict of name -> pandas.DataFrame."""
+        return self.compute("static").frames()
+
+    def _static_answer(self, table=None, estimate=False):
+        """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
+        from cablestudy.study.suspension.notes import notes_of, strength_warning
+        from cablestudy.study.suspension.report import static_tables
+
+        case, tables = self.case, static_tables(self.case, table)
+        return _answer(
+            table,
+            tables,
+            case,
+            lambda: notes_of(case),
+            strength_warning(case),
+            lambda plots: plots.suspension_views(case),
+        )
+
+    def _form_answer(self, table=None):
+        """The form of a net by force densities."""
+        from cablestudy.study.suspension.report import form_tables
+
+        return _answer(table, form_tables(self.model))
+
+    def shape(self):
+        """Not there: the tables of `static` have the places of bodies and points."""
+        raise SceneError("shape: the scene is a suspension; see the tables of static()")
+
+    def _modes_answer(self, count=None, upto=None, estimate=False):
+        """`estimate` changes nothing: the errors are known."""
+        from cablestudy.study.suspension.notes import notes_of, strength_warning
+        from cablestudy.study.suspension.report import mode_notes, mode_table
+
+        limit, case, size = frequency_limit(count, upto), self.case, count or DEFAULT_MODES
+        found = case.modes(size) if limit is None else case.modes_up_to(limit)
+        asked = range(len(found)) if limit is None else found.up_to(limit)
+        return Answer(
+            table=mode_table(case, found, asked),
+            explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
+            warnings=(*strength_warning(case), *fewer_modes(found, size, limit)),
+            draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
+            case=case,
+        )
+
+    def windrms(self, on=None):
+        """Its tables, motion, cables, loop and others: dict of name -> pandas.DataFrame."""
+        if on is not None:
+            raise SceneError("on: the scene is a suspension, whose key wind.on says so")
+        return self.compute("windrms").frames()
+
+    def _windrms_answer(self, table=None, estimate=False):
+        """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
+        from cablestudy.study.suspension.notes import notes_of
+        from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
+
+        case = self._solved(estimate)
+        tables = wind_tables(self.document, case, table)
+        return _answer(
+            table, tables, case, lambda: notes_of(case), remarks_of(case), lambda plots: plots.suspension_wind(case)
+        )
+
+    def _choose(self, options):
+        from cablestudy.study.suspension import ssm
+
+        return ssm.choose(self.document, self.model, options)
+
+
+def _answer(name, tables, case=None, explain=tuple, warnings=(), draw=None):
+    """The `Answer` of several tables, or of the one of a name."""
+    known = {"table": tables[name]} if name else {"tables": tables}
+    return Answer(**known, explain=explain, warnings=tuple(warnings), draw=draw, case=case)
