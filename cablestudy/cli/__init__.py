@@ -6,7 +6,7 @@ import sys
 import click
 
 from cablestudy import __version__
-from cablestudy.cli import files, find, scene, ssm, sweep, trade
+from cablestudy.cli import files, find, report, scene, ssm, sweep, trade
 from cablestudy.cli.error_handling import INTERRUPTED, WRONG_USE
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -51,6 +51,6 @@ def main():
 
 for _command in (
     scene.static, scene.modes, scene.windrms, find.find, sweep.sweep, sweep.merge, trade.trade,
-    files.validate, files.schema, files.columns, files.materials, ssm.ssm,
+    files.validate, files.schema, files.columns, files.materials, ssm.ssm, report.report,
 ):  # fmt: skip
     main.add_command(_command)

@@ -12,7 +12,7 @@ from cablestudy.study.table import Field, Table, short
 
 MOST_LINES = 400  # of a resolved file
 MOST_VALUES = 8  # of what varies, that are listed
-BY_NAME = ("points", "cables", "winches", "cases", "materials")  # tables of the file that are not among the main numbers
+BY_NAME = ("points", "cables", "winches", "cases", "materials")  # tables that are not among the main numbers
 ATTACHED = ("attachments", "markers")  # of a body: places, which the file below has
 
 
@@ -141,7 +141,8 @@ def cables_table(scene, document):
     bodies = "1 body" if len(scene.bodies) == 1 else f"{len(scene.bodies)} bodies"
     things = {"cable": len(scene.cables), "winch": len(scene.winches), "fixed point": fixed}
     things["free point"] = len(scene.points) - fixed
-    line = ", ".join([bodies, *(counted(number, noun).replace("chs", "ches") for noun, number in things.items() if number)])
+    named = [counted(number, noun).replace("chs", "ches") for noun, number in things.items() if number]
+    line = ", ".join([bodies, *named])
     return paragraph(f"{line}.") + table_html(Table(tuple(fields), rows), "Cables", "the file below has them all")
 
 

@@ -3,8 +3,9 @@
 from contextlib import contextmanager
 
 from cablestudy.errors import CablestudyError, SceneError
-from cablestudy.pages.markup import document, element, listed, paragraph, picture, text
-from cablestudy.pages.tables import table_html
+from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
+from cablestudy.pages.tables import error_text, table_html
+from cablestudy.study.table import short
 
 LONGEST = 1000  # characters of a reason
 
@@ -31,7 +32,7 @@ class Page:
     def __init__(self, title, subtitle):
         self.title, self.subtitle = title, subtitle
         self.failures, self.warnings, self.notes, self.left_out = [], [], {}, []
-        self._parts, self._contents, self._pictures = [], [], 0
+        self._parts, self._contents, self._figures, self._pictures = [], [], [], 0
 
     def add(self, html):
         """Append HTML to the section that was begun last."""
@@ -71,6 +72,19 @@ class Page:
     def table(self, table, caption, where_all=""):
         """Append a `Table`; see `table_html`."""
         self.add(table_html(table, caption, where_all))
+
+    def key_figure(self, table, column, title, pick):
+        """Show one number of a table, picked by `min` or `max` among its rows, above all sections."""
+        known = [(row[column], place) for place, row in enumerate(table.rows) if row.get(column) is not None]
+        if not known:
+            return
+        value, place = pick(known)
+        unit = next(field.unit for field in table.fields if field.name == column)
+        errors = list(table.errors()) if table.errors else []
+        error = error_text(errors[place].get(column)) if place < len(errors) else ""
+        stated = element("dd", f"error {error}", class_="error") if error and error != "exact" else ""
+        number = element("dd", f"{text(short(value))} {element('small', unit_text(unit))}")
+        self._figures.append(element("div", element("dt", text(title)) + number + stated))
 
     def draw(self, figure_of, caption):
         """Append the picture that a function draws by the module `study.plots`."""
@@ -116,6 +130,7 @@ class Page:
             paragraph(self.subtitle, class_="subtitle"),
             self._box("No answer", self.failures, "failures"),
             self._box("Warnings", self.warnings, "warnings"),
+            element("dl", "".join(self._figures)) + "\n" if self._figures else "",
             element("nav", element("ul", links), aria_label="Contents") + "\n",
         ]
         return document(self.title, "".join([*parts, *self._parts]))

@@ -1,7 +1,6 @@
 """The results of a study, as sections of a page: rows, their range, pictures, sensitivities, rows without an answer."""
 
 import re
-from functools import partial
 
 from cablestudy.pages.markup import listed, text, unit_text
 from cablestudy.pages.tables import Grid
@@ -13,7 +12,7 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 KINDS = 20  # of notes on rows that are listed
 
 
-def sections(page, work, words):
+def study_sections(page, work, words):
     """Append the results of a complete `Run` to a page.
 
     Parameters
@@ -27,8 +26,8 @@ def sections(page, work, words):
     table, study = work.table(), work.study
     page.warn(work.warnings())
     with page.section("Results"):
-        page.table(table, study.title or "Results", f"all of them by cablestudy {words[0]}")
-        page.draw(partial(_picture, study, table), study.title or "Results")
+        page.table(table, "One row for each case", "cablestudy sweep writes them all")
+        page.draw(lambda plots: plots.study_plot(study, table), "Columns of the table against what varies")
     failures = work.failures(words)
     if failures:
         page.heading("Rows without an answer")
@@ -40,13 +39,9 @@ def sections(page, work, words):
     if study.sample is not None and study.sample.method == "saltelli":
         with page.section("Sensitivity"):
             found, notes = Sensitivity(study).table(table)
-            page.table(found, "Sobol's indices: share of the variance of each column that a key explains, alone and in all")
+            page.table(found, "Sobol's indices: the share of each column's variance that a key explains")
             page.note("Sensitivity", notes)
     page.note("Rows", kinds_of(work.notes()))
-
-
-def _picture(study, table, plots):
-    return plots.study_plot(study, table)
 
 
 def _range(study, table):

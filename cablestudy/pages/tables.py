@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from cablestudy.pages.markup import boxed, element, text, unit_text
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.status import OK
-from cablestudy.study.table import short, signed
+from cablestudy.study.table import Field, short, signed
 
 MOST_ROWS, END_ROWS = 100, 25  # rows of the longest table that is whole, and rows at each end of one that is cut
 MOST_COLUMNS = 12  # of a table that is not split
@@ -82,18 +82,59 @@ def table_html(table, caption, where_all=""):
     return _by_rows(fields, table.rows, errors, caption, where_all)
 
 
+@dataclass(frozen=True)
+class _Column:
+    """A field that is shown, and the one of the differences from its printed values, or None."""
+
+    field: Field
+    difference: Field | None = None
+
+    @property
+    def name(self):
+        return self.field.name
+
+    @property
+    def title(self):
+        return text(self.field.title)
+
+    @property
+    def unit(self):
+        return unit_text(self.field.unit)
+
+    @property
+    def head(self):
+        """Title with unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    def cell(self, row):
+        """The cell in a row; where there is a printed value, that and the difference from it too."""
+        computed = text(short(row.get(self.name)))
+        printed = self.difference and row.get(self.difference.beside)
+        if printed is None:
+            return computed
+        difference = row.get(self.difference.name)
+        known = "" if difference is None else f" ({signed(difference)})"
+        return f"{computed}<br>" + element("small", f"printed {printed:.12g}{known}")
+
+
 def _shown(table):
-    """The fields of a table that are shown, without printed values, which stand in the cells of their columns."""
-    fields = [field for field in table.fields if not (field.hidden or field.beside)]
-    if any(field.name == HIDDEN for field in fields) and all(row.get(HIDDEN) == OK for row in table.rows):
-        fields = [field for field in fields if field.name != HIDDEN]
-    return fields
+    """The columns of a table that are shown: list of `_Column`."""
+    fields = [one for one in table.fields if not one.hidden]
+    if any(one.name == HIDDEN for one in fields) and all(row.get(HIDDEN) == OK for row in table.rows):
+        fields = [one for one in fields if one.name != HIDDEN]
+    columns = []
+    for one in fields:
+        if one.beside:
+            columns[-1] = _Column(columns[-1].field, one)
+        else:
+            columns.append(_Column(one))
+    return columns
 
 
 def _single(fields, row, errors):
     """One line for each quantity of the only row."""
     known = [field for field in fields if row.get(field.name) is not None]
-    rows = [[text(one.title), cell(one, row), unit_text(one.unit), error_text(errors.get(one.name))] for one in known]
+    rows = [[one.title, one.cell(row), one.unit, error_text(errors.get(one.name))] for one in known]
     return Grid(["quantity", "value", "unit", ERROR], rows, {1, 3})
 
 
@@ -103,10 +144,9 @@ def _turned(fields, rows, errors, across):
     known = [one for one in fields if one is not head_field and any(row.get(one.name) is not None for row in rows)]
     largest = _largest(errors)
     lines = [
-        [text(one.title), *(cell(one, row) for row in rows), unit_text(one.unit), error_text(largest.get(one.name))]
-        for one in known
+        [one.title, *(one.cell(row) for row in rows), one.unit, error_text(largest.get(one.name))] for one in known
     ]
-    heads = [cell(head_field, row) for row in rows]
+    heads = [head_field.cell(row) for row in rows]
     head = ["quantity", *heads, "unit", LARGEST if len(rows) > 1 else ERROR]
     worst = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
     foot = [LARGEST, *map(error_text, worst), "", ""] if len(rows) > 1 and any(worst) else []
@@ -118,7 +158,7 @@ def _by_rows(fields, rows, errors, caption, where_all):
     total = len(rows)
     shown = list(rows) if total <= MOST_ROWS else [*rows[:END_ROWS], *rows[-END_ROWS:]]
     right = [not any(isinstance(row.get(one.name), str) for row in shown) for one in fields]
-    columns = [(_head(one), [cell(one, row) for row in shown], side) for one, side in zip(fields, right, strict=True)]
+    columns = [(one.head, [one.cell(row) for row in shown], side) for one, side in zip(fields, right, strict=True)]
     largest, stated = _largest(errors), {one.name for one in fields} & {name for row in errors for name in row}
     foot = [error_text(largest.get(one.name)) for one in fields]
     if len(stated) <= 2 and total <= MOST_ROWS and not foot[0]:  # beside each number
@@ -151,11 +191,6 @@ def _split(columns, foot, caption):
         yield Grid([head for head, _, _ in chosen], rows, right, feet).html(whose)
 
 
-def _head(one):
-    """Title of a column with its unit, as HTML."""
-    return f"{text(one.title)} [{unit_text(one.unit)}]" if one.unit else text(one.title)
-
-
 def _largest(errors):
     """Header -> largest known error of a column."""
     found = {}
@@ -163,11 +198,6 @@ def _largest(errors):
         for name, error in row.items():
             found[name] = max(error, found.get(name, 0.0))
     return found
-
-
-def cell(one, row):
-    """The cell of a field as HTML; where there is a printed value, that and the difference from it too."""
-    return text(short(row.get(one.name)))
 
 
 def error_text(error):
