@@ -143,7 +143,7 @@ def cables_table(scene, document):
     things["free point"] = len(scene.points) - fixed
     named = [counted(number, noun).replace("chs", "ches") for noun, number in things.items() if number]
     line = ", ".join([bodies, *named])
-    return paragraph(f"{line}.") + table_html(Table(tuple(fields), rows), "Cables", "the file below has them all")
+    return paragraph(f"{line}.") + table_html(Table(tuple(fields), rows), "Connections", "the file below has them all")
 
 
 def resolved_file(document):

@@ -69,17 +69,16 @@ def table_html(table, caption, where_all=""):
     where_all : str
         Where all rows are, of a table that may be cut.
     """
-    errors = list(table.errors()) if table.errors else []
-    fields = _shown(table)
-    if table.single:
-        return _single(fields, table.rows[0], errors[0] if errors else {}).html(caption)
-    if table.across:
-        return _turned(fields, table.rows, errors, table.across).html(caption)
     if not len(table.rows):
         return ""
-    if len(fields) > TURNED[0] and len(table.rows) <= TURNED[1]:
-        return _turned(fields, list(table.rows), errors, fields[0].name).html(caption)
-    return _by_rows(fields, table.rows, errors, caption, where_all)
+    fields = _shown(table)
+    turned = table.across or (fields[0].name if len(fields) > TURNED[0] and len(table.rows) <= TURNED[1] else "")
+    if not (table.single or turned):
+        return _by_rows(fields, table, caption, where_all)
+    errors = list(table.errors()) if table.errors else []
+    if table.single:
+        return _single(fields, table.rows[0], errors[0] if errors else {}).html(caption)
+    return _turned(fields, list(table.rows), errors, turned).html(caption)
 
 
 @dataclass(frozen=True)
@@ -153,27 +152,41 @@ def _turned(fields, rows, errors, across):
     return Grid(head, lines, {*range(1, len(rows) + 1), len(rows) + 2}, foot)
 
 
-def _by_rows(fields, rows, errors, caption, where_all):
+def _by_rows(fields, table, caption, where_all):
     """One line for each row: cut where there are many rows, split where there are many columns."""
-    total = len(rows)
-    shown = list(rows) if total <= MOST_ROWS else [*rows[:END_ROWS], *rows[-END_ROWS:]]
-    right = [not any(isinstance(row.get(one.name), str) for row in shown) for one in fields]
-    columns = [(one.head, [one.cell(row) for row in shown], side) for one, side in zip(fields, right, strict=True)]
-    largest, stated = _largest(errors), {one.name for one in fields} & {name for row in errors for name in row}
-    foot = [error_text(largest.get(one.name)) for one in fields]
-    if len(stated) <= 2 and total <= MOST_ROWS and not foot[0]:  # beside each number
-        for place in reversed(range(len(fields))):
-            if fields[place].name in stated:
-                beside = [error_text(row.get(fields[place].name)) for row in errors]
-                columns.insert(place + 1, (ERROR, beside, True))
-        foot = []
-    elif not foot[0] and any(foot):
+    total = len(table.rows)
+    cut = total > MOST_ROWS
+    places = [*range(END_ROWS), *range(total - END_ROWS, total)] if cut else range(total)
+    rows = [table.rows[place] for place in places]
+    right = [not any(isinstance(row.get(one.name), str) for row in rows) for one in fields]
+    columns = [(one.head, [one.cell(row) for row in rows], side) for one, side in zip(fields, right, strict=True)]
+    foot = _beside(columns, fields, table, cut)
+    if cut or (foot and foot[0]):  # with numbers of the rows before it
+        columns.insert(0, ("row", [str(place + 1) for place in places], True))
+        foot = foot and ["", *foot]
+    if foot:
         foot[0] = LARGEST if total > 1 else ERROR
-    if total > MOST_ROWS:
+    if cut:
         for _, cells, _ in columns:
             cells.insert(END_ROWS, "…")
         caption = f"{caption}: {2 * END_ROWS} of {total} rows, the first and the last{where_all and f'; {where_all}'}"
-    return "".join(_split(columns, foot if any(foot) else [], caption))
+    return "".join(_split(columns, foot, caption))
+
+
+def _beside(columns, fields, table, cut):
+    """State the errors of a table: of few columns one by one, in more columns beside them, else the largest of each.
+
+    Returns the cells of a last line, or an empty list.
+    """
+    largest = _largest(table.errors() if table.errors else ())
+    foot = [error_text(largest.get(one.name)) for one in fields]
+    stated = [place for place, error in enumerate(foot) if error]
+    if cut or len(stated) > 2 or 0 in stated:
+        return foot if stated else []
+    errors = list(table.errors()) if stated else []
+    for place in reversed(stated):
+        columns.insert(place + 1, (ERROR, [error_text(row.get(fields[place].name)) for row in errors], True))
+    return []
 
 
 def _split(columns, foot, caption):
