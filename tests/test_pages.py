@@ -156,6 +156,8 @@ def test_load_cases_stand_side_by_side_and_one_can_be_chosen(folder):
     assert "Load cases" not in one.texts["h2"]
     storm = page.quantities("Statics in each load case")["max tension"][4]
     assert one.quantities("Statics, load case storm")["max tension"][0] == storm
+    every, _ = report(folder, LINE, "--case", "all")
+    assert "Load cases" in every.texts["h2"]
 
 
 def test_a_suspension_has_its_load_cases_too(folder):
@@ -273,7 +275,6 @@ def test_one_more_dimension_and_standard_input(folder):
         (["absent.yaml"], "no such file"),
         ([GUY, "--out", "page.pdf"], "a page is HTML"),
         ([GUY, "--out", "absent/page.html"], "no such folder"),
-        ([GUY, "--case", "all"], "all load cases without it"),
         ([GUY, "--case", "snow"], "unknown case"),
         ([GUY, "--vary", "cable.preload=1kN,2kN"], "is a scene, not a study"),
         ([CONFIGS / "preload.yaml", "--case", "ice"], "is a study"),

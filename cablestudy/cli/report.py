@@ -2,7 +2,7 @@
 
 import click
 
-from cablestudy.cli.cases import CASE, one_case
+from cablestudy.cli.cases import CASE
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, interruptible
 from cablestudy.cli.options import PATH, QUIET, SET, VARY
 
@@ -20,7 +20,6 @@ def report(path, sets, vary, case, out, title, quiet):
     """A scene or a study as one page of HTML: what was given, results, pictures, errors, provenance."""
     from cablestudy.pages.report import report as write
 
-    one_case(case, "a report has all load cases without it")
     with interruptible(lambda: ["interrupted: nothing is written"]):
         words = click.get_current_context().obj["words"]
         found = write(path, out, set=sets, vary=vary, case=case, title=title, words=words, quiet=quiet)

@@ -61,7 +61,7 @@ def report(path, out=None, set=(), vary=(), case=None, title=None, words=None, q
     vary : dict or sequence of str, optional
         Of a study, more dimensions: dotted key -> values, or texts "KEY=VALUES".
     case : str, optional
-        Of a scene, one of its load cases; without it the page has all of them.
+        Of a scene, one of its load cases; by default, or with "all", the page has all of them.
     title : str, optional
         Of the page; by default that of the study, or the name of the file.
     words : sequence of str, optional
@@ -90,7 +90,7 @@ def report(path, out=None, set=(), vary=(), case=None, title=None, words=None, q
     elif varied:
         raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
     else:
-        page = _scene_page(source, sets + case_text(case), title, provenance)
+        page = _scene_page(source, sets + case_text(None if case == "all" else case), title, provenance)
     write_whole(place, page.html())
     return Report(place, tuple(page.failures), tuple(page.warnings))
 
