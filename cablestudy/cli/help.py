@@ -37,6 +37,11 @@ GROUPS = {
             "The state space for MATLAB, scipy and python-control.",
             ("ssm gondola.yaml --with gondola --out gondola.mat", "ssm gondola.yaml --response 0.1Hz:10Hz:50"),
         ),
+        "report": (
+            "report",
+            "A scene or a study as one page of HTML.",
+            ("report guy.yaml --out guy.html", "report study.yaml"),
+        ),
         "find": (
             "find",
             "The value of a key for which a column takes a value.",

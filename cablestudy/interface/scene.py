@@ -18,6 +18,11 @@ def texts_of(changes):
     return tuple(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in changes.items())
 
 
+def case_text(name):
+    """The change of a scene that chooses a load case; none without a name."""
+    return texts_of({} if name is None else {"case": name})
+
+
 class Scene:
     """A scene of one cable.
 
