@@ -311,7 +311,7 @@ def test_a_command_imports_only_what_it_needs(folder):
     study = _imported("sweep", CONFIGS / "preload.yaml", "--out", folder)
     assert study & {"pint", "pandas", "matplotlib"} == set()
     assert "tabulate" in _imported("static", scene)
-    assert "pint" in _imported("static", scene, "--set", "cable.area=1 mm^2")
+    assert "pint" in _imported("static", scene, "--set", "cable.area=0.01 inch^2")
     assert "pandas" not in _imported("columns")
     assert _imported("columns", "--format", "csv") & {"pint", "pandas", "matplotlib"} == set()
 
