@@ -162,7 +162,7 @@ def test_paths_are_relative_to_the_file_that_names_them(folder):
     (folder / "önline" / "cäble.yaml").write_text(f"base: {CARLINA}\n", encoding="utf-8")
     study_file(folder / "önline", "vary: [{gravity: [1, 2]}]\ncolumns: [sag]\n", base="cäble.yaml")
     rows = table_of("sweep", "önline/study.yaml", "--no-write")
-    assert [row["gravity"] for row in rows] == [1, 2]
+    assert [row["gravity_m_per_s2"] for row in rows] == [1, 2]
     assert rows[1]["sag_m"] == pytest.approx(2 * rows[0]["sag_m"], rel=1e-4)  # taut: in proportion to the weight
 
 
