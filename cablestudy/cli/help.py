@@ -27,10 +27,20 @@ GROUPS = {
             "Motion in gusty wind, with and without the winch loop.",
             ("windrms gondola.yaml --plot wind.svg", "windrms gondola.yaml --set cable.material=steel"),
         ),
+        "loop": (
+            "loop",
+            "Margins of the winch loop, over frequency and in time.",
+            ("loop gondola.yaml --plot loop.svg", "loop gondola.yaml --time 60s --input gust --plot gust.svg"),
+        ),
         "ssm": (
             "ssm",
             "The state space for MATLAB, scipy and python-control.",
             ("ssm gondola.yaml --with gondola --out gondola.mat", "ssm gondola.yaml --response 0.1Hz:10Hz:50"),
+        ),
+        "report": (
+            "report",
+            "A scene or a study as one page of HTML.",
+            ("report guy.yaml --out guy.html", "report study.yaml"),
         ),
         "find": (
             "find",

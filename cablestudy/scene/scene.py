@@ -116,13 +116,19 @@ TABLES = {
 
 def quantity_of(key):
     """The Quantity that reads a dotted key of a scene (a vector or its components alike); None when none does."""
+    field = field_of(key)
+    return field and _quantity_in(field)
+
+
+def field_of(key):
+    """The field, of pydantic, that a dotted key of a scene or its beginning names; None when none does."""
     path = split_key(key)
     for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
         *table, name = path[:length]
         for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES):
             model = table_at(tables, table)
             if model and name in model.model_fields:
-                return _quantity_in(model.model_fields[name])
+                return model.model_fields[name]
     return None
 
 

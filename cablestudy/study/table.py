@@ -75,9 +75,8 @@ class Table:
         """
         if not names and top is None:
             return self
-        fields = (
-            tuple(dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)) or self.fields
-        )
+        asked = dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)
+        fields = tuple(asked) or self.fields
         shown = {field.name for field in fields}
 
         def errors():

@@ -81,9 +81,9 @@ class Rows(LazyRows):
         return frame
 
     def csv_lines(self, names):
-        """Iterator of the lines of the CSV below its head, of which stored numbers are copied as text: a million rows need it.
+        """Iterator of the lines of the CSV below its head; None unless its columns are varied keys and all stored ones.
 
-        None unless the columns are varied keys and then all stored ones.
+        Stored numbers are copied as text, which a million rows need.
         """
         stored = [*self._store.headers, "status"]
         varied = names[: -len(stored)]
