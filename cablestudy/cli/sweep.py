@@ -76,14 +76,15 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         from cablestudy.study.table import TableFiles
         from cablestudy.sweeps import run
         from cablestudy.sweeps.check import read_tolerances
-        from cablestudy.sweeps.variable import ask_columns
 
         parts = run.read_shard(shard)
         requested = read_study(study, sets, vary)
         echo_notes(requested.notes, quiet)
         if dry_run:
             return print_cases(requested, style)
-        if not sensitivity:
+        if style.columns and not sensitivity:
+            from cablestudy.sweeps.variable import ask_columns
+
             ask_columns(requested, style.columns)
         select = selection_of(requested, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
         if requested.asked and keep:
