@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import cablestudy as cs
 from cablestudy.pages.given import flat, written
-from cablestudy.pages.pictures import inline_svg
+from cablestudy.pages.pictures import inline_picture
 from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
 from cablestudy.study.table import Field, Table
 
@@ -309,14 +309,23 @@ def test_the_python_interface_writes_the_same_page(folder):
 def test_pictures_of_one_page_share_no_name():
     figure = Figure()
     figure.subplots().plot([0, 1], [0, 1], label="5 < 6 & id=7")
-    names = [set(re.findall(r'\bid="([^"]+)"', inline_svg(figure, prefix, "a < b"))) for prefix in ("p1", "p2")]
+    names = [set(re.findall(r'\bid="([^"]+)"', inline_picture(figure, prefix, "a < b"))) for prefix in ("p1", "p2")]
     assert len(names[0]) == len(names[1]) > 10
     assert not names[0] & names[1]
-    svg = inline_svg(figure, "p1", "a < b")
+    svg = inline_picture(figure, "p1", "a < b")
     used = set(re.findall(r'(?:url\(#|href="#)([^")]+)', svg))
     assert used
     assert used <= names[0]
     assert 'aria-label="a &lt; b"' in svg
+
+
+def test_a_picture_of_very_many_points_is_no_svg():
+    figure = Figure()
+    figure.subplots().plot(range(150_000))
+    picture = inline_picture(figure, "p1", 'a "b"')
+    assert picture.startswith('<img src="data:image/png;base64,')
+    assert picture.endswith('alt="a &quot;b&quot;">')
+    assert len(picture) < 1e6
 
 
 def test_wide_tables_are_split_and_long_ones_cut():

@@ -88,12 +88,12 @@ class Page:
 
     def draw(self, figure_of, caption):
         """Append the picture that a function draws by the module `study.plots`."""
-        from cablestudy.pages.pictures import inline_svg
+        from cablestudy.pages.pictures import inline_picture
         from cablestudy.study import plots
 
         with self.part(f"Picture: {caption}"):
             self._pictures += 1
-            self.add(picture(inline_svg(figure_of(plots), f"picture{self._pictures}", caption), caption))
+            self.add(picture(inline_picture(figure_of(plots), f"picture{self._pictures}", caption), caption))
 
     def note(self, title, lines):
         """Keep notes for the section on models and errors, each once."""
