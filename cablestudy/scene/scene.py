@@ -26,7 +26,7 @@ STUDY_KEYS = ("vary", "columns")
 class Gondola(Table):
     """The body on end 2, free along x."""
 
-    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass")
+    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass of the gondola")
     area: Annotated[float, Quantity("m^2", 1e-12, 1e12)] | None = Field(None, description="Area that the wind sees")
     drag_coefficient: Coefficient | None = Field(None, description="Drag coefficient of that area")
 
