@@ -63,7 +63,7 @@ def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
 
 def _suspension_tables(scene, name, style, plot, explain, quiet):
     """Print one table of a suspension, or all of them."""
-    _check_one_table(name, style, TABLES)
+    check_one_table(name, style, TABLES)
     from cablestudy.study.suspension.case import SuspensionCase
     from cablestudy.study.suspension.notes import notes_of, strength_warning
     from cablestudy.study.suspension.report import static_tables
@@ -72,26 +72,26 @@ def _suspension_tables(scene, name, style, plot, explain, quiet):
     tables = static_tables(case, name)
     echo_notes((*(notes_of(case) if explain else ()), *strength_warning(case)), quiet)
     save_plot(plot, lambda plots: plots.suspension_views(case))
-    _show(tables, name, style)
+    show_tables(tables, name, style)
 
 
 def _form(scene, name, style):
     """Print the form of a net by force densities."""
-    _check_one_table(name, style, FORM_TABLES)
+    check_one_table(name, style, FORM_TABLES)
     if name not in (None, *FORM_TABLES):
         raise SceneError(f"--table {name}: --form-finding has the tables {', '.join(FORM_TABLES)}")
     from cablestudy.study.suspension.report import form_tables
 
-    _show(form_tables(scene), name, style)
+    show_tables(form_tables(scene), name, style)
 
 
-def _check_one_table(name, style, tables):
+def check_one_table(name, style, tables):
     """Refuse a format that holds one table only, without the name of one."""
     if name is None and style in ("csv", "jsonl"):
         raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(tables)}")
 
 
-def _show(tables, name, style):
+def show_tables(tables, name, style):
     """Print the table of a name, or all."""
     from cablestudy.study.suspension.report import all_tables
 
@@ -196,7 +196,7 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
 
 def _suspension_wind(document, scene, name, style, plot, explain, quiet):
     """Print one table of a suspension in the wind, or all of them."""
-    _check_one_table(name, style, WIND_TABLES)
+    check_one_table(name, style, WIND_TABLES)
     from cablestudy.study.suspension.case import SuspensionCase
     from cablestudy.study.suspension.notes import notes_of
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
@@ -205,7 +205,7 @@ def _suspension_wind(document, scene, name, style, plot, explain, quiet):
     tables = wind_tables(document, case, name)
     echo_notes([*(notes_of(case) if explain else ()), *remarks_of(case)], quiet)
     save_plot(plot, lambda plots: plots.suspension_wind(case))
-    _show(tables, name, style)
+    show_tables(tables, name, style)
 
 
 def report_row(scene, row, explain, quiet, plot, draw, remarks=()):
