@@ -3,6 +3,7 @@
 from cablestudy.study.plots.bode import bode
 from cablestudy.study.plots.cases import case_forms
 from cablestudy.study.plots.form import static_form
+from cablestudy.study.plots.indices import sensitivity_plot
 from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import study_plot
 from cablestudy.study.plots.style import save
@@ -18,6 +19,7 @@ __all__ = [
     "case_forms",
     "mode_shapes",
     "save",
+    "sensitivity_plot",
     "static_form",
     "study_plot",
     "suspension_loop",
