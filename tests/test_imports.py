@@ -11,7 +11,7 @@ import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
 # what each layer may import from cablestudy:
-# cli > interface > sweeps > study > control > system | wind | scene > cable > errors
+# cli > pages > interface > sweeps > study > control > system | wind | scene > cable > errors
 ALLOWED = {
     "errors": set(),
     "cable": {"cable", "errors"},
@@ -22,7 +22,20 @@ ALLOWED = {
     "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
     "sweeps": {"sweeps", "study", "scene", "errors", "__version__"},
     "interface": {"interface", "sweeps", "study", "scene", "errors"},
-    "cli": {"cli", "interface", "sweeps", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
+    "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "__version__"},
+    "cli": {
+        "cli",
+        "pages",
+        "interface",
+        "sweeps",
+        "study",
+        "control",
+        "wind",
+        "scene",
+        "cable",
+        "errors",
+        "__version__",
+    },
     "__init__": set(),
     "__main__": {"cli"},
 }

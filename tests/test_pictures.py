@@ -1,8 +1,7 @@
 """Every kind of picture: nothing is clipped, no text stands over another, every number is rounded."""
 
-import numpy as np
 import pytest
-from command import CONFIGS, run, study_file
+from command import CONFIGS, study_file
 from matplotlib.figure import Figure
 from picture import faults
 from scenes import computed
@@ -12,12 +11,10 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import case_modes, plots
 from cablestudy.study.case import Case
-from cablestudy.study.plots.words import column_words, key_words, number, quantity_text, unit_text, value_text
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.table import Table
 from cablestudy.sweeps.rows import cases_table
-from cablestudy.sweeps.sensitivity import Sensitivity
 
 SUSPENSIONS = CONFIGS / "suspensions"
 
@@ -44,7 +41,7 @@ def broken(draw):
 @pytest.mark.parametrize(
     ("draw", "fault"),
     [
-        (lambda figure, axes: figure.legend(axes.lines * 2, ["a name that is far too long for it"] * 2, ncols=2), "outside"),
+        (lambda figure, axes: figure.legend([*axes.lines] * 2, ["a name, far too long for it"] * 2, ncols=2), "outside"),
         (lambda figure, axes: axes.set_ylabel("y\n" * 20), "outside"),
         (lambda figure, axes: axes.text(0.5, 0.5, "sag 4.087089 m"), "not rounded"),
         (lambda figure, axes: [axes.text(0.5, 0.5, name) for name in ("first", "second")], "over"),
@@ -170,8 +167,11 @@ def drawn(folder, text, *functions, base="carlina"):
 
 MASSES = "{gondola.mass: {from: 10 kg, to: 300 kg, count: %d}}"
 PRELOADS = "{cable.preload: {from: 100 N, to: 2 kN, count: 4, spacing: log}}"
-NAMED = "{cable.material: [paper/aramid, paper/nylon, paper/polyester, paper/polypropylene, paper/steel, paper/aramid-high, paper/steel-high]}"  # noqa: E501
-TITLE = "title: " + "A study with a heading that takes far more than the one line which there is for it in a picture " * 2
+MATERIALS = ("aramid", "nylon", "polyester", "polypropylene", "steel", "aramid-high", "steel-high")
+NAMED = f"{{cable.material: [{', '.join(f'paper/{name}' for name in MATERIALS)}]}}"
+TITLE = (
+    "title: " + "A study with a heading that takes far more than the one line which there is for it in a picture " * 2
+)
 
 STUDIES = {
     "30 series of a number": (f"vary: [{MASSES % 30}, {PRELOADS}]", [lambda k: 1.0 + k // 4 + k % 4]),
@@ -197,8 +197,11 @@ STUDIES = {
     "25 decades": (f"vary: [{MASSES % 26}]", [lambda k: 3 * 10.0 ** (k - 13)]),
     "negative": (f"vary: [{MASSES % 9}]", [lambda k: -123456.789 * k]),
     "crowded numbers along x": ("vary: [{gondola.mass: [1 kg, 100 kg, 100.5 kg, 101 kg]}]", [lambda k: 1.0 + k]),
-    "temperatures": ("set: {case: hot, cable.expansion: 1e-5 1/K}\nvary: [{cases.hot.temperature: [-30 degC, 15 degC, 80 degC]}]",
-                     [lambda k: 1.0 + k]),
+    "temperatures": (
+        "set: {case: hot, cable.expansion: 1e-5 1/K}\n"
+        "vary: [{cases.hot.temperature: [-30 degC, 15 degC, 80 degC]}]",
+        [lambda k: 1.0 + k],
+    ),
     "samples": (
         "sample: {method: sobol, count: 64, over: {gondola.mass: {from: 10 kg, to: 20 kg}}}",
         [lambda k: 1.0 + k % 7],

@@ -1,4 +1,4 @@
-"""The commands that compute nothing: validate, schema, columns, materials."""
+"""The commands that compute nothing: validate, schema, keys, columns, materials."""
 
 import click
 
@@ -34,6 +34,18 @@ def schema(kind):
     from cablestudy.interface import files as interface
 
     click.echo(json.dumps(interface.schema(kind), indent=2, ensure_ascii=False))
+
+
+@click.command()
+@click.argument("kind", type=click.Choice(["scene", "suspension", "study"]))
+@click.argument("beginning", default="", metavar="[KEY]")
+@FORMAT
+@handle_errors
+def keys(kind, beginning, style):
+    """Every key of a file, or those that begin with KEY: unit, default, meaning, what is allowed."""
+    from cablestudy.study.key_table import key_table
+
+    show(key_table(kind, beginning), style)
 
 
 @click.command()

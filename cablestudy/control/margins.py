@@ -1,4 +1,8 @@
-"""The loop gain over frequency: gains at which a pole crosses the imaginary axis, phase margin and bandwidth."""
+"""The loop gain over frequency: gains at which a pole crosses the imaginary axis, margins, sensitivity, bandwidth.
+
+L is the loop gain, S = 1/(1 + L) the sensitivity and T = L/(1 + L) the complementary sensitivity (Skogestad and
+Postlethwaite, Multivariable Feedback Control, 2005, sections 2.2 and 2.4).
+"""
 
 import numpy as np
 
@@ -8,6 +12,7 @@ PER_DECADE = 40
 ASIDE = np.concatenate([[0.0], 0.2 * 1.6 ** np.arange(16)])  # distances from a pole, in its half-widths
 BESIDE = 0.12  # largest such distance, relative to the frequency of the pole
 REFINEMENTS = 6
+PEAKS, POINTS, ZOOMS = 4, 21, 8  # highest peaks on the grid that are refined, in how many points, and how often
 NEAR_AXIS, TURN, COARSE = 0.8, 0.5, 2e-3  # where: angle from the negative axis, turn [rad]; finest relative distance
 
 
@@ -67,12 +72,45 @@ def frequencies(plant, poles):
     return np.unique(np.concatenate([decades, (centre + width).ravel(), (centre - width).ravel()]))
 
 
-def phase_margin(loop):
-    """Least angle between L and -1 where |L| = 1; None where there is none. [deg]"""
+def gain_crossovers(loop):
+    """Frequencies at which |L| = 1 [rad/s], and the angle from -1 to L there, -180 to 180 [deg], each of shape (k,)."""
     omega = _zeros(loop, lambda value: np.abs(value) - 1, lambda size: size[:-1] * size[1:] < 0)
-    if not len(omega):
-        return None
-    return float(np.abs(np.degrees(np.angle(-loop.unit_gain(1j * omega)))).min())
+    return omega, np.degrees(np.angle(-loop.unit_gain(1j * omega)))
+
+
+def delay_margin(omega, phase):
+    """The least delay that turns L into -1 at one of the `gain_crossovers`; None where there is none. [s]"""
+    return float((np.radians(phase % 360) / omega).min()) if len(omega) else None
+
+
+def sensitivity_peak(loop):
+    """Largest |S| over all frequencies [-], and the frequency of the peak [rad/s]."""
+
+    def size(omega):
+        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode |L| is infinite
+            value = np.abs(1 / (1 + loop.gain * loop.unit_gain(1j * omega.ravel())))
+        return np.nan_to_num(value, nan=0.0, posinf=0.0).reshape(omega.shape)
+
+    omega = response_frequencies(loop)
+    value = size(omega)
+    slope = np.diff(value, prepend=-np.inf, append=-np.inf)
+    tops = np.flatnonzero((slope[:-1] >= 0) & (slope[1:] <= 0))
+    tops = tops[np.argsort(value[tops])[-PEAKS:]]
+    low, high = omega[np.maximum(tops - 1, 0)], omega[np.minimum(tops + 1, len(omega) - 1)]
+    rows = np.arange(len(tops))
+    for _ in range(ZOOMS):
+        omega = np.linspace(low, high, POINTS, axis=1)
+        value = size(omega)
+        place = value.argmax(axis=1)
+        low, high = omega[rows, np.maximum(place - 1, 0)], omega[rows, np.minimum(place + 1, POINTS - 1)]
+    best = int(value.max(axis=1).argmax())
+    return float(value[best].max()), float(omega[best, place[best]])
+
+
+def response_frequencies(loop):
+    """All decades, and frequencies beside the resonances of open and closed loop. [rad/s]"""
+    plant = loop.plant
+    return frequencies(plant, np.concatenate([plant.open_poles, plant.responding.poles, loop.closed_poles]))
 
 
 def bandwidth(loop):
@@ -89,7 +127,7 @@ def bandwidth(loop):
 def _zeros(loop, size, chosen):
     """Frequencies at which a real function of the loop gain is zero, by bisection. [rad/s]"""
     plant = loop.plant
-    omega = frequencies(plant, np.concatenate([plant.open_poles, plant.responding.poles]))
+    omega = frequencies(plant, np.concatenate([plant.open_poles, plant.responding.poles, [-loop.gain]]))
     with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
         value = loop.gain * plant.unit_gain(1j * omega)
     there = np.isfinite(value)

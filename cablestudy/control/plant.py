@@ -129,6 +129,11 @@ class Plant:
             raise self._limit
         return self._limit and self._limit.gain
 
+    @property
+    def limit_frequency(self):
+        """Where the largest gain puts a pole on the imaginary axis; None where there is no such gain. [Hz]"""
+        return self.largest_gain and abs(self._limit.pole) / (2 * np.pi)
+
     def verdict(self, gain):
         """See `stability.judge`."""
         if gain not in self.known:
@@ -138,6 +143,16 @@ class Plant:
     def controller(self, s):
         """C over its gain. [s]"""
         return (1 / s) if self.notch is None else self.notch(s) / s
+
+    @property
+    def filtering(self):
+        """s C as a state space: a, b, c, d."""
+        return self.notch.state_space if self.notch else NO_NOTCH
+
+    @property
+    def filter_names(self):
+        """Names of its states: list of str."""
+        return ["notch_1", "notch_2"] if self.notch else []
 
     def system_of(self, cable):
         """`LinearSystem` of the gondola on a model of the cable, driven by the winch."""
@@ -155,7 +170,7 @@ class Plant:
 
     def _feedback(self, system):
         measured = np.array([[1.0 if self.location == "gondola" else -1.0]])
-        return system.feedback(measured, self.notch.state_space if self.notch else NO_NOTCH)
+        return system.feedback(measured, self.filtering)
 
     def balance_of(self, cable, s, gain):
         """M s^2 + c s + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""

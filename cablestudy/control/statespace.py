@@ -172,50 +172,55 @@ def closed(loop, chosen=None, residual=True, forces=None):
     -------
     StateSpace
         Inputs: force on the gondola, then `forces`. Outputs: those of `coupled`, then the winch. States: those of
-        `coupled`, two of the notch where there is one, the winch (the integrator).
+        `coupled`, those of the controller's filter, as two of the notch where there is one, the winch (the integrator).
     """
     plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
-    sign = 1.0 if loop.location == "gondola" else -1.0
-    filtering = [] if loop.notch is None else [("notch_1", "m"), ("notch_2", "m")]
-    extra = len(filtering) + 1
-    a = np.pad(plant.a, (0, extra))
-    a[: len(plant.a), -1] = plant.b[:, 0]
-    c = np.pad(plant.c, ((0, 1), (0, extra)))
+    fed = feedback(plant, loop)
+    n, size = len(plant.a), len(fed.a)
+    c = np.pad(plant.c, ((0, 1), (0, size - n)))
     c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
-    b, d = np.pad(plant.b[:, 1:], ((0, extra), (0, 0))), np.pad(plant.d[:, 1:], ((0, 1), (0, 0)))
-    position = c[0]  # of the gondola
-    rate = sign * loop.gain * position
-    if loop.notch is not None:
-        a[-3:-1] = _rolloff(loop.notch, position)
-        direct, first, second = _notch_output(loop.notch)
-        rate = direct * rate
-        rate[-3:-1] = sign * loop.gain * first, sign * loop.gain * second
-    a[-1] = rate
+    b, d = fed.b[:, COMMANDS:], np.pad(plant.d[:, 1:], ((0, 1), (0, 0)))
     # the winch is a state: its velocity and acceleration are known
     d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
-    c[:-1] += np.outer(d1, rate) + np.outer(d2, rate @ a)
-    d[:-1] += np.outer(d2, rate @ b)
-    states = (*plant.states, *filtering, ("winch", "m"))
+    c[:-1] += np.outer(d1, fed.rate) + np.outer(d2, fed.rate @ fed.a)
+    d[:-1] += np.outer(d2, fed.rate @ b)
+    states = (*plant.states, *((name, "m") for name in loop.filter_names), ("winch", "m"))
     return StateSpace(
-        a, b, c, d, states, plant.inputs[1:], (*plant.outputs, ("winch", "m")), (np.zeros_like(d), np.zeros_like(d))
+        fed.a, b, c, d, states, plant.inputs[1:], (*plant.outputs, ("winch", "m")), (np.zeros_like(d), np.zeros_like(d))
     )
 
 
-def _rolloff(notch, position):
-    """Rows of A for the two states of the notch, w^2/q and s w/q of its input, q = s^2 + 2 z w s + w^2."""
-    rows = np.zeros((2, len(position)))
-    rows[0, -2] = notch.rolloff_omega
-    rows[1] = notch.rolloff_omega * position
-    rows[1, -3:-1] += -notch.rolloff_omega, -2 * notch.rolloff_damping_ratio * notch.rolloff_omega
-    return rows
+@dataclass(frozen=True)
+class Feedback:
+    """The closed loop x' = A x + B u; inputs: reference of the gondola's position, what is added to the movement of the
+    winch, forces. States: those of `coupled`, of the filter of the controller, the winch without what is added."""
+
+    a: np.ndarray  # shape (n, n)
+    b: np.ndarray  # (n, 2 + forces)
+    position: tuple  # of the gondola, by the states, shape (n,), and by the inputs, shape (2 + forces,) [m]
+    rate: np.ndarray  # velocity of the winch by the states, shape (n,); by the inputs it is the last row of B [m/s]
 
 
-def _notch_output(notch):
-    """Shares of the input of the notch and of its two states in its output. [-]"""
-    w1, w2 = notch.omega, notch.rolloff_omega
-    direct = (w2 / w1) ** 2
-    damped = notch.damping_ratio * w1 - notch.rolloff_damping_ratio * w2
-    return direct, direct * (w1**2 - w2**2) / w2**2, direct * 2 * damped / w2
+COMMANDS = 2  # inputs of `Feedback` that are no forces
+
+
+def feedback(plant, loop):
+    """`Feedback` of the `StateSpace` of gondola and cable, see `coupled`, with the controller of a `Loop`."""
+    own, given, shown, direct = loop.filtering
+    n, states = len(plant.a), len(own)
+    size, filters = n + states + 1, slice(n, n + states)
+    a, b = np.zeros((size, size)), np.zeros((size, COMMANDS + len(plant.inputs) - 1))
+    a[:n, :n], a[:n, -1] = plant.a, plant.b[:, 0]
+    b[:n, 1], b[:n, COMMANDS:] = plant.b[:, 0], plant.b[:, 1:]
+    seen, at_once = np.zeros(size), np.concatenate([[0.0], plant.d[0]])
+    seen[:n], seen[-1] = plant.c[0], plant.d[0, 0]
+    error = at_once - np.eye(len(at_once))[0]
+    a[filters], b[filters] = np.outer(given, seen), np.outer(given, error)
+    a[filters, filters] += own
+    sign = 1.0 if loop.location == "gondola" else -1.0
+    a[-1], b[-1] = sign * loop.gain * direct * seen, sign * loop.gain * direct * error
+    a[-1, filters] += sign * loop.gain * shown
+    return Feedback(a, b, (seen, at_once), a[-1].copy())
 
 
 @dataclass(frozen=True)

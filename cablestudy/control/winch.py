@@ -74,6 +74,14 @@ class Loop:
     def gondola_pole(self):
         return self.plant.gondola_pole
 
+    @property
+    def filtering(self):
+        return self.plant.filtering
+
+    @property
+    def filter_names(self):
+        return self.plant.filter_names
+
     def controller(self, s):
         return self.plant.controller(s)
 
@@ -139,10 +147,49 @@ class Loop:
         return None if limit is None else float(20 * np.log10(limit / self.gain))
 
     @property
+    def phase_crossover(self):
+        """Frequency at which the largest gain puts a pole on the imaginary axis; None when there is no limit. [Hz]"""
+        return self.plant.limit_frequency if self.gain and self.largest_gain else None
+
+    @cached_property
+    def _crossovers(self):
+        """See `margins.gain_crossovers`."""
+        self.check_damped()
+        return margins.gain_crossovers(self)
+
+    @property
     def phase_margin(self):
         """Least angle between L and -1 where |L| = 1, over all such places; None when there is none. [deg]"""
+        phase = np.abs(self._crossovers[1])
+        return float(phase.min()) if len(phase) else None
+
+    @property
+    def gain_crossover(self):
+        """Frequency at which |L| = 1 with the phase margin; None when there is none. [Hz]"""
+        omega, phase = self._crossovers
+        return float(omega[np.argmin(np.abs(phase))] / (2 * np.pi)) if len(omega) else None
+
+    @property
+    def delay_margin(self):
+        """Least delay in the loop that makes it unstable; None when |L| = 1 nowhere. [s]"""
+        return margins.delay_margin(*self._crossovers)
+
+    @cached_property
+    def sensitivity_peak(self):
+        """Largest |1/(1 + L)| over all frequencies [-], and where it is [Hz].
+
+        Raises
+        ------
+        NoSolutionError
+            Of a stable loop: the peak is that of a mode as good as undamped.
+        """
         self.check_damped()
-        return margins.phase_margin(self)
+        peak, omega = margins.sensitivity_peak(self)
+        poles = np.concatenate([self.closed_poles, self.plant.responding.poles])
+        pole = complex(poles[np.argmin(np.abs(poles - 1j * omega))])
+        if peak > 1 and -pole.real < stability.UNDAMPED * abs(pole):
+            raise stability.undamped(pole, max(-pole.real / abs(pole), 0.0), "no peak of the sensitivity: ")
+        return peak, omega / (2 * np.pi)
 
     @property
     def bandwidth(self):

@@ -9,7 +9,7 @@ answer has empty cells and says why in `status`, or raises `NoSolutionError` or 
 had.
 """
 
-from cablestudy.interface.scene import Scene, find_answer, texts_of
+from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import apply_sets, read_document
@@ -45,7 +45,7 @@ def load(path, set=(), case=None):
     >>> import cablestudy as cs
     >>> guy = cs.load("configs/guy.yaml", set={"cable.preload": "8 %"})
     """
-    changes = texts_of(set) + _case(case)
+    changes = texts_of(set) + case_text(case)
     document, model = load_scene(path, changes)
     kind = Suspension if isinstance(model, SuspensionScene) else Scene
     return kind(str(path), changes, document, model)
@@ -66,10 +66,5 @@ def find(path, goal, by, between=None, columns=None, set=(), case=None):
 
 def compute_find(path, goal, by, between=None, columns=None, set=(), case=None):
     """As `find`, with warnings and failures: `Answer`."""
-    document = apply_sets(read_document(path), texts_of(set) + _case(case))
+    document = apply_sets(read_document(path), texts_of(set) + case_text(case))
     return find_answer(document, goal, by, between, columns)
-
-
-def _case(name):
-    """The change of a scene that chooses a load case; none without a name."""
-    return texts_of({} if name is None else {"case": name})

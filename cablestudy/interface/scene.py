@@ -18,6 +18,11 @@ def texts_of(changes):
     return tuple(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in changes.items())
 
 
+def case_text(name):
+    """The change of a scene that chooses a load case; none without a name."""
+    return texts_of({} if name is None else {"case": name})
+
+
 class Scene:
     """A scene of one cable.
 
@@ -166,6 +171,60 @@ class Scene:
         table, row, remarks = wind_table(self.document, self.model, on, estimate)
         draw = (lambda case, plots: plots.wind_response(case, on or "gondola")) if self.model.gondola else None
         return self._of_row(table, row, draw, remarks)
+
+    # --------------------------------------------------------------------------------------------------------- loop
+
+    def loop(self):
+        """Margins, sensitivity and bandwidth of the winch loop: `Values`."""
+        return self.compute("loop", estimate=True).values()
+
+    def loop_response(self, response):
+        """The loop over frequency: pandas.DataFrame.
+
+        Parameters
+        ----------
+        response : str
+            Range and number of frequencies, for example "0.01Hz:100Hz:200".
+        """
+        return self.compute("loop", response=response).frame()
+
+    def loop_in_time(self, time, input="winch", size=None, length=None):
+        """What the loop does in time: pandas.DataFrame.
+
+        Parameters
+        ----------
+        time : str
+            How long, and how many rows: "60 s", "60 s:2001".
+        input : {"winch", "reference", "gust", "wind"}
+            A step of the winch or of the reference, a 1-cosine gust, a step of the wind speed.
+        size : str, optional
+            Of the input; by default 1 mm, or 3 standard deviations of the turbulence.
+        length : str, optional
+            Time of a gust; by default length scale over wind speed.
+        """
+        return self.compute("loop", time=time, input=input, size=size, length=length).frame()
+
+    def _loop_answer(self, response=None, time=None, estimate=False, **options):
+        from cablestudy.study import loop_in_time, loop_report
+        from cablestudy.study.ssm import read_span
+
+        span = read_span(response) if response else None
+        asked = loop_in_time.TimeOptions(time, **options) if time else None
+        answer = self._of_row(
+            *loop_report.loop_table(self.document, self.model, estimate),
+            lambda case, plots: plots.loop_margins(case, span),
+        )
+        if answer.failures:
+            return answer if not (asked or span) else replace(answer, table=None)
+        if asked:
+            solved = loop_in_time.time_case(self.document, answer.case, asked)
+            return replace(
+                answer,
+                table=loop_in_time.time_table(solved),
+                warnings=(*answer.warnings, *solved.notes),
+                draw=lambda plots: plots.loop_in_time(solved, answer.case),
+            )
+        return replace(answer, table=loop_report.response_table(answer.case.loop, span)) if span else answer
 
     # -------------------------------------------------------------------------------------------------- state space
 

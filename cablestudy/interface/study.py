@@ -22,15 +22,13 @@ def sweep(study, set=None, vary=None, jobs=None, out=None):
     Returns
     -------
     pandas.DataFrame
-        One row for each case: what varies, the columns, the status; varied quantities in SI. `attrs["units"]` has the
-        unit of each column.
+        One row for each case, with the names and numbers of the CSV. `attrs["units"]` has the unit of each column.
 
     Raises
     ------
     SceneError
         All that is wrong with the study.
     """
-    from cablestudy.scene.scene import quantity_of
     from cablestudy.scene.study import read_study
     from cablestudy.study.table import TableFiles
     from cablestudy.sweeps.run import Options, Run
@@ -47,10 +45,6 @@ def sweep(study, set=None, vary=None, jobs=None, out=None):
         table = work.table()
         if keep:
             work.write(table, "cablestudy.sweep")
-        frame = table.rows.frame()
-    varied = [key for key in asked.varied if key in frame]
-    frame = frame[[*varied, *(name for name in frame if name not in varied)]]
-    units = {field.name: field.unit for field in table.fields if field.name in frame}
-    quantities = {key: quantity_of(key) for key in varied}
-    frame.attrs["units"] = units | {key: found.unit for key, found in quantities.items() if found}
+        frame = table.rows.frame()[[field.name for field in table.fields]]
+    frame.attrs["units"] = {field.name: field.unit for field in table.fields}
     return frame

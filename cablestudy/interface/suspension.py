@@ -88,6 +88,9 @@ class Suspension(Scene):
             table, tables, case, lambda: notes_of(case), remarks_of(case), lambda plots: plots.suspension_wind(case)
         )
 
+    def _loop_answer(self, **_):
+        raise SceneError("loop: the scene is a suspension, whose loop is in the tables of windrms")
+
     def _choose(self, options):
         from cablestudy.study.suspension import ssm
 

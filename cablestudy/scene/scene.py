@@ -26,7 +26,7 @@ STUDY_KEYS = ("vary", "columns")
 class Gondola(Table):
     """The body on end 2, free along x."""
 
-    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass")
+    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass of the gondola")
     area: Annotated[float, Quantity("m^2", 1e-12, 1e12)] | None = Field(None, description="Area that the wind sees")
     drag_coefficient: Coefficient | None = Field(None, description="Drag coefficient of that area")
 
@@ -116,13 +116,19 @@ TABLES = {
 
 def quantity_of(key):
     """The Quantity that reads a dotted key of a scene (a vector or its components alike); None when none does."""
+    field = field_of(key)
+    return field and _quantity_in(field)
+
+
+def field_of(key):
+    """The field, of pydantic, that a dotted key of a scene or its beginning names; None when none does."""
     path = split_key(key)
     for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
         *table, name = path[:length]
         for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES):
             model = table_at(tables, table)
             if model and name in model.model_fields:
-                return _quantity_in(model.model_fields[name])
+                return model.model_fields[name]
     return None
 
 

@@ -106,12 +106,17 @@ def to_si(value, unit):
 
 def read_frequency(option, text):
     """The frequency that an option of the command line gives; SceneError if it is not a positive one. [Hz]"""
+    return read_positive(option, text, "Hz")
+
+
+def read_positive(option, text, unit):
+    """The quantity in a unit of DIMENSIONS that an option of the command line gives; SceneError if not positive."""
     try:
-        value = to_si(text, "Hz")
+        value = to_si(text, unit)
     except ValueError as error:
         raise SceneError(f"{option}: {error}") from None
     if not 0 < value < float("inf"):
-        raise SceneError(f"{option}: a frequency must be positive, got {text:.60}")
+        raise SceneError(f"{option}: {article(DIMENSIONS[unit][0])} must be positive, got {text:.60}")
     return value
 
 

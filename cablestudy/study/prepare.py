@@ -1,5 +1,6 @@
 """Checks of a study before anything is computed, and the columns, fields and printed values of its table."""
 
+from difflib import get_close_matches
 from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
@@ -9,6 +10,7 @@ from cablestudy.study.columns import STATUS
 from cablestudy.study.find import check_goal, column_named, field_of_key
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.table import Field, number, read_csv
+from cablestudy.study.varied_keys import varied_key, varied_keys
 
 NEVER_COMPARED = "solve_time"  # differs from run to run
 # key -> columns any of which makes a column of its own for the varied key superfluous
@@ -52,12 +54,38 @@ def prepare(study):
         check_goal(goal_of_study(study), study.document_of(0))
     columns = columns_of(study)
     tolerances_of(study)
-    for name in (study.plot.x, *study.plot.y) if study.plot else ():
-        try:
-            _listed(study, name)
-        except ValueError as error:
-            raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
+    _check_plot(study)
     return columns, _printed_values(study, columns)
+
+
+def _check_plot(study):
+    """Raise SceneError for names under `plot:` that are neither columns of the study nor varied keys."""
+    if not study.plot:
+        return
+    names = {("x",): study.plot.x, ("color",): study.plot.color}
+    names |= {("y", place): name for place, name in enumerate(study.plot.y)}
+    mistakes = []
+    for path, name in names.items():
+        try:
+            if name is not None and varied_key(study, name) is None:
+                _drawn_column(study, name)
+        except ValueError as error:
+            where = study.where(("plot", *path))
+            mistakes.append(Mistake(where, ".".join(map(str, ("plot", *path))), str(error)))
+    if mistakes:
+        raise SceneError(*mistakes)
+
+
+def _drawn_column(study, name):
+    """Raise ValueError for a name that is no column of the study, or text."""
+    try:
+        column = _listed(study, name)
+    except ValueError:
+        near = get_close_matches(name, [*study.varied, *study.columns], 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise ValueError(f"{name} is neither a column of the study nor a varied key{hint}") from None
+    if column.name == "status":
+        raise ValueError("status is text")
 
 
 def columns_of(study):
@@ -159,7 +187,7 @@ def fields_of(study, columns, referenced):
     shown = {column.name for column in columns}
     if _is_loaded(study):  # what is stated holds in the reference state, the column in the case
         shown.difference_update(("preload", "sag"))
-    fields = [Field(key, key) for key in study.varied if not shown.intersection(SHOWN_BY.get(key, ()))]
+    fields = [known.field for known in varied_keys(study) if not shown.intersection(SHOWN_BY.get(known.key, ()))]
     for column in columns:
         if column.name == "status":
             continue

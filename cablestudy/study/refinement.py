@@ -182,10 +182,17 @@ def needs_of(case, required):
         alone = axial * axial_waves / (4 * travel_time) / slower if axial else 0.0
         return max(alone, finer.gondola_frequency) if body else alone
 
-    near_limit = [c.header for c in required.motion if c.name in ("largest_gain", "gain_margin")]
+    limited = {"largest_gain", "gain_margin", *(["gain"] if gain_follows(case.scene) else [])}
+    near_limit = [c.header for c in required.motion if c.name in limited]
     if case.scene.cable.damping.model == "modal":
         near_limit = []
     return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only, frozenset(near_limit))
+
+
+def gain_follows(scene):
+    """Whether the gain of the winch is none that the scene states, but follows from a margin."""
+    controller = scene.winch and scene.winch.controller
+    return controller is not None and not isinstance(controller.gain, (int, float))
 
 
 @dataclass

@@ -140,8 +140,8 @@ def _common(quantity, rows):
 def give_looks(series, factors, joined):
     """Give each series its look.
 
-    Up to NAMED series have a colour and a mark each. Of more, the factor with most levels is the colour, on a colour bar
-    where they are many, and the next one the mark and the dashes. Further ones are stated, not told apart.
+    Up to NAMED series have a colour and a mark each. Of more, the factor with most levels is the colour, on a colour
+    bar where they are many, and the next one the mark and the dashes. Further ones are stated, not told apart.
 
     Returns
     -------

@@ -1,0 +1,105 @@
+"""Response in time of a linear system to inputs that are themselves solutions of linear equations: steps and gusts.
+
+With x' = A x + B u, y = C x + D u and an input u = h z, z' = S z, state and input together obey one equation without
+input, whose solution over a time step is a matrix exponential:
+
+    [x]'   [A  B h] [x]
+    [z]  = [0   S ] [z]
+
+No error is made by the size of the time step (Franklin, Powell and Workman, Digital Control of Dynamic Systems, 1998,
+section 4.3, for a step; here the same for a cosine).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+ROUNDING = 1e-9  # of a time step, by which a component may begin before a point of time
+
+
+@dataclass(frozen=True)
+class Component:
+    """An input u = h z, z' = S z, from a time on; before it is zero.
+
+    Attributes
+    ----------
+    begin : float
+        >= 0. [s]
+    shown : ndarray, shape (k,)
+        h.
+    matrix : ndarray, shape (k, k)
+        S.
+    start : ndarray, shape (k,)
+        z when it begins.
+    """
+
+    begin: float
+    shown: np.ndarray
+    matrix: np.ndarray
+    start: np.ndarray
+
+
+def step(size):
+    """Components of an input that is constant from time zero on: list."""
+    return [Component(0.0, np.array([size]), np.zeros((1, 1)), np.ones(1))]
+
+
+def gust(size, length):
+    """Components of a 1-cosine gust, size/2 (1 - cos(2 pi t/length)) while 0 < t < length: list.
+
+    Parameters
+    ----------
+    size : float
+        Its largest value.
+    length : float
+        [s]
+
+    Notes
+    -----
+    The shape of a discrete gust (EASA, CS-25, paragraph 25.341), whose rise is that of the extreme coherent gust of IEC
+    61400-1, ed. 3, section 6.3.2.5. It is a periodic one less the same from t = length on.
+    """
+    omega = 2 * np.pi / length
+    matrix = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -omega], [0.0, omega, 0.0]])
+    shown, start = np.array([size / 2, -size / 2, 0.0]), np.array([1.0, 1.0, 0.0])
+    return [Component(0.0, shown, matrix, start), Component(length, -shown, matrix, start)]
+
+
+def scaled(components, factor):
+    """The same components, times a factor: list."""
+    return [replace(one, shown=factor * one.shown) for one in components]
+
+
+def respond(a, b, c, d, components, time):
+    """Outputs for one input that begins at rest.
+
+    Parameters
+    ----------
+    a, b, c, d : ndarray, shapes (n, n), (n,), (o, n), (o,)
+    components : list of Component
+        Their sum is the input.
+    time : ndarray, shape (m,)
+        Uniform, from zero. [s]
+
+    Returns
+    -------
+    ndarray, shape (m, o)
+    """
+    from scipy.linalg import expm
+
+    found, width = np.zeros((len(time), len(c))), time[1] - time[0]
+    for one in components:
+        first = int(np.ceil(one.begin / width - ROUNDING))
+        if first >= len(time):
+            continue
+        n, k = len(a), len(one.start)
+        whole = np.zeros((n + k, n + k))
+        whole[:n, :n], whole[:n, n:], whole[n:, n:] = a, np.outer(b, one.shown), one.matrix
+        output = np.concatenate([c, np.outer(d, one.shown)], axis=1)
+        state = np.concatenate([np.zeros(n), one.start])
+        state = expm(whole * max(first * width - one.begin, 0.0)) @ state
+        advance = expm(whole * width)
+        for place in range(first, len(time)):
+            found[place] += output @ state
+            state = advance @ state
+    return found

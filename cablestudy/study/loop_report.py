@@ -1,0 +1,117 @@
+"""Tables of the command `loop` for one cable: margins of the winch loop, and the loop over frequency."""
+
+import numpy as np
+
+from cablestudy.control import margins
+from cablestudy.control.response import Phase
+from cablestudy.scene.scene import missing
+from cablestudy.study.columns import STATUS, find, lacks
+from cablestudy.study.row import evaluate
+from cablestudy.study.table import Field, Table
+
+COLUMNS = (
+    "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
+    "sensitivity_peak", "sensitivity_frequency", "bandwidth",
+)  # fmt: skip
+CURVES = {"open_loop": "L", "sensitivity": "S", "complementary_sensitivity": "T"}  # names and titles of columns
+BESIDE = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
+
+CIRCLE = np.linspace(-1.5, 1.5, 61)  # half of the angles of the points of a picture near a pole [rad]
+
+
+def loop_table(document, scene, estimate=False):
+    """Gain, margins, sensitivity and bandwidth of the winch loop.
+
+    Parameters
+    ----------
+    document : Document
+        Of the scene, for the places of mistakes.
+    scene : Scene
+    estimate : bool
+        Whether the errors of fixed elements are to be estimated.
+
+    Returns
+    -------
+    table : Table
+        One row.
+    row : Row
+
+    Raises
+    ------
+    SceneError
+        The scene has no gondola, or no controller.
+    """
+    columns = [find(name) for name in COLUMNS]
+    for key in ("gondola", "winch", "winch.controller"):
+        table, _, name = key.rpartition(".")
+        if getattr(getattr(scene, table) if table else scene, name) is None:
+            raise missing(document, key, "loop")
+    for column in columns:
+        if lacks(scene, column):
+            raise missing(document, lacks(scene, column), "loop")
+    row = evaluate(scene, columns, estimate)
+    fields = tuple(column.field for column in columns)
+    return Table((*fields, STATUS), [dict(row.cells)], single=True, errors=row.known_errors), row
+
+
+def frequencies_of(loop, span):
+    """Frequencies of a table: those of equal ratios that are asked for, and others beside the resonances. [Hz]
+
+    Parameters
+    ----------
+    loop : Loop
+    span : (float, float, int)
+        From `ssm.read_span`.
+    """
+    low, high, count = span
+    poles = loop.observable_poles / (2 * np.pi)
+    poles = poles[poles.imag > 0]
+    beside = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.concatenate([-BESIDE[1:], BESIDE])
+    beside = beside[(beside > low) & (beside < high)]
+    return np.unique(np.concatenate([np.geomspace(low, high, count), beside]))
+
+
+def drawn_frequencies(loop, span):
+    """The same for a picture: as close as the margins are looked for, and in even steps around the circle that L
+    describes near each pole. [Hz]"""
+    low, high, _ = span
+    poles = np.concatenate([loop.open_poles, loop.closed_poles])
+    poles = poles[poles.imag > 0]
+    around = (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(CIRCLE)).ravel()
+    close = np.concatenate([margins.response_frequencies(loop), around]) / (2 * np.pi)
+    return np.unique(np.concatenate([frequencies_of(loop, span), close[(close > low) & (close < high)]]))
+
+
+def curves(loop, frequency):
+    """Loop gain L, sensitivity 1/(1 + L) and complementary sensitivity L/(1 + L), complex, shape (3, m)."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode L is infinite
+        value = loop.gain * loop.unit_gain(2j * np.pi * frequency)
+        return np.stack([value, 1 / (1 + value), value / (1 + value)])
+
+
+def decibels(value):
+    """20 log10 of the magnitude; minus infinity for zero. [dB]"""
+    with np.errstate(divide="ignore"):
+        return 20 * np.log10(np.abs(value))
+
+
+def response_table(loop, span):
+    """Table of frequency, and magnitude [dB] and phase [deg] of L, S and T.
+
+    Parameters
+    ----------
+    loop : Loop
+    span : (float, float, int)
+        From `ssm.read_span`. Resonances in the range have rows of their own beside these.
+    """
+    frequency = frequencies_of(loop, span)
+    fields, columns = [Field("frequency_Hz", "frequency", "Hz")], [frequency]
+    for (name, title), value in zip(CURVES.items(), curves(loop, frequency), strict=True):
+        fields += [Field(f"{name}_dB", title, "dB"), Field(f"{name}_phase_deg", f"{title} phase", "deg")]
+        columns += [decibels(value), Phase()(value)]
+    names = [field.name for field in fields]
+    rows = [
+        {name: cell if np.isfinite(cell) else None for name, cell in zip(names, cells, strict=True)}
+        for cells in np.stack(columns, axis=1).tolist()
+    ]
+    return Table(tuple(fields), rows)

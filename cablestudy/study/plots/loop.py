@@ -1,0 +1,222 @@
+"""The winch loop of one cable: Bode and Nyquist plots with their margins, sensitivity, and the response in time."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from cablestudy.control.response import Phase
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.loop_report import curves, decibels, drawn_frequencies
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, RED, WIDTH, plain, plain_axis, styled
+
+BELOW, ABOVE = 0.02, 3.0  # of the range without another one: of the lowest and the highest frequency that is marked
+POINTS = 1500  # of a curve, without those near resonances
+LEAST = -100.0  # magnitude that is drawn [dB]
+NEAR = 2.2  # half width of the Nyquist plot [-]
+PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
+NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
+
+
+@styled
+def loop_margins(case, span=None):
+    """Figure of loop gain, phase and sensitivity over frequency, and of the loop gain near -1.
+
+    Parameters
+    ----------
+    case : Case
+        With a winch loop.
+    span : (float, float, int), optional
+        From `ssm.read_span`. Default: about bandwidth, gondola and largest gain.
+
+    Raises
+    ------
+    NoSolutionError
+        The gain is zero.
+    """
+    loop = case.loop
+    if not loop.gain:
+        raise NoSolutionError(NO_LOOP)
+    frequency = drawn_frequencies(loop, span or _span(case))
+    value, sensitivity, complementary = curves(loop, frequency)
+    figure = Figure(figsize=(WIDTH, 9.6), layout="constrained")
+    grid = figure.add_gridspec(4, 2, height_ratios=(2.2, 1.6, 1.8, 3.2), width_ratios=(1.35, 1))
+    upper = figure.add_subplot(grid[0, :])
+    middle, lower = (figure.add_subplot(grid[row, :], sharex=upper) for row in (1, 2))
+    _magnitude(upper, loop, frequency, value)
+    _phase(middle, loop, frequency, value)
+    _sensitivity(lower, loop, frequency, sensitivity, complementary)
+    upper.set_xlim(frequency[0], frequency[-1])
+    for axes in (upper, middle):
+        axes.tick_params(labelbottom=False)
+    nyquist, beside = figure.add_subplot(grid[3, 0]), figure.add_subplot(grid[3, 1])
+    _nyquist(nyquist, loop, value)
+    _numbers(beside, loop)
+    beside.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
+    figure.align_ylabels([upper, middle, lower])
+    winch = case.scene.winch.location
+    figure.suptitle(f"Winch loop, winch on the {winch}: open loop L, sensitivity S = 1/(1 + L), T = L/(1 + L)",
+                    x=0.01, ha="left", fontsize=10)  # fmt: skip
+    return figure
+
+
+def _span(case):
+    """Range of frequencies in which something happens. [Hz]"""
+    loop = case.loop
+    marked = [case.gondola_frequency, loop.gain / (2 * np.pi), loop.phase_crossover if _has_limit(loop) else None]
+    notch = loop.notch
+    marked += [notch.rolloff_omega / (2 * np.pi)] if notch else []
+    marked = [one for one in marked if one]
+    return min(0.2 * max(marked), BELOW / ABOVE * 10 * min(marked)), ABOVE * max(marked), POINTS
+
+
+def _has_limit(loop):
+    """Whether the loop has a largest gain, and it can be had."""
+    try:
+        return loop.largest_gain is not None
+    except NoSolutionError:
+        return False
+
+
+def _magnitude(axes, loop, frequency, value):
+    axes.semilogx(frequency, np.maximum(decibels(value), 2 * LEAST), color=BLUE, lw=1.3, label="|L|")
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    size = decibels(value)
+    axes.set_ylim(max(LEAST, size.min() - 5), size.max() + 10)
+    axes.set_ylabel("loop gain |L| [dB]")
+    if _has_limit(loop):
+        margin, place = loop.gain_margin, loop.phase_crossover
+        axes.annotate("", (place, 0), (place, -margin), arrowprops={"arrowstyle": "<->", "color": RED, "lw": 1.2,
+                                                                   "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
+                  label=_said(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
+    if loop.gain_crossover:
+        axes.plot(loop.gain_crossover, 0, "s", color=GREEN, ms=4, zorder=5,
+                  label=f"|L| = 1 at {loop.gain_crossover:.4g} Hz")  # fmt: skip
+    axes.legend(loc="lower left", **BOX)
+
+
+BOX = {"fontsize": 8, "frameon": True, "edgecolor": "none", "framealpha": 0.85}
+
+
+def _phase(axes, loop, frequency, value):
+    phase = Phase()(value)
+    axes.semilogx(frequency, phase, color=BLUE, lw=1.3)
+    low, high = np.nanmin(phase), np.nanmax(phase)
+    axes.yaxis.set_major_locator(MultipleLocator(90 if high - low < PHASES else 180))
+    for turn in np.arange(np.floor((low - 180) / 360), np.ceil((high + 180) / 360) + 1):
+        axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
+    axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
+    axes.set_ylabel("phase of L [deg]")
+    if loop.gain_crossover and frequency[0] < loop.gain_crossover < frequency[-1]:
+        place = loop.gain_crossover
+        # the phase there without a turn, and the nearest -180 degrees
+        found = np.interp(np.log(place), np.log(frequency), phase)
+        nearest = 360 * np.round((found + 180) / 360) - 180
+        axes.annotate("", (place, nearest), (place, found), arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.2,
+                                                                        "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        axes.plot(place, found, "s", color=GREEN, ms=4, zorder=5, label=f"phase margin {loop.phase_margin:.4g}°")
+        axes.legend(loc="lower left", **BOX)
+
+
+def _sensitivity(axes, loop, frequency, sensitivity, complementary):
+    axes.semilogx(frequency, decibels(complementary), color=GREEN, lw=1.0, ls="--", label="|T|")
+    axes.semilogx(frequency, decibels(sensitivity), color=BLUE, lw=1.3, label="|S|")
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    top = decibels(sensitivity).max()
+    if loop.stable:
+        peak, place = loop.sensitivity_peak
+        top = max(top, float(decibels(peak)))
+        axes.plot(place, decibels(peak), "o", color=RED, ms=4, zorder=5,
+                  label=_said(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
+    axes.set_ylim(-40, top + 6)
+    axes.set_ylabel("|S|, |T| [dB]")
+    axes.set_xlabel("frequency [Hz]")
+    axes.legend(loc="lower left", ncols=3, **BOX)
+
+
+def _nyquist(axes, loop, value):
+    axes.axhline(0, color=LIGHT, lw=0.9)
+    axes.axvline(0, color=LIGHT, lw=0.9)
+    circle = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
+    axes.plot(circle.real, circle.imag, color=GREY, lw=0.8, ls="--", label="unit circle")
+    # far outside nothing is drawn, so that no line crosses the picture between two points far away
+    shown = np.where(np.abs(value) < 20 * NEAR, value, np.nan)
+    axes.plot(shown.real, shown.imag, color=BLUE, lw=1.3, zorder=3, label="L")
+    axes.plot(shown.real, -shown.imag, color=BLUE, lw=0.6, alpha=0.5, zorder=3)
+    axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
+    if loop.stable:
+        near = 1 / loop.sensitivity_peak[0]
+        around = -1 + near * circle
+        axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=f"nearest to −1: {near:.4g}")
+    if loop.gain_crossover:
+        here = loop.gain * complex(loop.unit_gain(np.array([2j * np.pi * loop.gain_crossover]))[0])
+        axes.plot(
+            here.real, here.imag, "s", color=GREEN, ms=4, zorder=5, label=f"phase margin {loop.phase_margin:.4g}°"
+        )
+    if _has_limit(loop):
+        axes.plot(-loop.gain / loop.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
+                  label=_said(f"gain margin {loop.gain_margin:.4g} dB"))  # fmt: skip
+    axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR), xlabel="real part of L", ylabel="imaginary part of L")
+    axes.set_aspect("equal", adjustable="box")
+    plain(axes, 6, 6)
+
+
+def _numbers(axes, loop):
+    """The margins as text."""
+    axes.set_axis_off()
+    limit = _has_limit(loop)
+    lines = [("gain", f"{loop.gain:.4g} rad/s")]
+    lines += [("largest gain", f"{loop.largest_gain:.4g} rad/s" if limit else "none")]
+    lines += [("gain margin", f"{loop.gain_margin:.4g} dB")] if limit else []
+    if not loop.stable:
+        lines.append(("loop", "unstable"))
+    else:
+        if loop.phase_margin is not None:
+            lines += [("phase margin", f"{loop.phase_margin:.4g}°"), ("delay margin", f"{loop.delay_margin:.4g} s")]
+        lines += [("peak of S", f"{loop.sensitivity_peak[0]:.4g}")]
+        lines += [("bandwidth", f"{loop.bandwidth:.4g} Hz")] if loop.bandwidth else []
+    for place, (name, number) in enumerate(lines):
+        axes.text(0.02, 0.96 - 0.075 * place, name, transform=axes.transAxes)
+        axes.text(0.98, 0.96 - 0.075 * place, _said(number), transform=axes.transAxes, ha="right")
+
+
+@styled
+def loop_in_time(solved, case):
+    """Figure of input, displacement of the gondola with and without the loop, and movement of the winch over time.
+
+    Parameters
+    ----------
+    solved : TimeCase
+    case : Case
+    """
+    time, found = solved.time, solved.found
+    displaced = solved.options.input in ("winch", "reference")
+    figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
+    first, second, third = figure.subplots(3, 1, sharex=True, height_ratios=(1, 2, 1.5))
+    first.plot(time, (1e3 if displaced else 1.0) * solved.driving, color=GREY)
+    first.set_ylabel(f"{solved.options.input} [mm]" if displaced else "wind [m/s]")
+    if found.open_loop is not None:
+        second.plot(time, 1e3 * found.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
+    second.plot(time, 1e3 * found.gondola, color=BLUE, label="loop closed")
+    place = int(np.argmax(np.abs(found.gondola)))
+    second.plot(time[place], 1e3 * found.gondola[place], "o", color=RED, ms=4,
+                label=_said(f"{1e3 * found.gondola[place]:.4g} mm at {time[place]:.4g} s"))  # fmt: skip
+    second.set_ylabel("gondola [mm]")
+    third.plot(time, 1e3 * found.winch, color=GREEN)
+    third.set_ylabel("winch [mm]")
+    third.set_xlabel("time [s]")
+    low, high = second.get_ylim()
+    second.set_ylim(low, high + 0.18 * (high - low))
+    second.legend(loc="upper right", ncols=3, **BOX)
+    first.set_xlim(time[0], time[-1])
+    plain_axis(third.xaxis, 8)
+    for axes in (first, second, third):
+        plain_axis(axes.yaxis, 5)
+    figure.align_ylabels([first, second, third])
+    figure.suptitle(f"Winch loop, gain {case.loop.gain:.4g} rad/s: {solved.what}", x=0.01, ha="left", fontsize=10)
+    return figure
+
+
+def _said(text):
+    """A text with the sign for minus."""
+    return text.replace("-", "−")
