@@ -41,7 +41,7 @@ def broken(draw):
 @pytest.mark.parametrize(
     ("draw", "fault"),
     [
-        (lambda figure, axes: figure.legend([*axes.lines] * 2, ["a name, far too long for it"] * 2, ncols=2), "outside"),
+        (lambda figure, axes: figure.legend([*axes.lines] * 2, ["a name, too long for it"] * 2, ncols=2), "outside"),
         (lambda figure, axes: axes.set_ylabel("y\n" * 20), "outside"),
         (lambda figure, axes: axes.text(0.5, 0.5, "sag 4.087089 m"), "not rounded"),
         (lambda figure, axes: [axes.text(0.5, 0.5, name) for name in ("first", "second")], "over"),
