@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cablestudy.errors import NoSolutionError, SceneError
 
@@ -91,6 +91,10 @@ class Answer:
         from cablestudy.study import plots
 
         plots.save(self.figure(), path)
+
+    def chosen(self, top=None):
+        """The same with the first rows of each table."""
+        return replace(self, tables={name: table.chosen(top=top) for name, table in self.tables.items()})
 
     def render(self, style):
         """All tables of a suspension as one text.
