@@ -1,8 +1,8 @@
 """Build the site: pages of docs/, what they link outside, and references generated from the code; see `make site`.
 
 Pages go to build/source as they are, with links that leave docs/ rewritten, and Sphinx makes build/site of them with
-warnings as errors. Nothing is fetched: external links are listed in build/site-links.txt, and a page that would load a font or
-script from elsewhere is an error.
+warnings as errors. Nothing is fetched: external links are listed in build/site-links.txt, and a page that would load a
+font or script from elsewhere is an error.
 """
 
 import re

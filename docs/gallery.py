@@ -14,8 +14,8 @@ PICTURES = DOCS / "pictures"
 PAGE = DOCS / "gallery.md"
 HEAD = """# Gallery
 
-Each picture with the command that draws it and the page that explains it. Commands of the tutorial run in the folder of its
-files, all others at the top of the project; `--plot` takes .svg, .png and .pdf.
+Each picture with the command that draws it and the page that explains it. Commands with `configs/` run at the top of
+the project, the others where `cablestudy new` has written their files; `--plot` takes .svg, .png and .pdf.
 """
 # `--plot FILE` of a command; the tutorial draws into its own folder
 DRAWN = re.compile(r"--plot (?:docs/pictures/)?([\w.-]+\.svg)")
@@ -23,14 +23,14 @@ SHOWN = re.compile(r"!\[([^\]]*)\]\([\w/]*pictures/([\w.-]+)\)")
 
 
 def pages():
-    """The pages that show pictures in reading order: the README last, since its pictures are explained elsewhere."""
-    return [*(DOCS / page for page in in_order() if page != PAGE.name), ROOT / "README.md"]
+    """The pages that show pictures, in reading order."""
+    return [DOCS / page for page in in_order() if page != PAGE.name and (DOCS / page).parent == DOCS]
 
 
 def commands():
     """Name of a picture -> the command that draws it, up to what filters the table that it prints."""
     found = {}
-    for page in pages():
+    for page in (*pages(), ROOT / "README.md"):
         for line in page.read_text(encoding="utf-8").splitlines():
             drawn = DRAWN.search(line) if line.startswith("$ cablestudy ") else None
             if drawn:
@@ -51,6 +51,11 @@ def captions():
     return found
 
 
+def title(page):
+    """Heading of a page."""
+    return page.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
+
+
 def text():
     """The page as it should be.
 
@@ -64,10 +69,9 @@ def text():
     for page in pages():
         names = [name for name in shown if shown[name][1] == page and (PICTURES / name).exists()]
         for name in names:
-            link = page.name if page.parent == DOCS else f"../{page.name}"
             parts.append(
                 f"\n## {shown[name][0]}\n\n![{shown[name][0]}](pictures/{name})\n\n"
-                f"```bash\n{drawn[name]}\n```\n\nExplained in [{page.name}]({link}).\n"
+                f"```bash\n{drawn[name]}\n```\n\nExplained in [{title(page)}]({page.name}).\n"
             )
     left = {path.name for path in PICTURES.iterdir()} - shown.keys()
     if left:

@@ -51,10 +51,10 @@ def keys_page(kind):
     """Keys of a file, a table for each mapping in it."""
     title, what, telling = FILES[kind]
     parts = [
-        f"# {title}\n\nEvery key of {what} (a file with {telling}), as `cablestudy keys {kind}` prints them. A value is a "
-        "number in the unit given or text with any unit of the same kind; a dash is a pure number. NAME stands for a name "
-        "that you choose, N for a place in a list, counted from 0, and KEY for a dotted key of the scene. An empty default: "
-        "without the key there is no such thing.\n"
+        f"# {title}\n\nEvery key of {what} (a file with {telling}), as `cablestudy keys {kind}` prints them. A value "
+        "is a number in the unit given or text with any unit of the same kind; a dash is a pure number. NAME stands "
+        "for a name that you choose, N for a place in a list, counted from 0, and KEY for a dotted key of the scene. "
+        "An empty default: without the key there is no such thing.\n"
     ]
     rows = {}
     for key in keys_of(kind):
@@ -69,9 +69,9 @@ def keys_page(kind):
 def columns_page():
     """All columns: of one cable, and of a suspension."""
     parts = [
-        "# Columns\n\nWhat a study can ask for, and what `static` and `windrms` print; `cablestudy columns` lists the same. A "
-        "column is named with its unit or, in a study, without it. `needs`: what must be computed. `keys`: what the scene must "
-        "have. K is a number from 1; BODY, CABLE and the like are names of the scene.\n"
+        "# Columns\n\nWhat a study can ask for, and what `static` and `windrms` print; `cablestudy columns` lists the "
+        "same. A column is named with its unit or, in a study, without it. `needs`: what must be computed. `keys`: "
+        "what the scene must have. K is a number from 1; BODY, CABLE and the like are names of the scene.\n"
     ]
     rows = columns_table().rows
     for kind, title in (("cable", "Of one cable"), ("suspension", "Of a suspension")):

@@ -1,8 +1,8 @@
 """Run every example of the documentation and put in what it prints.
 
 A fenced block marked `console` holds commands, each after `$ `, and below each what it prints. `make docs` writes the
-outputs and the pictures, and docs/gallery.md; tests/test_docs.py compares them. Commands run in a copy of configs/, so that
-nothing here changes by being documented.
+outputs and the pictures, and docs/gallery.md; tests/test_docs.py compares them. Commands run in a copy of configs/, so
+that nothing here changes by being documented.
 """
 
 import os

@@ -43,9 +43,9 @@ def schema(kind):
 @handle_errors
 def keys(kind, beginning, style):
     """Every key of a file, or those that begin with KEY: unit, default, meaning, what is allowed."""
-    from cablestudy.study.key_table import key_table
+    from cablestudy.interface import files as interface
 
-    show(key_table(kind, beginning), style)
+    show(interface.keys(kind, beginning), style)
 
 
 @click.command()

@@ -29,9 +29,9 @@ def new(kind, file, quiet):
     """
     if file == "":
         raise SceneError("cablestudy new: give the name of a file")
-    from importlib.resources import files
+    from cablestudy.interface.files import template
 
-    text = (files("cablestudy") / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")
+    text = template(kind)
     if file == "-":
         click.echo(text, nl=False)
         return

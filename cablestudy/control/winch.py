@@ -79,6 +79,11 @@ class Loop:
         return self.plant.filtering
 
     @property
+    def shares(self):
+        """Velocity of the winch per filtered position of the gondola, shape (1, 1). [1/s]"""
+        return np.array([[self.gain if self.location == "gondola" else -self.gain]])
+
+    @property
     def filter_names(self):
         return self.plant.filter_names
 

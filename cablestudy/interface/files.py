@@ -35,6 +35,32 @@ def schema(kind):
     return getattr(schemas, f"{kind}_schema")()
 
 
+def keys(kind, beginning=""):
+    """Every key of a kind of file, or those that begin so: unit, default, meaning, what is allowed: Table.
+
+    Parameters
+    ----------
+    kind : {"scene", "suspension", "study"}
+    beginning : str, optional
+        A dotted key.
+    """
+    from cablestudy.study.key_table import key_table
+
+    return key_table(kind, beginning)
+
+
+def template(kind):
+    """A commented file to begin with: str.
+
+    Parameters
+    ----------
+    kind : {"guy", "line", "zipline", "gondola", "suspension", "study"}
+    """
+    from importlib.resources import files
+
+    return (files("cablestudy") / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")
+
+
 def columns():
     """Every column: what it is of, name, unit, meaning, what it needs: Table."""
     from cablestudy.study.report import columns_table

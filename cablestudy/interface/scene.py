@@ -188,43 +188,39 @@ class Scene:
         """
         return self.compute("loop", response=response).frame()
 
-    def loop_in_time(self, time, input="winch", size=None, length=None):
+    def loop_in_time(self, time, input=None, size=None, length=None, output=None):
         """What the loop does in time: pandas.DataFrame.
 
         Parameters
         ----------
         time : str
             How long, and how many rows: "60 s", "60 s:2001".
-        input : {"winch", "reference", "gust", "wind"}
-            A step of the winch or of the reference, a 1-cosine gust, a step of the wind speed.
+        input : str, optional
+            A step of the winch (the default) or of the reference, a 1-cosine gust, a step of the wind speed: "winch",
+            "reference", "gust" or "wind"; of a suspension "winch.CABLE" and "reference.x".
         size : str, optional
             Of the input; by default 1 mm, or 3 standard deviations of the turbulence.
         length : str, optional
             Time of a gust; by default length scale over wind speed.
+        output : str, optional
+            Of a suspension, what of its pose, for example "gondola.x".
         """
-        return self.compute("loop", time=time, input=input, size=size, length=length).frame()
+        timed = {"input": input, "size": size, "length": length, "output": output}
+        return self.compute("loop", time=time, **timed).frame()
 
-    def _loop_answer(self, response=None, time=None, estimate=False, **options):
-        from cablestudy.study import loop_in_time, loop_report
-        from cablestudy.study.ssm import read_span
+    def _loop_answer(self, response=None, time=None, estimate=False, **timed):
+        from cablestudy.study.loop_in_time import time_case
+        from cablestudy.study.loop_report import loop_table, response_table
 
-        span = read_span(response) if response else None
-        asked = loop_in_time.TimeOptions(time, **options) if time else None
+        span, asked = loop_options(response, time, timed)
         answer = self._of_row(
-            *loop_report.loop_table(self.document, self.model, estimate),
-            lambda case, plots: plots.loop_margins(case, span),
+            *loop_table(self.document, self.model, estimate), lambda case, plots: plots.loop_margins(case, span)
         )
         if answer.failures:
-            return answer if not (asked or span) else replace(answer, table=None)
+            return replace(answer, table=None) if asked or span else answer
         if asked:
-            solved = loop_in_time.time_case(self.document, answer.case, asked)
-            return replace(
-                answer,
-                table=loop_in_time.time_table(solved),
-                warnings=(*answer.warnings, *solved.notes),
-                draw=lambda plots: plots.loop_in_time(solved, answer.case),
-            )
-        return replace(answer, table=loop_report.response_table(answer.case.loop, span)) if span else answer
+            return in_time(answer, time_case(self.document, answer.case, asked))
+        return replace(answer, table=response_table(answer.case.loop, span)) if span else answer
 
     # -------------------------------------------------------------------------------------------------- state space
 
@@ -355,4 +351,24 @@ def find_answer(document, goal, by, between=None, columns=None):
         table=table,
         warnings=(*warnings, *several),
         failures=tuple(dict.fromkeys(row.cells["status"] for row in rows if row.failed)),
+    )
+
+
+def loop_options(response, time, timed):
+    """The range of frequencies and the `TimeOptions` of the command `loop`, None each where it is not asked for."""
+    from cablestudy.study.loop_in_time import TimeOptions
+    from cablestudy.study.ssm import read_span
+
+    return read_span(response) if response else None, TimeOptions(time, **timed) if time else None
+
+
+def in_time(answer, solved):
+    """The `Answer` with the table, notes and picture of a `TimeCase`."""
+    from cablestudy.study.loop_in_time import time_table
+
+    return replace(
+        answer,
+        table=time_table(solved),
+        warnings=(*answer.warnings, *solved.notes),
+        draw=lambda plots: plots.loop_in_time(solved),
     )

@@ -1,10 +1,11 @@
 """A scene of several cables, bodies and points, as the commands take it."""
 
+from dataclasses import replace
 from functools import cached_property
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer
-from cablestudy.interface.scene import DEFAULT_MODES, Scene, fewer_modes, frequency_limit
+from cablestudy.interface.scene import DEFAULT_MODES, Scene, fewer_modes, frequency_limit, in_time, loop_options
 
 
 class Suspension(Scene):
@@ -88,8 +89,26 @@ class Suspension(Scene):
             table, tables, case, lambda: notes_of(case), remarks_of(case), lambda plots: plots.suspension_wind(case)
         )
 
-    def _loop_answer(self, **_):
-        raise SceneError("loop: the scene is a suspension, whose loop is in the tables of windrms")
+    def loop(self):
+        """The tables loop and coordinates: dict of name -> pandas.DataFrame."""
+        return self.compute("loop").frames()
+
+    def _loop_answer(self, response=None, time=None, table=None, estimate=False, **timed):
+        from cablestudy.study.suspension import loop_report
+        from cablestudy.study.suspension.notes import notes_of, strength_warning
+
+        span, asked = loop_options(response, time, timed)
+        loop_report.check_control(self.document, self.model)
+        case = self._solved(estimate)
+        movement = case.in_wind.movement
+        tables = {} if span or asked else loop_report.loop_tables(case, table)
+        warnings = strength_warning(case)
+        answer = _answer(
+            table, tables, case, lambda: notes_of(case), warnings, lambda plots: plots.suspension_loop(movement)
+        )
+        if asked:
+            return in_time(answer, loop_report.time_case(self.document, case, asked))
+        return replace(answer, table=loop_report.response_table(movement, span)) if span else answer
 
     def _choose(self, options):
         from cablestudy.study.suspension import ssm

@@ -6,6 +6,7 @@ from cablestudy.pages.markup import listed, text, unit_text
 from cablestudy.pages.tables import Grid
 from cablestudy.scene.words import counted
 from cablestudy.study.table import short
+from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.sensitivity import Sensitivity
 
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
@@ -47,8 +48,9 @@ def study_sections(page, work, words):
 def _range(study, table):
     """Of each column of numbers that varies the smallest and the largest, and in which case: HTML."""
     frame, lines = table.rows.frame(), []
+    left_out = {"status", *(known.header for known in varied_keys(study))}
     for one in table.fields:
-        if one.hidden or one.beside or one.name not in frame or one.name in (*study.varied, "status"):
+        if one.hidden or one.beside or one.name not in frame or one.name in left_out:
             continue
         numbers = frame[one.name].dropna()
         if numbers.nunique() < 2:
@@ -64,7 +66,7 @@ def _range(study, table):
 def _case(study, table, place):
     """What varies in a row of a table, and its number."""
     row = table.rows[place]
-    varied = ", ".join(f"{key} {short(row[key])}" for key in study.varied)
+    varied = ", ".join(f"{known.key} {known.label(row[known.header])}" for known in varied_keys(study))
     return f"{place + 1}: {varied}"
 
 
