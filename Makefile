@@ -1,6 +1,7 @@
 # make study   a first look: installs into .venv and computes the paper's preload study
 # make test    everything that CI checks
 # make docs    regenerates what the documentation shows of the program's output
+# make site    builds build/site/index.html: docs/ with a reference generated from the code, all links checked
 # make trade   measures error against time: results/trade-*.csv and .md, and their pictures
 # make kills   kills a sweep 100 times, resumes it each time, and compares its table
 # make bench   measures speed and error, beside other programs where they can be had: docs/benchmarks.md
@@ -18,7 +19,7 @@ DAMPED := cable.damping={model: hysteretic, loss_factor: 0.02}
 SCENES ?= 10000
 SUSPENSIONS ?= 1000
 
-.PHONY: study test tables docs trade kills bench extremes clean
+.PHONY: study test tables docs site trade kills bench extremes clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml
@@ -40,6 +41,9 @@ tables: $(VENV)/.study
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/refresh.py
+
+site: $(VENV)/.site
+	$(BIN)/python docs/build_site.py
 
 # damped strain instead of the paper's modal damping, for which the continuous cable has no response
 trade: $(VENV)/.study
@@ -70,6 +74,10 @@ $(VENV)/.study: $(VENV)/bin/python pyproject.toml constraints.txt
 
 $(VENV)/.test: $(VENV)/.study
 	$(INSTALL) --editable ".[test]"
+	touch $@
+
+$(VENV)/.site: $(VENV)/.study
+	$(INSTALL) --editable ".[site]"
 	touch $@
 
 # the other programs are not there for every machine: without them their columns say so

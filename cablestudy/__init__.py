@@ -1,11 +1,13 @@
 """Parameter studies of actively controlled suspended cables.
 
-`load` reads a scene, `sweep` computes a study, `find` and `trade` are the commands of these names; see `interface`.
+`load` reads a scene, `sweep` computes a study; `find`, `trade` and `report` are the commands of these names; see
+`interface`.
 """
 
 __version__ = "0.2.0"
 ERRORS = ("CablestudyError", "SceneError", "NoSolutionError", "ConvergenceError")
-__all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade", *ERRORS]
+__all__ = ["Scene", "Suspension", "find", "load", "report", "sweep", "trade", *ERRORS]
+ELSEWHERE = {**dict.fromkeys(ERRORS, "cablestudy.errors"), "report": "cablestudy.pages.report"}
 
 
 def __getattr__(name):
@@ -14,4 +16,4 @@ def __getattr__(name):
         raise AttributeError(f"module 'cablestudy' has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module("cablestudy.errors" if name in ERRORS else "cablestudy.interface"), name)
+    return getattr(import_module(ELSEWHERE.get(name, "cablestudy.interface")), name)

@@ -1,8 +1,8 @@
 """Run every example of the documentation and put in what it prints.
 
 A fenced block marked `console` holds commands, each after `$ `, and below each what it prints. `make docs` writes the
-outputs and the pictures; tests/test_docs.py compares them. Commands run in a copy of configs/, so that nothing here
-changes by being documented.
+outputs and the pictures, and docs/gallery.md; tests/test_docs.py compares them. Commands run in a copy of configs/, so
+that nothing here changes by being documented.
 """
 
 import os
@@ -12,6 +12,8 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+import gallery
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").glob("*.md")])
@@ -59,6 +61,9 @@ def main(*names):
         for page in pages:
             page.write_text(refreshed(page, folder))
         shutil.copytree(Path(folder) / PICTURES, ROOT / PICTURES, dirs_exist_ok=True)
+        for picture in Path(folder).glob("*.svg"):  # drawn where the command was typed
+            shutil.copy(picture, ROOT / PICTURES)
+    gallery.write()
 
 
 if __name__ == "__main__":

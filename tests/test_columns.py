@@ -24,7 +24,7 @@ NAMES = [
     "gondola_frequency_Hz", "gondola_frequency_static_Hz", "status", "iterations", "dof", "solve_time_ms",
     "error_estimate",
 ]  # fmt: skip
-FAST = load_scene(CONFIGS / "suspensions" / "fast.yaml", (), suspensions=True)[1]
+FAST = load_scene(CONFIGS / "suspensions" / "fast.yaml", ())[1]
 STATICS = [
     column.name
     for column in COLUMNS
@@ -53,7 +53,7 @@ def test_every_column_listed_for_suspensions_is_one():
     mass = "axis: [1, 0, 0], mass: 1 kg, frequency: 1 Hz, stroke: 1 m, force: 1 N"
     mirror = "marker: gondola.focus, bandwidth: 10 Hz"
     sets = f"actuators={{m: {{{mass}}}, w: {{{wheel}}}}}", "exposure=1 ms", f"correction={{{mirror}}}", "ground=-100"
-    _, scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets, suspensions=True)
+    _, scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)
     words = {"BODY": "gondola", "POINT": "gondola", "CABLE": "u1", "_K_": "_1_", "MARKER": "focus"}
     for name in listed:
         for word, value in words.items():

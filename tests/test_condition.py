@@ -10,13 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.entries import Entry
 from cablestudy.sweeps.condition import parse
 
-KEYS = ("cable.preload", "cable.material", "gondola.mass", "winch.controller.notch.frequency")
+VARIED = {"cable.preload": [1500], "cable.material": ["stainless-steel"], "gondola.mass": [50],
+          "winch.controller.notch.frequency": ["coupled", "1 Hz"]}  # fmt: skip
 STUDY = SimpleNamespace(
     find=None,
     columns=("sag", "mass", "gondola_rms", "status"),
-    varied=KEYS,
+    varied=tuple(VARIED),
+    entries=[Entry(((key, values, None),)) for key, values in VARIED.items()],
     ask=lambda *_: None,
     case=lambda _: ({}, None),
 )
@@ -29,9 +32,9 @@ ROW = {
     "phase_margin_deg": 60.0,
     "gain_margin_dB": None,
     "status": "ok",
-    "cable.preload": 1500.0,  # varied quantities are in SI
+    "cable.preload_N": 1500.0,
     "cable.material": "stainless-steel",
-    "gondola.mass": 50,
+    "gondola.mass_kg": 50.0,
     "winch.controller.notch.frequency": "coupled",
 }
 

@@ -254,9 +254,9 @@ def sweep(*arguments, code=0):
 def test_each_row_of_a_study_is_solved():
     study()
     rows = sweep()[1]
-    assert list(rows[0]) == ["cable.density", "cable.preload_N", "max_tension_N", "sag_m", "status"]
+    assert list(rows[0]) == ["cable.density_kg_per_m3", "cable.preload_N", "max_tension_N", "sag_m", "status"]
     for row in rows:
-        level = of_sag(2.0, density=row["cable.density"])
+        level = of_sag(2.0, density=row["cable.density_kg_per_m3"])
         assert row["cable.preload_N"] == pytest.approx(level.mean_tension, rel=1e-9)
         assert row["max_tension_N"] == pytest.approx(level.max_tension, rel=1e-9)
     assert sweep("--check")[0].lines == ["results/study.csv: agrees"]
@@ -291,7 +291,9 @@ def test_processes_selection_and_reuse():
     study(STUDY.replace("sag]", "sag, mass]").replace("[4000,", "[4000, 5000,"))
     outcome, more = sweep("--resume")
     assert "some columns of 2 more" in outcome.lines[0]
-    assert [row["max_tension_N"] for row in more if row["cable.density"] != 5000] == [r["max_tension_N"] for r in rows]
+    assert [row["max_tension_N"] for row in more if row["cable.density_kg_per_m3"] != 5000] == [
+        r["max_tension_N"] for r in rows
+    ]
     study(STUDY.replace("2 m,", "1 m,"))  # nothing of it can be used
     outcome, rows = sweep("--resume")
     assert rows[0]["sag_m"] == pytest.approx(1, rel=1e-10)

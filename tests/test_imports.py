@@ -11,7 +11,7 @@ import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
 # what each layer may import from cablestudy:
-# cli > interface > sweeps > study > control > system | wind | scene > cable > errors
+# cli > pages > interface > sweeps > study > control > system | wind | scene > cable > errors
 ALLOWED = {
     "errors": set(),
     "cable": {"cable", "errors"},
@@ -21,8 +21,21 @@ ALLOWED = {
     "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
     "sweeps": {"sweeps", "study", "scene", "errors", "__version__"},
-    "interface": {"sweeps", "study", "scene", "errors"},
-    "cli": {"cli", "sweeps", "study", "control", "wind", "scene", "cable", "errors", "__version__"},
+    "interface": {"interface", "sweeps", "study", "scene", "errors"},
+    "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "__version__"},
+    "cli": {
+        "cli",
+        "pages",
+        "interface",
+        "sweeps",
+        "study",
+        "control",
+        "wind",
+        "scene",
+        "cable",
+        "errors",
+        "__version__",
+    },
     "__init__": set(),
     "__main__": {"cli"},
 }

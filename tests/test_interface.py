@@ -75,11 +75,14 @@ def test_a_sweep_is_a_data_frame_of_the_stored_table():
     known = [row["gondola_frequency_Hz"] for row in stored]
     assert frame["gondola_frequency_Hz"].tolist() == pytest.approx(known, rel=1e-9)
     assert frame.attrs["units"]["end_stiffness_N_per_m"] == "N/m"
-    assert frame["cable.unstretched_length"].tolist() == [183.195, 184.488, 185.142, 185.668, 185.734, 186.0]
-    assert frame.attrs["units"]["cable.unstretched_length"] == "m"
+    assert list(frame) == list(stored[0])
+    assert {str(kind) for name, kind in frame.dtypes.items() if name != "status"} == {"float64"}
+    assert frame["unstretched_length_m"].tolist() == [183.195, 184.488, 185.142, 185.668, 185.734, 186.0]
+    assert frame["sag_printed_m"].tolist() == [row["sag_printed_m"] for row in stored]
+    assert frame["sag_difference_m"].tolist() == pytest.approx([row["sag_difference_m"] for row in stored], rel=1e-6)
     again = cablestudy.sweep(CONFIGS / "preload.yaml", set={"cable.density": 2000}, vary={"gondola.mass": "10kg,50kg"})
     assert len(again) == 2 * len(frame)
-    assert again["gondola.mass"].unique().tolist() == [10.0, 50.0]
+    assert again["gondola.mass_kg"].unique().tolist() == [10.0, 50.0]
 
 
 def test_a_sweep_writes_only_where_it_is_told_to(tmp_path, monkeypatch):
@@ -139,6 +142,6 @@ def test_the_page_runs_as_it_is_written(monkeypatch, capsys):
     monkeypatch.chdir(CONFIGS.parent)
     text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = text.split("```python\n")[1:]
-    assert len(blocks) == 6
+    assert len(blocks) == 7
     exec("\n".join(block.partition("```")[0] for block in blocks), {})
     assert "max_tension_N" in capsys.readouterr().out

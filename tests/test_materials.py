@@ -169,7 +169,7 @@ def test_cables_of_a_suspension_are_of_the_users_materials_too():
         "cables: {a: {from: [-9, 0, 9], to: knot}, b: {from: [9, 0, 9], to: knot, material: strand-16}}\n",
         encoding="utf-8",
     )
-    cables = load_scene("s.yaml", (), suspensions=True)[1].cables
+    cables = load_scene("s.yaml", ())[1].cables
     assert (cables["a"].elastic_modulus, cables["a"].fill_factor) == (155e9, 0.77)
     assert cables["b"].section_axial_stiffness == pytest.approx(24e6, rel=1e-14)
     assert cables["b"].stated_value == pytest.approx(0.05 * 228e3, rel=1e-14)

@@ -357,6 +357,6 @@ def test_command_line_draws_beside_the_table(tmp_path):
 
 @pytest.mark.parametrize(("at", "from_zero"), [("[0, 0, 140 m]", True), ("[54.72 m, 0, 149.65 m]", False)])
 def test_equal_tensions_have_one_colour(at, from_zero):
-    scene = load_scene(str(CONFIGS / "suspensions" / "fast.yaml"), [f"bodies.cabin.at={at}"], suspensions=True)[1]
+    scene = load_scene(str(CONFIGS / "suspensions" / "fast.yaml"), [f"bodies.cabin.at={at}"])[1]
     bar = draw(plots.suspension_views(SuspensionCase(scene))).axes[-1]
     assert (bar.get_ylim()[0] == 0) == from_zero

@@ -186,8 +186,8 @@ def test_other_entries_have_indices_of_their_own(folder):
     text = (f"columns: [mass]\nvary: [{{cable.unstretched_length: [186 m, 187 m]}}]\nset: {{model: null}}\n"
             f"sample: {{method: saltelli, count: 16, seed: 2, over: {{{UNIFORM}}}}}\n")  # fmt: skip
     rows = rows_of(sensitivity(folder, text, "--vary", "gravity=5,9.81")[1].out, "json")
-    expected = [(length, gravity) for length in ("186 m", "187 m") for gravity in (5, 9.81)]
-    assert [(row["cable.unstretched_length"], row["gravity"]) for row in rows[::2]] == expected
+    expected = [(length, gravity) for length in (186.0, 187.0) for gravity in (5.0, 9.81)]
+    assert [(row["cable.unstretched_length_m"], row["gravity_m_per_s2"]) for row in rows[::2]] == expected
     assert {row["parameter"] for row in rows} == {"cable.area", "cable.density"}
     # the mass is the unstretched length times a product: its indices are the same for all four
     alone, _ = sensitivity(folder, text.replace("[186 m, 187 m]", "[186 m]"))

@@ -60,7 +60,7 @@ def made(tmp_path):
     def from_text(text, *sets):
         path = tmp_path / "s.yaml"
         path.write_text(text, encoding="utf-8")
-        return load_scene(path, sets, suspensions=True)[1]
+        return load_scene(path, sets)[1]
 
     return from_text
 

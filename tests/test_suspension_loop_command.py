@@ -19,7 +19,7 @@ NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
 
 @cache
 def solved(*sets):
-    document, scene = load_scene(NET, sets, suspensions=True)
+    document, scene = load_scene(NET, sets)
     return document, SuspensionCase(scene)
 
 

@@ -59,7 +59,7 @@ def _here(folder):
 
 def scene_of(text, *sets):
     Path("s.yaml").write_text(text, encoding="utf-8")
-    return load_scene("s.yaml", sets, suspensions=True)[1]
+    return load_scene("s.yaml", sets)[1]
 
 
 def mistakes_of(text, *sets):

@@ -38,7 +38,7 @@ wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
 def case_of(folder, text, *sets):
     path = folder / "scene.yaml"
     path.write_text(text, encoding="utf-8")
-    return SuspensionCase(load_scene(str(path), sets, suspensions=True)[1])
+    return SuspensionCase(load_scene(str(path), sets)[1])
 
 
 def whole(figure):

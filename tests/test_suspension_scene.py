@@ -64,7 +64,7 @@ def changed(*pairs, text=GOOD):
 
 def scene_of(text, *sets):
     Path("s.yaml").write_text(text, encoding="utf-8")
-    return load_scene("s.yaml", sets, suspensions=True)[1]
+    return load_scene("s.yaml", sets)[1]
 
 
 def study_on_good(text):
@@ -615,7 +615,7 @@ def test_tensions_by_default_are_balanced_without_bounds():
 
 @pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
 def test_the_scenes_of_the_project_are_valid(path):
-    scene = load_scene(path, suspensions=True)[1]
+    scene = load_scene(path)[1]
     numbers = numbers_of([scene])
     assert numbers.cable_names == tuple(scene.cables)
     assert "ok" in run("validate", path).out
@@ -624,7 +624,7 @@ def test_the_scenes_of_the_project_are_valid(path):
 def test_the_published_suspensions_are_there():
     names = {"carlina-net", "carlina-balloon", "fast", "cogiro", "trifilar", "net-2x2", "net-30x30", "mast-guys"}
     assert names <= {path.stem for path in FILES}
-    fast = numbers_of([load_scene(SUSPENSIONS / "fast.yaml", suspensions=True)[1]]).take(0)
+    fast = numbers_of([load_scene(SUSPENSIONS / "fast.yaml")[1]]).take(0)
     towers, attachments = fast.place[:, 0], fast.place[:, 1]
     np.testing.assert_allclose(np.hypot(*towers.T[:2]), 300, rtol=1e-6)  # a circle of 600 m
     np.testing.assert_allclose(np.hypot(*attachments.T[:2]), 6.5, rtol=1e-5)
@@ -641,18 +641,12 @@ def test_a_net_is_what_its_script_writes_and_loads_in_reasonable_time():
         ).stdout
         assert written == (SUSPENSIONS / f"net-{n}x{n}.yaml").read_text(encoding="utf-8")
     start = time.process_time()
-    scene = load_scene(SUSPENSIONS / "net-30x30.yaml", suspensions=True)[1]
+    scene = load_scene(SUSPENSIONS / "net-30x30.yaml")[1]
     numbers = numbers_of([scene])
     assert time.process_time() - start < 5  # 0.6 s on a machine at rest
     assert (len(scene.cables), numbers.junctions) == (2 * 30 * 31, 900)
     ends = numbers.ends(numbers.position, numbers.rotation)[0]
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1), 1, rtol=1e-15)
-
-
-def test_a_caller_for_one_cable_refuses_a_suspension():
-    Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    with pytest.raises(SceneError, match="12:1: a suspension: this command takes a scene of one cable"):
-        load_scene("s.yaml")
 
 
 def test_sweep_refuses_columns_of_a_single_cable():

@@ -72,7 +72,7 @@ def folder(tmp_path, monkeypatch):
 def case_of(text, folder, *sets):
     path = folder / "scene.yaml"
     path.write_text(text, encoding="utf-8")
-    return SuspensionCase(load_scene(str(path), sets, suspensions=True)[1])
+    return SuspensionCase(load_scene(str(path), sets)[1])
 
 
 def read(path):
@@ -229,7 +229,7 @@ winches: {{c: {{}}}}
 
 def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium(folder):
     """All cables of given length, one of them a little shorter or longer: pose and tensions by differences."""
-    scene = load_scene(BALLOON, (), suspensions=True)[1]
+    scene = load_scene(BALLOON, ())[1]
     lengths = dict(zip(scene.cables, SuspensionCase(scene).equilibrium.lengths.tolist(), strict=True))
     run("ssm", BALLOON, "--modes", 12, "--out", "balloon.npz")
     found = read(folder / "balloon.npz")
@@ -425,7 +425,7 @@ def test_a_cable_between_fixed_ends(folder):
 
 
 def test_the_picture_of_modes_shows_the_displaced_suspension(folder):
-    case = SuspensionCase(load_scene(TRIFILAR, (), suspensions=True)[1])
+    case = SuspensionCase(load_scene(TRIFILAR, ())[1])
     found = case.modes(8)
     figure = plots.suspension_modes(case, found)
     panels = [axes for axes in figure.axes if axes.get_title(loc="left")]
@@ -456,6 +456,6 @@ def test_the_command_draws_modes(folder):
     assert drawn.startswith("<?xml")
     assert len(drawn) > 10_000
     assert run("modes", NET, "--upto", "0.1Hz", "--plot", "none.png").code == 0
-    case = SuspensionCase(load_scene(NET, (), suspensions=True)[1])
+    case = SuspensionCase(load_scene(NET, ())[1])
     figure = plots.suspension_modes(case, case.modes(3), 0)
     assert figure.get_suptitle() == "There is no mode to show"

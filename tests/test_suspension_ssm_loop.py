@@ -242,7 +242,7 @@ def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
     run("ssm", scene, "--with", "loop", "--modes", 9, "--out", "m.npz")
     found = read(folder / "m.npz")
     place = found["OutputName"].index("gondola.focus.y"), found["InputName"].index("gondola.force_y")
-    document, described = load_scene(scene, [], suspensions=True)
+    document, described = load_scene(scene, [])
     choice = ssm.choose(document, described, Options(attached="loop", count=9))
     moving, movement = choice.loop.motion, choice.movement
     for row in rows:
@@ -255,7 +255,7 @@ def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
 
 
 def test_fewer_modes_do_not_change_the_controller(scene):
-    document, described = load_scene(scene, [], suspensions=True)
+    document, described = load_scene(scene, [])
     few, many = (ssm.choose(document, described, Options(attached="loop", count=count)) for count in (3, 48))
     assert few.loop.gain == many.loop.gain
     for one, other in zip(few.loop.notches, many.loop.notches, strict=True):

@@ -36,7 +36,7 @@ def columns(*names):
 
 
 def scene(name, *sets):
-    return load_scene(SUSPENSIONS / f"{name}.yaml", sets, suspensions=True)[1]
+    return load_scene(SUSPENSIONS / f"{name}.yaml", sets)[1]
 
 
 def compared(scene, names, *patterns, repeats=0):
@@ -106,7 +106,7 @@ def test_closed_forms_give_statics_or_frequencies_on_the_static_stiffness():
 
 
 def test_the_static_stiffness_of_a_pendulum_is_that_of_textbooks(pendulum):
-    model = load_scene(pendulum, suspensions=True)[1]
+    model = load_scene(pendulum)[1]
     (found,) = (one for one in trade.models_of(model, columns("frequency_1")) if one.name == "static stiffness")
     _, values, failures = found.solve(model, columns("frequency_1", "frequency_3", "bob.frequency_3"))
     assert failures == {}
@@ -129,11 +129,11 @@ def test_models_too_large_to_compare_are_left_out():
 
 
 def test_the_columns_by_default():
-    document, model = load_scene(SUSPENSIONS / "fast.yaml", suspensions=True)
+    document, model = load_scene(SUSPENSIONS / "fast.yaml")
     found, notes = trade.columns_to_compare(document, model)
     expected = ["max_tension", "cabin.stiffness_zz", "frequency_1", "frequency_2", "frequency_8"]
     assert ([column.name for column in found], notes) == (expected, [])
-    found, _ = trade.columns_to_compare(*load_scene(SUSPENSIONS / "mast-guys.yaml", suspensions=True))
+    found, _ = trade.columns_to_compare(*load_scene(SUSPENSIONS / "mast-guys.yaml"))
     assert [column.name for column in found] == ["max_tension", *expected[2:]]
 
 
@@ -196,7 +196,7 @@ def test_a_column_without_value_leaves_the_others():
 
 def test_the_picture_has_a_panel_for_each_column(pendulum):
     wanted = columns("max_tension", "frequency_1")
-    model = load_scene(pendulum, suspensions=True)[1]
+    model = load_scene(pendulum)[1]
     models = [one for one in trade.models_of(model, wanted) if re.fullmatch("catenary|1 x.*|5 .*|static.*", one.name)]
     figure = plots.trade_plot(trade.compare(model, wanted, 1, models), "title")
     titles = [axes.get_title(loc="left").partition(":")[0] for axes in figure.axes]

@@ -312,7 +312,7 @@ def test_two_cables_that_meet_are_coherent_near_their_common_end(kappa_length):
 
 def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
     """Six cables that meet at a gondola: 64 modes, with 17 nodes a cable, and 160 with 33."""
-    scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", suspensions=True)[1]
+    scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1]
     in_wind = SuspensionCase(scene).in_wind
     found = [response.Response(in_wind.movement_of(count), scene).variances for count in (64, 160)]
     rows = [found[0].rows[f"gondola.{axis}"] for axis in "xyz"]

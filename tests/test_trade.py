@@ -414,7 +414,7 @@ def test_stored_errors_are_the_computed_ones(name, count):
     stored = {row["model"]: row for row in rows_of((RESULTS / f"trade-{name}.csv").read_text(encoding="utf-8"), "csv")}
     title = (RESULTS / f"trade-{name}.md").read_text(encoding="utf-8").splitlines()[0]
     path, *sets = shlex.split(title.removeprefix("# Error against time: "))
-    document, model = load_scene(CONFIGS.parent / path, [word for word in sets if word != "--set"], suspensions=True)
+    document, model = load_scene(CONFIGS.parent / path, [word for word in sets if word != "--set"])
     wanted, _ = trade.columns_to_compare(document, model)
     true = [key for key in stored["catenary"] if key.endswith("_error") and not key.endswith("_stated_error")]
     assert true == [*(f"{column.name}_error" for column in wanted), "largest_error"]

@@ -1,5 +1,6 @@
 """Text with a unit -> SI, correctly rounded or refused in one line; ranges of values."""
 
+import itertools
 import math
 import re
 from fractions import Fraction
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cablestudy.scene import units
 from cablestudy.scene.ranges import Range, read_range
 from cablestudy.scene.units import DIMENSIONS, to_si
 
@@ -175,3 +177,12 @@ def test_a_wrong_range_is_refused(change, message):
     mapping = {"from": 1, "to": 2, "count": 3} | change
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         read_range({key: value for key, value in mapping.items() if value is not None})
+
+
+def test_decimal_multiples_are_those_of_pint():
+    registry = units._registry()
+    for prefix, unit in itertools.product(units._PREFIXES, units._PREFIXED):
+        ratio, dimension = registry.get_root_units(registry.parse_units(prefix + unit))
+        scale, expected = registry.get_root_units(registry.parse_units(unit))
+        assert dimension == expected
+        assert to_si(f"3 {prefix}{unit}", unit) == float(3 * ratio / scale)

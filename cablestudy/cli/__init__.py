@@ -1,4 +1,4 @@
-"""The command line: parse, call, print, exit code. Each command imports what it needs when it runs."""
+"""The command line: parse, call, print, exit code. The commands are those of `help.GROUPS`."""
 
 import os
 import sys
@@ -6,13 +6,13 @@ import sys
 import click
 
 from cablestudy import __version__
-from cablestudy.cli import files, find, loop, scene, ssm, sweep, trade
 from cablestudy.cli.error_handling import INTERRUPTED, WRONG_USE
+from cablestudy.cli.help import Grouped
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class OneLine(click.Group):
+class OneLine(Grouped):
     """A group of commands whose usage errors are one line each, like all other errors."""
 
     def main(self, *arguments, standalone_mode=True, **options):
@@ -27,7 +27,7 @@ class OneLine(click.Group):
             code = WRONG_USE
         except click.UsageError as error:
             command = error.ctx.command_path if error.ctx else "cablestudy"
-            message = error.format_message().rstrip(".")
+            message = " ".join(error.format_message().split()).rstrip(".")
             click.echo(f"{command}: {message} ('{command} --help' shows how)", err=True)
             code = WRONG_USE
         except click.Abort:
@@ -39,7 +39,9 @@ class OneLine(click.Group):
 @click.group(cls=OneLine, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="cablestudy")
 def main():
-    """Parameter studies of actively controlled suspended cables.
+    """Suspended cables: form, tensions, stiffness, modes, winch control and wind.
+
+    `cablestudy new guy` writes a commented scene to begin with; each command shows examples with --help.
 
     SCENE and STUDY are YAML files, or - for standard input. Tables go to standard output, everything else to standard
     error. Exit codes: 0 done, 1 a check failed, 2 wrong usage, file or value, 3 some case has no answer.
@@ -47,10 +49,3 @@ def main():
     # matrices are small: threads cost time, and the last digits may depend on their number
     for name in THREADS:
         os.environ.setdefault(name, "1")
-
-
-for _command in (
-    scene.static, scene.modes, scene.windrms, find.find, sweep.sweep, sweep.merge, trade.trade,
-    files.validate, files.schema, files.columns, files.materials, ssm.ssm, loop.loop,
-):  # fmt: skip
-    main.add_command(_command)

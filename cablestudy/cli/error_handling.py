@@ -73,6 +73,23 @@ def echo_notes(lines, quiet=False):
         click.echo(line, err=True)
 
 
+def finish(scene, answer, style, plot=None, explain=False, quiet=False):
+    """Print the notes of an `Answer` and why it has no solution, save its picture, print its tables; the exit code.
+
+    `scene`: what messages call it.
+    """
+    echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
+    for failure in answer.failures:
+        click.echo(f"{scene}: {failure}", err=True)
+    if plot and answer.draw:
+        answer.save_figure(plot)
+    if answer.table is not None:
+        show(answer.table, style)
+    elif answer.tables is not None:
+        click.echo(answer.render(style), nl=False)
+    return NO_ANSWER if answer.failures else 0
+
+
 def show(table, style):
     """Print a table on standard output.
 

@@ -1,4 +1,4 @@
-"""The commands that compute nothing: validate, schema, columns, materials."""
+"""The commands that compute nothing: validate, schema, keys, columns, materials."""
 
 import click
 
@@ -14,9 +14,9 @@ from cablestudy.cli.options import FORMAT, PATH, QUIET, SET
 @handle_errors
 def validate(files, sets, style, quiet):
     """Read and check scenes and studies; compute nothing."""
-    from cablestudy.study import report
+    from cablestudy.interface import files as interface
 
-    table, mistakes, notes = report.validate_table(files, sets)
+    table, mistakes, notes = interface.validate(files, sets)
     echo_notes(notes, quiet)
     for mistake in mistakes:
         click.echo(str(mistake), err=True)
@@ -31,10 +31,21 @@ def schema(kind):
     """JSON Schema of a file, for editors."""
     import json
 
-    from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
+    from cablestudy.interface import files as interface
 
-    schemas = {"scene": scene_schema, "suspension": suspension_schema, "study": study_schema}
-    click.echo(json.dumps(schemas[kind](), indent=2, ensure_ascii=False))
+    click.echo(json.dumps(interface.schema(kind), indent=2, ensure_ascii=False))
+
+
+@click.command()
+@click.argument("kind", type=click.Choice(["scene", "suspension", "study"]))
+@click.argument("beginning", default="", metavar="[KEY]")
+@FORMAT
+@handle_errors
+def keys(kind, beginning, style):
+    """Every key of a file, or those that begin with KEY: unit, default, meaning, what is allowed."""
+    from cablestudy.interface import files as interface
+
+    show(interface.keys(kind, beginning), style)
 
 
 @click.command()
@@ -42,9 +53,9 @@ def schema(kind):
 @handle_errors
 def columns(style):
     """Every column: name, unit, meaning, what it needs."""
-    from cablestudy.study import report
+    from cablestudy.interface import files as interface
 
-    show(report.columns_table(), style)
+    show(interface.columns(), style)
 
 
 @click.command()
@@ -53,6 +64,6 @@ def columns(style):
 @handle_errors
 def materials(files, style):
     """Materials and ropes with their numbers and sources: of files of them, of scenes and studies, and built-in."""
-    from cablestudy.study.materials import materials_table
+    from cablestudy.interface import files as interface
 
-    show(materials_table(files), style)
+    show(interface.materials(files), style)

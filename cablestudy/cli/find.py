@@ -2,8 +2,8 @@
 
 import click
 
-from cablestudy.cli.cases import CASE, with_case
-from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, show
+from cablestudy.cli.cases import CASE, one_case
+from cablestudy.cli.error_handling import finish, handle_errors
 from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
 
 
@@ -24,18 +24,8 @@ from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
 @handle_errors
 def find(scene, goal, by, between, names, sets, case, style, quiet):
     """The value of a key for which a column takes a value: one row for each that there is."""
-    from cablestudy.scene.document import apply_sets, read_document
-    from cablestudy.study import find as study
-    from cablestudy.study.goal import read_find, read_goal
+    from cablestudy.interface import compute_find
 
-    sets = with_case(sets, case, "a search takes one case: give --case NAME")
-    document = apply_sets(read_document(scene), sets)
-    asked = read_goal(*read_find(goal, by, between), document)
-    columns = study.shown_columns(asked, document, names)
-    found = study.solve(asked, document)
-    table, rows = study.find_table(asked, found, columns)
-    echo_notes(dict.fromkeys((*found.notes, *(warning for row in rows for warning in row.warnings))), quiet)
-    if len(found.values) > 1:
-        echo_notes([f"{len(found.values)} values of {by}"], quiet)
-    show(table, style)
-    return NO_ANSWER if any(row.failed for row in rows) else 0
+    one_case(case, "a search takes one case: give --case NAME")
+    found = compute_find(scene, goal, by, between, names, sets, case)
+    return finish(scene, found, style, quiet=quiet)

@@ -37,7 +37,7 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
     options = study.Options(count, upto, error, kinds, not no_residual, attached, wind, input_, output)
     span = study.read_span(span) if span else None
     sets = with_case(sets, case, "a state space is that of one case: give --case NAME")
-    document, model = load_scene(scene, sets, suspensions=True)
+    document, model = load_scene(scene, sets)
     several = isinstance(model, SuspensionScene)
     _check(options, several, bool(span), plot)
     if several:

@@ -1,12 +1,13 @@
 """The command trade."""
 
 import sys
+from contextlib import contextmanager
 
 import click
 
-from cablestudy.cli.cases import with_case
-from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, show
-from cablestudy.cli.options import save_plot, scene_command
+from cablestudy.cli.cases import one_case
+from cablestudy.cli.error_handling import finish
+from cablestudy.cli.options import scene_command
 
 
 @scene_command
@@ -20,33 +21,23 @@ from cablestudy.cli.options import save_plot, scene_command
 @click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
 def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
-    import shlex
+    from cablestudy.interface import load
 
-    from cablestudy.scene.scene import load_scene
-    from cablestudy.study import trade as study
-    from cablestudy.study.table import TableFiles
+    one_case(case, "models are compared for one case: give --case NAME")
+    with progress_bar("models", sys.stderr.isatty() and not quiet) as progress:
+        found = load(scene, sets, case).compute(
+            "trade", columns=names, repeats=repeats, out=out, shown=style == "md", progress=progress
+        )
+    return finish(scene, found, style, plot, explain, quiet)
 
-    sets = with_case(sets, case, "models are compared for one case: give --case NAME")
-    document, model = load_scene(scene, sets, suspensions=True)
-    columns, notes = study.columns_to_compare(document, model, names)
-    place = None if out is None else TableFiles(out, study.file_name(scene))
-    if place:
-        place.check_writable()
-    echo_notes(notes, quiet)
-    if sys.stderr.isatty() and not quiet:
-        with click.progressbar(
-            length=(repeats + 1) * len(study.models_of(model, columns)), label="models", file=sys.stderr
-        ) as bar:
-            found = study.compare(model, columns, repeats, progress=bar.update)
-    else:
-        found = study.compare(model, columns, repeats)
-    echo_notes([*(study.notes_of(found) if explain else ()), *found.reference.warnings], quiet)
-    title = shlex.join([scene, *(word for change in sets for word in ("--set", change))])
-    for name, reason in found.reference.failures.items():
-        click.echo(f"{scene}: {name}: {reason}", err=True)
-    save_plot(plot, lambda plots: plots.trade_plot(found, f"Error against time: {title}"))
-    if place:
-        study.write(found, place, title)
-        echo_notes([f"written: {place.csv}, {place.md}"], quiet)
-    show(study.table_of(found, shown=style == "md"), style)
-    return NO_ANSWER if found.reference.failures else 0
+
+@contextmanager
+def progress_bar(label, shown):
+    """Yield a function of the number of steps just done and of all, which moves a bar on standard error if `shown`."""
+    with click.progressbar(length=1, label=label, file=sys.stderr, hidden=not shown) as bar:
+
+        def move(done, total):
+            bar.length = total
+            bar.update(done)
+
+        yield move

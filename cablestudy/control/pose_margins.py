@@ -8,7 +8,6 @@ eigenvalues of the closed loop beside them decide.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
@@ -133,6 +132,7 @@ def limit(fixed, scaled, values, omega):
     omega : ndarray
         Ascending. [rad/s]
     """
+    from scipy.optimize import brentq
 
     def growth(factor):
         return growth_of(np.linalg.eigvals(fixed + factor * scaled))

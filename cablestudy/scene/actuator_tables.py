@@ -31,31 +31,39 @@ class ReactionMass(_Actuator):
 
     at: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
     mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
-        description="Its mass, a part of that of the body: mass and inertia of the body include those of its actuators"
+        description="Reaction mass: its mass, a part of that of the body, whose mass and inertia include its actuators"
     )
-    frequency: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Of the mass on its spring")
-    damping_ratio: Annotated[float, Quantity("", 0, 1e6)] = Field(0.5, description="Of the mass on its spring")
+    frequency: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(
+        description="Reaction mass: frequency of the mass on its spring"
+    )
+    damping_ratio: Annotated[float, Quantity("", 0, 1e6)] = Field(
+        0.5, description="Reaction mass: damping ratio of the mass on its spring"
+    )
     velocity_gain: Annotated[float, Quantity("N s/m", -1e24, 1e24)] = Field(
-        0.0, description="Force per velocity of the body along the axis"
+        0.0, description="Reaction mass: force per velocity of the body along the axis"
     )
     position_gain: Annotated[float, Quantity("N/m", -1e24, 1e24)] = Field(
-        0.0, description="Force per displacement of the body along the axis"
+        0.0, description="Reaction mass: force per displacement of the body along the axis"
     )
-    stroke: Annotated[float, Quantity("m", 1e-12, 1e9)] = Field(description="Largest displacement to either side")
-    force: Annotated[float, Quantity("N", 1e-24, 1e24)] = Field(description="Largest force")
+    stroke: Annotated[float, Quantity("m", 1e-12, 1e9)] = Field(
+        description="Reaction mass: largest displacement to either side"
+    )
+    force: Annotated[float, Quantity("N", 1e-24, 1e24)] = Field(description="Reaction mass: largest force")
 
 
 class ReactionWheel(_Actuator):
     """A wheel on an axis, driven by a torque between it and the body."""
 
     inertia: Annotated[float, Quantity("kg m^2", 1e-24, 1e24)] = Field(
-        description="About its axis, a part of that of the body: the inertia of the body includes that of its wheels"
+        description="Reaction wheel: inertia about its axis, a part of that of the body, which includes its wheels"
     )
     rate_gain: Annotated[float, Quantity("N m s/rad", -1e24, 1e24)] = Field(
-        0.0, description="Torque per angular velocity of the body about the axis"
+        0.0, description="Reaction wheel: torque per angular velocity of the body about the axis"
     )
-    momentum: Annotated[float, Quantity("N m s", 1e-24, 1e24)] = Field(description="Largest angular momentum")
-    torque: Annotated[float, Quantity("N m", 1e-24, 1e24)] = Field(description="Largest torque")
+    momentum: Annotated[float, Quantity("N m s", 1e-24, 1e24)] = Field(
+        description="Reaction wheel: largest angular momentum"
+    )
+    torque: Annotated[float, Quantity("N m", 1e-24, 1e24)] = Field(description="Reaction wheel: largest torque")
 
 
 def is_wheel(value):

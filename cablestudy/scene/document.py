@@ -33,6 +33,11 @@ class Document:
         """The keys at the top level and their values, without those that are null."""
         return {key: value for key, value in self.value.items() if value is not None}
 
+    @property
+    def files(self):
+        """Names of the files that its values are from: list of str."""
+        return list(dict.fromkeys([self.name, *(place.name for pair in self._places.values() for place in pair)]))
+
     def with_sets(self, items):
         """Document with one more layer on top; what the layer does not touch is shared.
 

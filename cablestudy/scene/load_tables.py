@@ -45,9 +45,9 @@ class Ice(Table):
     table: ClassVar[str] = "ice"
 
     thickness: Annotated[float, Quantity("m", 0, 1e3)] | None = Field(
-        None, description="Of a layer all around, which the wind sees too (instead of weight)"
+        None, description="Thickness of a layer all around, which the wind sees too (instead of weight)"
     )
-    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e6)] = Field(ICE_DENSITY, description="Of that layer")
+    density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e6)] = Field(ICE_DENSITY, description="Density of that layer")
     weight: Annotated[float, Quantity("N/m", 0, 1e18)] | None = Field(
         None, description="Weight per unstretched length (instead of thickness)"
     )
@@ -58,14 +58,18 @@ class SteadyWind(Table):
 
     table: ClassVar[str] = "steady_wind"
 
-    speed: Annotated[float, Quantity("m/s", 0, 1e6)] | None = Field(None, description="Speed (instead of pressure)")
+    speed: Annotated[float, Quantity("m/s", 0, 1e6)] | None = Field(
+        None, description="Wind speed (instead of pressure)"
+    )
     pressure: Annotated[float, Quantity("Pa", 0, 1e18)] | None = Field(
         None, description="Dynamic pressure, rho/2 v^2 (instead of speed)"
     )
     direction: Annotated[
         float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
     ] = Field(0.0, description="Where it blows to: angle from x towards y; a bare number is rad")
-    air_density: Annotated[float, Quantity("kg/m^3", 1e-12, 1e6)] = Field(1.2, description="With speed: of the air")
+    air_density: Annotated[float, Quantity("kg/m^3", 1e-12, 1e6)] = Field(
+        1.2, description="With speed: density of the air"
+    )
     cable_drag_coefficient: Annotated[float, Quantity("", 0, 1e6)] = Field(
         1.2, description="Drag coefficient of the cable, across the wind"
     )
@@ -79,7 +83,9 @@ class SteadyWind(Table):
 class CommonLoadCase(Table):
     """What a day does to every cable; unstretched lengths are those of the reference state."""
 
-    temperature: Temperature | None = Field(None, description="Of the cable; by default that of the reference state")
+    temperature: Temperature | None = Field(
+        None, description="Temperature of the cable; by default that of the reference state"
+    )
     ice: Ice | None = Field(None, description="Ice, or any other load per length")
     wind: SteadyWind | None = Field(None, description="Steady wind on cables, and on the gondola or the bodies")
 
@@ -125,7 +131,7 @@ class LoadCase(CommonLoadCase):
 class ReferenceTemperature(Table):
     """The state in which preload, tension and sag of a cable of a suspension hold."""
 
-    temperature: Temperature = Field(288.15, description="Of the cable, also where a case gives none")
+    temperature: Temperature = Field(288.15, description="Temperature of the cable, also where a case gives none")
 
 
 class Reference(ReferenceTemperature):

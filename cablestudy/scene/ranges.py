@@ -10,6 +10,12 @@ from cablestudy.scene.units import common_factor, show, split
 
 MAX_COUNT = 10_000_000
 SPACINGS = ("linear", "log")
+MEANINGS = {
+    "from": "First value, e.g. 10 kg",
+    "to": "Last value",
+    "count": "How many values",
+    "spacing": "Equal steps or equal ratios",
+}
 _DIGITS = 15  # of a value in a logarithmic range: what rounding leaves of powers, so that 2 stays 2
 _END_RANGE = (Decimal("1e-100"), Decimal("1e100"))  # of an end in any unit: ratios of two are floats
 _COUNT = re.compile(r"\s*([0-9]{1,12})\s*(log|linear)?\s*")

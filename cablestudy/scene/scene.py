@@ -26,7 +26,7 @@ STUDY_KEYS = ("vary", "columns")
 class Gondola(Table):
     """The body on end 2, free along x."""
 
-    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass")
+    mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(description="Mass of the gondola")
     area: Annotated[float, Quantity("m^2", 1e-12, 1e12)] | None = Field(None, description="Area that the wind sees")
     drag_coefficient: Coefficient | None = Field(None, description="Drag coefficient of that area")
 
@@ -133,13 +133,19 @@ TABLES = {
 
 def quantity_of(key):
     """The Quantity that reads a dotted key of a scene (a vector or its components alike); None when none does."""
+    field = field_of(key)
+    return field and _quantity_in(field)
+
+
+def field_of(key):
+    """The field, of pydantic, that a dotted key of a scene or its beginning names; None when none does."""
     path = split_key(key)
     for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
         *table, name = path[:length]
         for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES):
             model = table_at(tables, table)
             if model and name in model.model_fields:
-                return _quantity_in(model.model_fields[name])
+                return model.model_fields[name]
     return None
 
 
@@ -179,7 +185,7 @@ def read_scene(document):
         raise collect(error, document, TABLES) from None
 
 
-def load_scene(path, sets=(), suspensions=False):
+def load_scene(path, sets=()):
     """Read a scene file with its base files and `--set` options.
 
     Parameters
@@ -188,8 +194,6 @@ def load_scene(path, sets=(), suspensions=False):
         `-` is standard input.
     sets : sequence of str
         `key=value` each.
-    suspensions : bool
-        Whether the caller takes suspensions too.
 
     Returns
     -------
@@ -202,8 +206,6 @@ def load_scene(path, sets=(), suspensions=False):
         All that is wrong.
     """
     document = apply_sets(read_document(path), sets)
-    if is_suspension(document) and not suspensions:
-        raise refuse(document.place(("cables",), of_key=True), "a suspension: this command takes a scene of one cable")
     return document, read_scene(document)
 
 

@@ -6,13 +6,13 @@ from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
 from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, prune
 from cablestudy.scene.materials import materials
-from cablestudy.scene.ranges import MAX_COUNT, SPACINGS
+from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
 from cablestudy.scene.scene import TABLES
 from cablestudy.scene.study import StudyTable
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-_BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
+BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
 # A scene upon a base may lack any key; what is inside of a list or a gain is never merged.
 _ALWAYS_WHOLE = ("Load", "AutoGain", "Margin")
 _SECTION = (  # of each row one must be given; of the last, a size or both of what it would serve for
@@ -42,7 +42,7 @@ def scene_schema():
             table.pop("required", None)
         if pairs := _exclusions(model.table):
             table["allOf"] = pairs
-    schema["properties"] = {"base": _BASE, **schema["properties"], "materials": _materials(schema)}
+    schema["properties"] = {"base": BASE, **schema["properties"], "materials": _materials(schema)}
     del definitions["Scene"]
     definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
@@ -72,7 +72,7 @@ def suspension_schema():
             _name_materials(table)
     definitions["Control"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema = definitions.pop("SuspensionScene")
-    schema["properties"] = {"base": _BASE, **schema["properties"], "materials": _materials(schema)}
+    schema["properties"] = {"base": BASE, **schema["properties"], "materials": _materials(schema)}
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
     return {"$schema": DIALECT, "title": "cablestudy suspension", **schema, "$defs": definitions}
 
@@ -116,15 +116,15 @@ def _range_schema(*keys):
     """A range of values, or the interval that a sample draws from."""
     end = {"anyOf": [{"type": "number"}, {"type": "string"}]}
     known = {
-        "from": {**end, "description": "First value, e.g. 10 kg"},
-        "to": {**end, "description": "Last value"},
-        "count": {"type": "integer", "minimum": 1, "maximum": MAX_COUNT, "description": "How many values"},
-        "spacing": {"enum": list(SPACINGS), "default": "linear", "description": "Equal steps or equal ratios"},
+        "from": end,
+        "to": end,
+        "count": {"type": "integer", "minimum": 1, "maximum": MAX_COUNT},
+        "spacing": {"enum": list(SPACINGS), "default": "linear"},
     }
     return {
         "type": "object",
         "description": "count values, ends included" if "count" in keys else "Interval that is sampled",
-        "properties": {key: known[key] for key in keys},
+        "properties": {key: {**known[key], "description": MEANINGS[key]} for key in keys},
         "required": [key for key in keys if key != "spacing"],
         "additionalProperties": False,
     }

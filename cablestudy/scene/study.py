@@ -77,7 +77,7 @@ class StudyTable(Table):
     check: dict[str, Annotated[float, Quantity("", 0, 1e9)]] = Field(
         {}, description="Relative tolerances of --check: rtol for all columns, a column's name for one"
     )
-    plot: Plot | None = Field(None, description="What to draw")
+    plot: Plot | None = Field(None, description="What --plot draws")
 
 
 TABLES = {(): StudyTable, ("plot",): Plot, ("sample",): Sample, ("find",): Find}

@@ -61,7 +61,7 @@ class SuspensionScene(Table):
     solve_for: Literal["pose", "lengths"] = Field(
         "pose", description="pose: where the bodies are; lengths: those of the cables that state nothing"
     )
-    tensions: Tensions | None = Field(None, description="With solve_for: lengths")
+    tensions: Tensions | None = Field(None, description="How tensions are chosen, with solve_for: lengths")
     control: Control | None = Field(None, description="The loop of the winches")
     actuators: dict[Name, Actuator] = Field({}, description="Name -> reaction mass (mass) or reaction wheel (inertia)")
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")

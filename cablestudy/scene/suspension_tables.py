@@ -65,8 +65,8 @@ class Point(Table):
 
     at: Place = Field(description="Where it is; of a free point where the search begins")
     free: StrictBool = Field(False, description="Whether it finds its place: a junction of cables")
-    mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Of a free point")
-    force: ForceVector = Field((0.0, 0.0, 0.0), description="Of a free point: dead load")
+    mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Mass of a free point")
+    force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load on a free point")
 
     def value_at(self, path):
         """See `Table.value_at`; a component alone is one of the place, as where the file has a bare place."""
@@ -121,7 +121,7 @@ class Body(Table):
     free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] = Field(
         MOTIONS, description="What may move, about global axes; the rest is held"
     )
-    wind: BodyWind | None = Field(None, description="What it offers to the wind")
+    wind: BodyWind | None = Field(None, description="Areas and drag that it has in the wind")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load at the reference point, global axes")
     moment: tuple[Moment, Moment, Moment] = Field((0.0, 0.0, 0.0), description="Dead moment, global axes")
 
@@ -226,7 +226,7 @@ class SuspendedCable(_Stated):
     """One of the cables, with what it shares."""
 
     from_: End = Field(alias="from", description="End 1, that of the winch: a point, BODY.ATTACHMENT, or a fixed place")
-    to: End = Field(description="End 2")
+    to: End = Field(description="End 2: a point, BODY.ATTACHMENT, or a fixed place")
 
     @property
     def stated(self):

@@ -1,6 +1,7 @@
 """Text with a unit -> SI numbers, correctly rounded: "1.85 mm" is the double 0.00185.
 
-The units are those of pint, which is imported when the first unit is read, since that takes a tenth of a second.
+The units are those of pint, which is imported when the first unit is read that is neither the program's own nor a
+decimal multiple of one of a few, since that takes half a second.
 Number and factor are decimal, so that their product is rounded once.
 """
 
@@ -54,6 +55,10 @@ _SCALES = {
     "C": (Decimal("273.15"), Decimal(1)),
     "F": (Decimal("459.67"), Decimal(5) / 9),
 }
+
+# Multiples of these need no pint.
+_PREFIXES = {"k": 3, "M": 6, "G": 9, "c": -2, "m": -3, "u": -6, "µ": -6}
+_PREFIXED = {"m": 1, "m^2": 2, "N": 1, "Pa": 1, "Hz": 1, "s": 1}  # and the power of the prefix
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
@@ -181,6 +186,8 @@ def _factor(name, unit):
     """Ratio of a unit as written ("" for the program's own) to one of DIMENSIONS, to 28 digits, as Decimal."""
     if name in ("", unit):
         return Decimal(1)
+    if unit in _PREFIXED and name[1:] == unit and name[0] in _PREFIXES:
+        return Decimal(1).scaleb(_PREFIXES[name[0]] * _PREFIXED[unit])
     if unit == "dB":  # a level is not a multiple of anything, so that its unit is all that is checked
         raise _NotAQuantityError("")
     ratio, dimension = _root(name)

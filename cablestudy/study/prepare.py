@@ -9,6 +9,7 @@ from cablestudy.study.columns import STATUS
 from cablestudy.study.find import check_goal, column_named, field_of_key
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.table import Field, number, read_csv
+from cablestudy.study.varied_keys import varied_key, varied_keys
 
 NEVER_COMPARED = "solve_time"  # differs from run to run
 # key -> columns any of which makes a column of its own for the varied key superfluous
@@ -54,7 +55,7 @@ def prepare(study):
     tolerances_of(study)
     for name in (study.plot.x, *study.plot.y) if study.plot else ():
         try:
-            _listed(study, name)
+            varied_key(study, name) or _listed(study, name)
         except ValueError as error:
             raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
     return columns, _printed_values(study, columns)
@@ -159,7 +160,7 @@ def fields_of(study, columns, referenced):
     shown = {column.name for column in columns}
     if _is_loaded(study):  # what is stated holds in the reference state, the column in the case
         shown.difference_update(("preload", "sag"))
-    fields = [Field(key, key) for key in study.varied if not shown.intersection(SHOWN_BY.get(key, ()))]
+    fields = [known.field for known in varied_keys(study) if not shown.intersection(SHOWN_BY.get(known.key, ()))]
     for column in columns:
         if column.name == "status":
             continue

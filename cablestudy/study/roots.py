@@ -5,7 +5,6 @@ from itertools import pairwise
 from math import isnan, log10
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 FACTORS = (2.0, 10.0, 1e3, 1e6, np.inf)  # of the ranges about a start, one after the other
 MOST = 2  # times as many points as usual in a range of many decades
@@ -266,6 +265,8 @@ class _Scan:
 
     def _minimise(self, low, high, sign):
         """Search for the extremum between two places, until the sign changes; what is tried is kept."""
+        from scipy.optimize import minimize_scalar
+
         place_at = _way(low, high)
 
         def distance(part):
@@ -304,6 +305,8 @@ class _Scan:
 
     def _brent(self, low, high):
         """Where the function changes its sign between two places of different sign."""
+        from scipy.optimize import brentq
+
         place_at = _way(low, high)
 
         def value(part):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from cablestudy.errors import SceneError
 
 DIGITS = 4
+MOST_DIGITS = 17  # of a float
 NO_TABLE = "not a table of comma-separated values"
 MOST_ROWS = 1000  # of a table in Markdown
 
@@ -26,11 +27,14 @@ class Field:
     unit: str = ""
     beside: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
     hidden: bool = False  # whether Markdown leaves the column out
+    distinct: bool = False  # whether Markdown gives numbers as many digits as tell them apart
 
 
 def header(name, unit):
     """A name with its unit, as in CSV and JSON: `end_stiffness_N_per_m`."""
-    return f"{name}_{unit.replace('/', '_per_').replace('^', '').replace(' ', '')}" if unit else name
+    if not unit:
+        return name
+    return f"{name}_{unit.replace('/', '_per_').replace('^', '').replace(' ', '').replace('%', 'percent')}"
 
 
 @dataclass(frozen=True)
@@ -109,7 +113,7 @@ class Table:
         left_out = max(0, total - MOST_ROWS)
         rows = [*self.rows[:half], *self.rows[-half:]] if left_out else list(self.rows)
         head = [f"{field.title} [{field.unit}]" if field.unit else field.title for field in shown]
-        body = [[_cell(field, row) for field in shown] for row in rows]
+        body = _body(shown, rows)
         if left_out:
             body.insert(half, ["…"] * len(shown))
         yield _tabulated(body, head, [_side(field.name, rows) for field in shown])
@@ -121,7 +125,8 @@ class Table:
         """Markdown with one line for each quantity and one column for each row."""
         rows, left = list(self.rows), [field for field in shown if field.name != self.across]
         known = [field for field in left if any(row.get(field.name) is not None for row in rows)]
-        body = [[field.title, *(_cell(field, row) for row in rows), field.unit] for field in known]
+        cells = zip(*_body(known, rows), strict=True)
+        body = [[field.title, *texts, field.unit] for field, texts in zip(known, cells, strict=True)]
         heads = [str(row[self.across]) for row in rows]
         return _tabulated(body, ["quantity", *heads, "unit"], ("left", *["right"] * len(rows), "left"))
 
@@ -138,10 +143,23 @@ def _side(name, rows):
     return "left" if any(isinstance(row.get(name), str) for row in rows) else "right"
 
 
-def _cell(field, row):
+def _body(fields, rows):
+    """The cells of Markdown, row by row."""
+    digits = [_digits([row.get(field.name) for row in rows]) if field.distinct else DIGITS for field in fields]
+    return [[_cell(field, row, count) for field, count in zip(fields, digits, strict=True)] for row in rows]
+
+
+def _digits(values):
+    """The fewest significant digits, DIGITS or more, with which different numbers are different texts."""
+    numbers = {value for value in values if isinstance(value, float)}
+    counts = range(DIGITS, MOST_DIGITS)
+    return next((count for count in counts if len({short(n, count) for n in numbers}) == len(numbers)), MOST_DIGITS)
+
+
+def _cell(field, row, digits):
     """A cell of Markdown; of a difference from a printed value, both."""
     if not field.beside:
-        return short(row.get(field.name)).replace("|", "\\|")
+        return short(row.get(field.name), digits).replace("|", "\\|")
     printed, difference = row.get(field.beside), row.get(field.name)
     if printed is None:
         return ""
@@ -165,15 +183,15 @@ def exact(value):
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)
 
 
-def short(value):
-    """A cell of Markdown: four significant digits, without an exponent from 1e-4 to 1e8."""
+def short(value, digits=DIGITS):
+    """A cell of Markdown: significant digits, without an exponent from 1e-4 to 1e8."""
     if value is None:
         return ""
     if not isinstance(value, float):
         return str(value)
     if value == 0:
         return "0"
-    text = f"{value:.{DIGITS}g}"
+    text = f"{value:.{digits}g}"
     if "e" in text and 1e-4 <= abs(value) < 1e8:
         text = f"{float(text):.0f}" if abs(value) >= 1 else f"{float(text):f}"
     return text

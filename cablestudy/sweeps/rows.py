@@ -9,11 +9,10 @@ from itertools import islice, product
 
 import numpy as np
 
-from cablestudy.scene.scene import quantity_of
-from cablestudy.scene.units import to_si
 from cablestudy.study.prepare import beside, fields_of
 from cablestudy.study.status import OK
 from cablestudy.study.table import Field, Table, exact
+from cablestudy.study.varied_keys import varied_keys
 
 CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more than any grid has along one axis
 
@@ -40,13 +39,14 @@ class Rows(LazyRows):
         super().__init__(cases, lambda case: self._row(store.row(case)))
         self._study, self._columns, self._reference = study, columns, reference
         self._store, self._cases = store, cases
+        self._varied = {known.key: known for known in varied_keys(study)}
 
     def __iter__(self):
         return map(self._row, self._store.read(self._cases))
 
     def _row(self, record):
         cells = {**dict(zip(self._store.headers, record.cells, strict=True)), "status": record.status}
-        varied = written(self._study.overrides(record.case))
+        varied = varied_cells(self._varied, self._study.overrides(record.case))
         return {**varied, **cells, **_printed(cells, self._reference, record.case)}
 
     def errors(self, places=None):
@@ -59,7 +59,7 @@ class Rows(LazyRows):
             yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
 
     def frame(self):
-        """The rows as a pandas.DataFrame: numbers as floats, of varied quantities in SI; other values as text."""
+        """The rows as a pandas.DataFrame: numbers as floats, other values as text."""
         import pandas
 
         texts = list(self._store.read_texts(self._cases))
@@ -70,8 +70,14 @@ class Rows(LazyRows):
         for entry, taken in zip(self._study.entries, steps, strict=False):
             unique, places = np.unique(taken, return_inverse=True)
             for key, values, _ in entry.columns:
-                plain = [_number_or_text(key, values[step]) for step in unique.tolist()]
-                frame[key] = [plain[place] for place in places.tolist()]
+                known = self._varied[key]
+                cells = [known.cell(values[step]) for step in unique.tolist()]
+                text = any(isinstance(cell, str) for cell in cells)
+                frame[known.header] = np.array(cells, dtype=object if text else float)[places]
+        if names := self._reference[0]:
+            computed = zip(self._cases, frame[names].to_dict("records"), strict=True)
+            printed = [_printed(cells, self._reference, case) for case, cells in computed]
+            frame = frame.join(pandas.DataFrame(printed, dtype=float))
         return frame
 
     def csv_lines(self, names):
@@ -82,13 +88,13 @@ class Rows(LazyRows):
         return None if self._reference[0] else self._copied(set(names))
 
     def _copied(self, shown):
-        entries = [[(key, values) for key, values, _ in e.columns if key in shown] for e in self._study.entries]
+        entries = [[(self._varied[key], values) for key, values, _ in e.columns] for e in self._study.entries]
+        entries = [[(known, values) for known, values in entry if known.header in shown] for entry in entries]
         varying = [number for number, columns in enumerate(entries) if columns]
 
         @lru_cache(CACHED_STEPS)
         def varied_text(number, step):
-            plain = written({key: values[step] for key, values in entries[number]})
-            return _csv_text([*map(exact, plain.values()), ""])
+            return _csv_text([*(exact(known.cell(values[step])) for known, values in entries[number]), ""])
 
         steps = product(*(range(len(entry)) for entry in self._study.entries))
         texts = self._store.read_texts(self._cases)
@@ -107,27 +113,18 @@ def table_of(study, columns, reference, store, cases):
 
 def cases_table(study):
     """The table of what varies in each case of a study, for `sweep --dry-run`: nothing is computed or written."""
-    names = ("case", *study.varied)
-    rows = LazyRows(range(study.count), lambda case: {"case": case + 1, **written(study.overrides(case))})
-    return Table(tuple(Field(name, name) for name in names), rows)
+    varied = {known.key: known for known in varied_keys(study)}
+    fields = (Field("case", "case"), *(known.field for known in varied.values()))
+
+    def row_at(case):
+        return {"case": case + 1, **varied_cells(varied, study.overrides(case))}
+
+    return Table(fields, LazyRows(range(study.count), row_at))
 
 
-def written(overrides):
-    """What varies in a case, from `Study.overrides`: numbers and text as they are, JSON of anything else."""
-    plain = {}
-    for key, value in overrides.items():
-        number_or_text = isinstance(value, (str, int, float)) and not isinstance(value, bool)
-        plain[key] = value if number_or_text else json.dumps(value, ensure_ascii=False)
-    return plain
-
-
-def _number_or_text(key, value):
-    """A varied value: a quantity in SI, any other number as it is, else text."""
-    quantity = quantity_of(key)
-    try:
-        return to_si(value, quantity.unit if quantity else "")
-    except ValueError:
-        return written({key: value})[key]
+def varied_cells(varied, overrides):
+    """What varies in a case, from `Study.overrides`, as cells; `varied` are the VariedKeys by their keys."""
+    return {varied[key].header: varied[key].cell(value) for key, value in overrides.items()}
 
 
 def _csv_text(cells):

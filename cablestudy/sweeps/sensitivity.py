@@ -18,7 +18,8 @@ from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.study.prepare import columns_of
 from cablestudy.study.table import Field, Table
-from cablestudy.sweeps.rows import written
+from cablestudy.study.varied_keys import varied_keys
+from cablestudy.sweeps.rows import varied_cells
 
 RESAMPLES = 1000
 BLOCKS = 1024
@@ -114,19 +115,20 @@ class Sensitivity:
         study, sample, frame = self.study, self.study.sample, table.rows.frame()
         cases = np.arange(study.count).reshape([len(entry) for entry in study.entries])
         groups = np.moveaxis(cases, study.sample_entry, -1).reshape(-1, sample.count, sample.pages)
+        others = {known.key: known for known in varied_keys(study) if known.key not in sample.over}
         found, notes = [], []
         for group in groups:
-            varied = written(study.overrides(int(group[0, 0])))
-            shown = {key: value for key, value in varied.items() if key not in sample.over}
-            among = ", ".join(f"{key}={value}" for key, value in shown.items())
+            given = {key: value for key, value in study.overrides(int(group[0, 0])).items() if key in others}
+            shown = varied_cells(others, given)
+            among = ", ".join(f"{key}={value}" for key, value in given.items())
             for column in self.columns:
                 estimate, reason = self._estimate(frame[column.header].to_numpy()[group])
                 if reason:
                     notes.append(f"{column.header}{f' ({among})' if among else ''}: no indices, {reason}")
                 for key, name in enumerate(sample.over):
                     found.append({**shown, "column": column.header, "parameter": name, **_cells(estimate, key)})
-        names = [*shown, "column", "parameter", *_cells(None, 0)]
-        fields = [Field(name, name if name in shown else name.replace("_", " ")) for name in names]
+        names = ["column", "parameter", *_cells(None, 0)]
+        fields = [*(known.field for known in others.values()), *(Field(name, name.replace("_", " ")) for name in names)]
         return Table(tuple(fields), found), notes
 
     def _estimate(self, cells):

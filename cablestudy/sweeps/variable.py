@@ -7,9 +7,10 @@ from pandas.api.types import is_numeric_dtype
 
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.scene.units import common_factor
+from cablestudy.scene.units import common_factor, to_si
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.find import column_named
+from cablestudy.study.varied_keys import TEXT, varied_key
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,19 @@ class Variable:
             if self.is_text:
                 return column
             if self.is_varied and not is_numeric_dtype(column):
-                return column.map(lambda cell: cell if isinstance(cell, str) else cell * ratio)
+                numbers = column.map(lambda cell: _number_or_text(cell, self.unit or ""))
+                return numbers.map(lambda cell: cell if isinstance(cell, str) else cell * ratio)
             return column.astype("Float64") * ratio
 
         return cells
+
+
+def _number_or_text(cell, unit):
+    """A cell of a column of text as a number in a unit, where it is one."""
+    try:
+        return to_si(cell, unit)
+    except ValueError:
+        return cell
 
 
 def variable(name, study, option):
@@ -60,9 +70,10 @@ def variable(name, study, option):
     ValueError
         Neither a column nor a varied key; the message suggests one.
     """
-    if name in study.varied:
-        quantity = quantity_of(name)
-        return Variable(name, quantity and quantity.unit, is_varied=True)
+    if varied := varied_key(study, name):
+        quantity = quantity_of(varied.key)
+        unit = quantity.unit if varied.unit is TEXT and quantity else varied.unit
+        return Variable(varied.header, unit, is_varied=True)
     column = column_named(study, name) if study.find else None
     if column and column.needs == "find":
         return Variable(column.header, column.unit)

@@ -1,6 +1,5 @@
 """Columns of a study against what it varies, with the printed values."""
 
-import re
 import textwrap
 from collections import Counter
 
@@ -14,6 +13,7 @@ from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, 
 from cablestudy.study.prepare import SHOWN_BY, beside
 from cablestudy.study.status import has_answer
 from cablestudy.study.table import short
+from cablestudy.study.varied_keys import VariedKey, varied_key, varied_keys
 
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
 
@@ -30,7 +30,8 @@ def study_plot(study, table):
     figure = Figure(figsize=(6.2 if side == 1 else 10, 2.1 * -(-len(names) // side) + 1.1), layout="constrained")
     grid = panels(figure, len(names), side)
     for axes, name in zip(grid, names, strict=True):
-        _panel(axes, x, column_named(study, name), groups, joined=x.categories is None and study.sample is None)
+        column = varied_key(study, name) or column_named(study, name)
+        _panel(axes, x, column, groups, joined=x.categories is None and study.sample is None)
         _scale(axes, "y", logy)
         if x.categories is None:
             _scale(axes, "x", logx)
@@ -51,60 +52,40 @@ def _columns_drawn(study, table):
         return _Abscissa(study, study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy
     columns = [find(name) for name in study.columns if find(name).name != "status"]
     headers = [column.header for column in columns]
-    varied = [_shown(key, headers) for key in study.varied] or headers[:1]
+    varied = [_shown(known, headers) for known in varied_keys(study)] or headers[:1]
     x = _Abscissa(study, varied[0], table)
     given = [column.header for column in columns if column.header in varied or column.needs == "scene"]
     others = [name for name in headers if name not in given] or [name for name in headers if name != x.name] or headers
     return x, others[:OTHER_COLUMNS], None, None
 
 
-def _shown(key, headers):
-    """Header of the column that has the value of a varied key, or the key itself."""
-    known = (find(name).header for name in SHOWN_BY.get(key, ()))
-    return next((header for header in known if header in headers), key)
+def _shown(varied, headers):
+    """Header of the column that has the value of a varied key, or its own."""
+    known = (find(name).header for name in SHOWN_BY.get(varied.key, ()))
+    return next((header for header in known if header in headers), varied.header)
 
 
 class _Abscissa:
-    """The quantity along x: a column or a varied key; values that are not numbers of one unit are `categories`."""
+    """The quantity along x: a column or a varied key; values that are not all numbers are `categories`."""
 
     def __init__(self, study, name, table):
-        try:
-            column = column_named(study, name)
-            if column.header not in (field.name for field in table.fields):  # a key named as a column of a suspension
-                raise ValueError(name)
-            self.name, self.printed, self.label = column.header, beside(column.header, "printed"), _label(column)
-        except ValueError:
-            self.name, self.printed, self.label = name, None, _words(name)
+        column = varied_key(study, name) or column_named(study, name)
+        self.name, self.label = column.header, _label(column)
+        self.printed = None if isinstance(column, VariedKey) else beside(column.header, "printed")
         written = [row[self.name] for row in table.rows if row.get(self.name) is not None]
-        parsed = [_quantity(value) for value in written]
-        units = {unit for _, unit in parsed}
-        self.categories = None
-        if any(number is None for number, _ in parsed) or len(units) > 1:
-            self.categories = list(dict.fromkeys(map(str, written)))
-        elif units - {""}:
-            self.label = f"{self.label} [{units.pop()}]"
+        texts = any(isinstance(value, str) for value in written)
+        self.categories = list(dict.fromkeys(map(str, written))) if texts else None
 
     def values(self, rows, printed=False):
         """Abscissas of rows; of categories their positions."""
         if self.categories is not None:
             return [self.categories.index(str(row[self.name])) for row in rows]
         names = [self.printed if printed and row.get(self.printed) is not None else self.name for row in rows]
-        return [_quantity(row[name])[0] for row, name in zip(rows, names, strict=True)]
-
-
-def _quantity(value):
-    """Number and unit of a cell; (None, "") for other text."""
-    if isinstance(value, (int, float)):
-        return float(value), ""
-    found = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*", value)
-    try:
-        return (float(found[1]), found[2]) if found else (None, "")
-    except ValueError:
-        return None, ""
+        return [row[name] for row, name in zip(rows, names, strict=True)]
 
 
 def _label(column):
-    unit = column.unit.replace("^2", "²").replace("^3", "³")
+    unit = (column.unit or "").replace("^2", "²").replace("^3", "³")
     return f"{_words(column.name)} [{unit}]" if unit else _words(column.name)
 
 
@@ -115,11 +96,14 @@ def _words(name):
 def _groups(study, rows, x):
     """Rows with an answer grouped by what varies besides x, one group for each line: list of (label, rows)."""
     headers = [find(name).header for name in study.columns]
-    entries = [[key for key, _, _ in entry.columns] for entry in study.entries]
-    along = [entry for entry in entries if x.name in [*entry, *(_shown(key, headers) for key in entry)]] or entries[-1:]
+    known = {varied.key: varied for varied in varied_keys(study)}
+    entries = [[known[key] for key in entry.keys] for entry in study.entries]
+    along = [
+        entry for entry in entries if any(x.name in (key.header, _shown(key, headers)) for key in entry)
+    ] or entries[-1:]
     groups = _grouped(rows, [entry[0] for entry in entries if entry not in along], x)
     again = any(turn for _, turn in groups)
-    companions = [key for entry in along for key in entry if again and key != x.name]
+    companions = [key for entry in along for key in entry if again and key.header != x.name]
     return [
         (_series_label(label, members, companions), [row for row in members if has_answer(row["status"])])
         for (label, _), members in groups.items()
@@ -130,7 +114,7 @@ def _grouped(rows, keys, x):
     """(label, turn) -> rows that agree on some keys; a category that is repeated starts another turn."""
     groups, seen = {}, Counter()
     for row in rows:
-        label = ", ".join(f"{_words(key)} {row.get(key)}" for key in keys)
+        label = ", ".join(f"{_words(key.key)} {key.label(row.get(key.header))}" for key in keys)
         place = (label, row.get(x.name))
         turn = seen[place] if x.categories is not None else 0
         seen[place] += 1
@@ -142,14 +126,14 @@ def _series_label(label, rows, companions):
     """Label of a series: its group, and the values that its rows have in common."""
     parts = [label] if label else []
     for key in companions:
-        values = {str(row.get(key)) for row in rows}
-        parts.append(f"{_words(key)} {values.pop()}" if len(values) == 1 else f"each with its own {_words(key)}")
+        values, words = {key.label(row.get(key.header)) for row in rows}, _words(key.key)
+        parts.append(f"{words} {values.pop()}" if len(values) == 1 else f"each with its own {words}")
     return ", ".join(parts)
 
 
 def _panel(axes, x, column, groups, joined):
     """Draws the computed values of a column, joined by lines or not, and rings for the printed ones."""
-    printed_name = beside(column.header, "printed")
+    printed_name = None if isinstance(column, VariedKey) else beside(column.header, "printed")
     for k, (label, rows) in enumerate(groups):
         aside = 0.0
         if x.categories is not None:  # side by side, so that equal values do not cover each other

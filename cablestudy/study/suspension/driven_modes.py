@@ -9,27 +9,42 @@ by
 so that it grows from the gain c W^2/Re X on, where Re X is positive; of modes that nearly coincide X is a matrix, and
 its eigenvalues count. The modes with the least such gains are taken into the model beside the lowest ones; eigenvalues
 of the closed loop then decide.
+
+How high modes are looked at follows from waves along the cables, which winches drive most. A wave that runs to and fro
+along a cable, of modal mass 1, has the force F with F^2 = 2 W^2 Z/t on both of its ends (Z = sqrt(EA m) its impedance,
+t its travel time). Far above the frequencies of the body it moves the body by M^-1 w F/W^2 (M the body's inertia, w the
+wrench of a unit tension), so that
+
+    X_ij = sqrt(2 Z_i/t_i) sqrt(2 Z_j/t_j) A_i N M^-1 w_j
+
+between cables whose waves have the same frequency, and |X| bounds the real part of its eigenvalues.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.control.pose_loop import growing
 from cablestudy.control.pose_margins import gain_beside
 from cablestudy.control.suspension import winch_forces
+from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.system.coupled_modes import CoupledModes
 from cablestudy.wind.strips import strips
 
 BAND = 3.0  # frequencies that are looked at, over the highest of notch, roll-off and gain
-MOST = 400  # modes that are looked at
+MOST = 1200  # modes that are looked at
+HARMONICS = 60  # of the waves along a cable
 TAKEN = 24  # that are added to a model at most
+BESIDE = 0.05  # frequencies that are looked at beyond the highest wave
 CLOSE = 5e-3  # relative distance of modes that nearly coincide
 RISK = 3.0  # gain from which a mode alone would grow, over that of the loop and over its largest gain
 
 
 def with_driven_modes(movement):
-    """The same movement, with the modes that its loop could drive; itself where there are none.
+    """The same movement, with the modes that its loop could drive.
+
+    Itself where there are none, or where it grows without a loop.
 
     Parameters
     ----------
@@ -40,9 +55,12 @@ def with_driven_modes(movement):
     ------
     NoSolutionError, ConvergenceError
     """
+    if growing(movement.open_poles) is not None:
+        return movement
     loop, lowest = movement.loop, len(movement.modes)
     corners = [max(notch.omega, notch.rolloff_omega) for notch in movement.notches if notch is not None]
-    highest = BAND * max([*corners, loop.gain])
+    limit = max(loop.gain, movement.largest_gain or 0.0)
+    highest = max(BAND * max([*corners, loop.gain]), _driven_along(movement, RISK * limit))
     cables = movement.modes.solution.models.cables
     count = int(2 * highest / np.pi * cables.travel_time[cables.heavy].sum()) + len(movement.layout.free)
     if movement.modes.solution.omega[-1] >= highest or count <= lowest:
@@ -52,12 +70,62 @@ def with_driven_modes(movement):
         linear.candidates[count] = _candidates(linear, count)
     found = linear.candidates[count]
     gains = _gains(movement, found)
-    limit = max(loop.gain, movement.largest_gain or 0.0)
     order = np.argsort(gains)
     risky = [mode for mode in order[:TAKEN].tolist() if mode >= lowest and gains[mode] < RISK * limit]
     if not risky:
         return movement
     return Movement(movement.scene, linear.with_modes(found.modes, [*range(lowest), *sorted(risky)], len(risky)))
+
+
+def _driven_along(movement, gain):
+    """Frequency up to which a gain could drive waves along the cables; 0 where it drives none. [rad/s]
+
+    Of a cable that ends at a junction the body is taken to be at the end of its line of action.
+    """
+    cables = movement.modes.solution.models.cables
+    span, reeled = cables.catenary.span, np.array([winch.cable for winch in movement.winches], dtype=int)
+    if not len(reeled) or not cables.heavy[reeled].all():
+        return 0.0
+    stiffness, mass = (values[reeled] for values in (span.axial_stiffness, span.mass))
+    time = span.unstretched_length[reeled] * np.sqrt(mass / stiffness)
+    size = np.sqrt(2 * np.sqrt(stiffness * mass) / time)
+    moved = _moved_by_tensions(movement, reeled) * size
+    omega = np.pi * np.arange(1, HARMONICS + 1) / time.max()
+    shares = size[:, None] * movement.allocation.shares * movement.loop.filters(1j * omega)[:, None, :]
+    driven = np.abs(np.linalg.eigvals(shares @ moved)).max(axis=1)
+    needed = _lost_along(movement, reeled, omega) * omega**2
+    return float(omega[driven * gain > needed].max(initial=0.0)) * (1 + BESIDE)
+
+
+def _moved_by_tensions(movement, reeled):
+    """What is measured of a body without cables, per tension of each cable and over -s^2: shape (k, i)."""
+    equilibrium, body = movement.equilibrium, movement.body
+    suspension = equilibrium.suspension
+    force = equilibrium.end_forces[reeled]
+    there = suspension.owner[reeled] == body
+    end = np.where(there.any(axis=1), there.argmax(axis=1), 1)
+    rows = np.arange(len(reeled))
+    along = force[rows, end] / np.linalg.norm(force[rows, end], axis=-1, keepdims=True)
+    arms = np.where(there.any(axis=1)[:, None], equilibrium.arms[reeled][rows, end], 0.0)
+    wrenches = np.concatenate([along, np.cross(arms, along)], axis=-1)
+    free = np.flatnonzero(suspension.free[body])
+    moved = np.zeros((6, len(reeled)))
+    moved[free] = np.linalg.solve(movement.layout.mass[body][np.ix_(free, free)], wrenches[:, free].T)
+    return moved[[MOTIONS.index(name) for name in movement.measured]]
+
+
+def _lost_along(movement, reeled, omega):
+    """Least damping force per velocity of waves along some cables, of modal mass 1, shape (f,). [1/s]"""
+    cables, least = movement.modes.solution.models.cables, np.full(len(omega), np.inf)
+    for cable in reeled.tolist():
+        damping = cables.damping[cable]
+        lost = {
+            "modal": lambda d=damping: 2 * d.ratio * omega,
+            "hysteretic": lambda d=damping: d.loss_factor * omega,
+            "kelvin_voigt": lambda d=damping: d.time * omega**2,
+        }[damping.model]()
+        least = np.minimum(least, lost + damping.viscous / cables.catenary.span.mass[cable])
+    return least
 
 
 @dataclass(frozen=True)

@@ -119,6 +119,13 @@ def _of_modes(modes):
 
 def damping_notes(scene):
     """Which damping is assumed, and how a state space represents that of the cables: lines."""
+    yield from assumed_damping(scene)
+    for law in dict.fromkeys(cable.damping.model for cable in scene.cables.values()):
+        yield from DAMPING_NOTES[law]
+
+
+def assumed_damping(scene):
+    """Which damping is assumed, at most one line."""
     cables = scene.cables
     silent = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
     if silent:
@@ -126,8 +133,6 @@ def damping_notes(scene):
         damping = cables[silent[0]].damping
         assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
         yield f"damping: none is given for {named}; {assumed}"
-    for law in dict.fromkeys(cable.damping.model for cable in cables.values()):
-        yield from DAMPING_NOTES[law]
 
 
 def _of_modal_damping(models):

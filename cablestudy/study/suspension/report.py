@@ -1,7 +1,5 @@
 """Tables of the commands static and modes for a suspension."""
 
-import json
-
 import numpy as np
 
 from cablestudy.errors import CablestudyError
@@ -129,21 +127,6 @@ def form_tables(scene):
         "points": table(points, ([name, *place] for name, place in places)),
         "cables": table(cables, ([name, *line] for name, line in zip(names, numbers, strict=True))),
     }
-
-
-def all_tables(tables, style):
-    """All tables of `static_tables` as one text.
-
-    Parameters
-    ----------
-    tables : dict
-        Name -> Table.
-    style : {"md", "json"}
-        Markdown with headings, without empty tables; or one object of the tables by their names.
-    """
-    if style == "md":
-        return "\n".join(f"## {name}\n\n{table.render(style)}" for name, table in tables.items() if table.rows)
-    return json.dumps({name: json.loads(table.render(style)) for name, table in tables.items()}, indent=1) + "\n"
 
 
 def mode_table(case, modes, chosen):

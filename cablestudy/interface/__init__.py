@@ -1,0 +1,70 @@
+"""The Python interface: what the commands do, as functions that return mappings, data frames, models and figures.
+
+    import cablestudy as cs
+    scene = cs.load("carlina.yaml", set={"cable.diameter": "3.7 mm"})
+    scene.static()["sag_m"]
+
+The commands call it too, and nothing else of the program. A mistake of the user raises `SceneError`; a case without an
+answer has empty cells and says why in `status`, or raises `NoSolutionError` or `ConvergenceError` where nothing can be
+had.
+"""
+
+from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of
+from cablestudy.interface.study import sweep
+from cablestudy.interface.suspension import Suspension
+from cablestudy.scene.document import apply_sets, read_document
+from cablestudy.scene.scene import load_scene
+from cablestudy.scene.suspension import SuspensionScene
+
+__all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
+
+
+def load(path, set=(), case=None):
+    """Read a scene file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        `-` is standard input.
+    set : dict or sequence of str, optional
+        What changes the file: dotted key -> number in SI, or text with a unit; or texts "KEY=VALUE".
+    case : str, optional
+        One of the load cases of the scene.
+
+    Returns
+    -------
+    Scene or Suspension
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with it.
+
+    Examples
+    --------
+    >>> import cablestudy as cs
+    >>> guy = cs.load("configs/guy.yaml", set={"cable.preload": "8 %"})
+    """
+    changes = texts_of(set) + case_text(case)
+    document, model = load_scene(path, changes)
+    kind = Suspension if isinstance(model, SuspensionScene) else Scene
+    return kind(str(path), changes, document, model)
+
+
+def trade(path, columns=None, repeats=5, set=()):
+    """Error against time of every model for a scene: pandas.DataFrame; see `Scene.trade`."""
+    return load(path, set).trade(columns, repeats)
+
+
+def find(path, goal, by, between=None, columns=None, set=(), case=None):
+    """The values of a key for which a column of a scene takes a value: pandas.DataFrame; see `Scene.find`.
+
+    The scene may lack the key.
+    """
+    return compute_find(path, goal, by, between, columns, set, case).frame()
+
+
+def compute_find(path, goal, by, between=None, columns=None, set=(), case=None):
+    """As `find`, with warnings and failures: `Answer`."""
+    document = apply_sets(read_document(path), texts_of(set) + case_text(case))
+    return find_answer(document, goal, by, between, columns)

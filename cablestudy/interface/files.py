@@ -1,0 +1,75 @@
+"""What is known of files, columns and materials: the commands that compute nothing."""
+
+
+def validate(files, set=()):
+    """Read and check scenes and studies.
+
+    Parameters
+    ----------
+    files : sequence of str
+    set : dict or sequence of str, optional
+        As of `load`.
+
+    Returns
+    -------
+    table : Table
+        File, kind, number of cases, status.
+    mistakes : list of Mistake
+    notes : list of str
+    """
+    from cablestudy.interface.scene import texts_of
+    from cablestudy.study.report import validate_table
+
+    return validate_table(files, texts_of(set))
+
+
+def schema(kind):
+    """JSON Schema of a kind of file: dict.
+
+    Parameters
+    ----------
+    kind : {"scene", "suspension", "study"}
+    """
+    from cablestudy.scene import schema as schemas
+
+    return getattr(schemas, f"{kind}_schema")()
+
+
+def keys(kind, beginning=""):
+    """Every key of a kind of file, or those that begin so: unit, default, meaning, what is allowed: Table.
+
+    Parameters
+    ----------
+    kind : {"scene", "suspension", "study"}
+    beginning : str, optional
+        A dotted key.
+    """
+    from cablestudy.study.key_table import key_table
+
+    return key_table(kind, beginning)
+
+
+def template(kind):
+    """A commented file to begin with: str.
+
+    Parameters
+    ----------
+    kind : {"guy", "line", "zipline", "gondola", "suspension", "study"}
+    """
+    from importlib.resources import files
+
+    return (files("cablestudy") / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")
+
+
+def columns():
+    """Every column: what it is of, name, unit, meaning, what it needs: Table."""
+    from cablestudy.study.report import columns_table
+
+    return columns_table()
+
+
+def materials(files=()):
+    """Materials and ropes with their numbers and sources, of files and built-in: Table."""
+    from cablestudy.study.materials import materials_table
+
+    return materials_table(files)

@@ -1,0 +1,130 @@
+"""A scene of several cables, bodies and points, as the commands take it."""
+
+from dataclasses import replace
+from functools import cached_property
+
+from cablestudy.errors import SceneError
+from cablestudy.interface.answer import Answer
+from cablestudy.interface.scene import DEFAULT_MODES, Scene, fewer_modes, frequency_limit, in_time
+
+
+class Suspension(Scene):
+    """A scene of several cables, bodies and points; its tables are mappings of name -> pandas.DataFrame."""
+
+    is_suspension = True
+
+    @cached_property
+    def case(self):
+        """Its equilibrium and motion, each computed when it is first asked for: `SuspensionCase`."""
+        return self._solved(False)
+
+    def _solved(self, estimate):
+        from cablestudy.study.suspension.case import SuspensionCase
+
+        return SuspensionCase(self.model, estimate=True) if estimate else SuspensionCase(self.model)
+
+    def compute_cases(self, what, **options):
+        """Not there: a suspension has several tables for each case; see `cases`."""
+        raise SceneError("--case all: the scene is a suspension, which has several tables: give --case NAME")
+
+    def static(self):
+        """The tables bodies, points, cables and stiffness: dict of name -> pandas.DataFrame."""
+        return self.compute("static").frames()
+
+    def _static_answer(self, table=None, estimate=False):
+        """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
+        from cablestudy.study.suspension.notes import notes_of, strength_warning
+        from cablestudy.study.suspension.report import static_tables
+
+        case, tables = self.case, static_tables(self.case, table)
+        return _answer(
+            table,
+            tables,
+            case,
+            lambda: notes_of(case),
+            strength_warning(case),
+            lambda plots: plots.suspension_views(case),
+        )
+
+    def _form_answer(self, table=None):
+        """The form of a net by force densities."""
+        from cablestudy.study.suspension.report import form_tables
+
+        return _answer(table, form_tables(self.model))
+
+    def shape(self):
+        """Not there: the tables of `static` have the places of bodies and points."""
+        raise SceneError("shape: the scene is a suspension; see the tables of static()")
+
+    def _modes_answer(self, count=None, upto=None, estimate=False):
+        """`estimate` changes nothing: the errors are known."""
+        from cablestudy.study.suspension.notes import notes_of, strength_warning
+        from cablestudy.study.suspension.report import mode_notes, mode_table
+
+        limit, case, size = frequency_limit(count, upto), self.case, count or DEFAULT_MODES
+        found = case.modes(size) if limit is None else case.modes_up_to(limit)
+        asked = range(len(found)) if limit is None else found.up_to(limit)
+        return Answer(
+            table=mode_table(case, found, asked),
+            explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
+            warnings=(*strength_warning(case), *fewer_modes(found, size, limit)),
+            draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
+            case=case,
+        )
+
+    def windrms(self, on=None):
+        """Its tables, motion, cables, loop and others: dict of name -> pandas.DataFrame."""
+        if on is not None:
+            raise SceneError("on: the scene is a suspension, whose key wind.on says so")
+        return self.compute("windrms").frames()
+
+    def _windrms_answer(self, table=None, estimate=False):
+        """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
+        from cablestudy.study.suspension.notes import notes_of
+        from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
+
+        case = self._solved(estimate)
+        tables = wind_tables(self.document, case, table)
+        return _answer(
+            table, tables, case, lambda: notes_of(case), remarks_of(case), lambda plots: plots.suspension_wind(case)
+        )
+
+    def loop(self):
+        """The tables of the loop, and of each coordinate that is measured: dict of name -> pandas.DataFrame."""
+        return self.compute("loop").frames()
+
+    def _loop_answer(self, response=None, time=None, table=None, estimate=False, **options):
+        """`table`: the only one that is asked for."""
+        from cablestudy.study.loop_in_time import TimeOptions
+        from cablestudy.study.ssm import read_span
+        from cablestudy.study.suspension import loop_report
+        from cablestudy.study.suspension.notes import notes_of, strength_warning
+
+        span = read_span(response) if response else None
+        asked = TimeOptions(time, **options) if time else None
+        loop_report.check_control(self.document, self.model)
+        case = self._solved(estimate)
+        movement = case.in_wind.movement
+        answer = Answer(
+            explain=lambda: notes_of(case),
+            warnings=tuple(strength_warning(case)),
+            draw=lambda plots: plots.suspension_loop(movement),
+            case=case,
+        )
+        if asked:
+            return in_time(answer, loop_report.time_case(self.document, case, asked))
+        if span:
+            return replace(answer, table=loop_report.response_table(movement, span))
+        tables = loop_report.loop_tables(case, table)
+        return replace(answer, table=tables[table]) if table else replace(answer, tables=tables)
+
+    def _choose(self, options):
+        from cablestudy.study.suspension import ssm
+
+        return ssm.choose(self.document, self.model, options)
+
+
+def _answer(name, tables, case=None, explain=tuple, warnings=(), draw=None):
+    """The `Answer` of several tables, or of the one of a name."""
+    known = {"table": tables[name]} if name else {"tables": tables}
+    return Answer(**known, explain=explain, warnings=tuple(warnings), draw=draw, case=case)

@@ -1,0 +1,140 @@
+"""A page while it is made: its sections, what has no answer, warnings, and how the numbers were modelled."""
+
+from contextlib import contextmanager
+
+from cablestudy.errors import CablestudyError, SceneError
+from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
+from cablestudy.pages.tables import error_text, table_html
+from cablestudy.study.table import short
+
+LONGEST = 1000  # characters of a reason
+
+
+def one_line(error):
+    """The message of an error in one line."""
+    return " ".join(str(error).split())[:LONGEST]
+
+
+class Page:
+    """Sections in their order; what cannot be had is told in its place, and the rest goes on.
+
+    Attributes
+    ----------
+    failures : list of str
+        What has no answer, and why.
+    warnings : list of str
+    notes : dict
+        Heading -> lines: what was modelled, what was left out, and the errors.
+    left_out : list of str
+        Sections that the file has nothing for.
+    """
+
+    def __init__(self, title, subtitle):
+        self.title, self.subtitle = title, subtitle
+        self.failures, self.warnings, self.notes, self.left_out = [], [], {}, []
+        self._parts, self._contents, self._figures, self._pictures = [], [], [], 0
+
+    def add(self, html):
+        """Append HTML to the section that was begun last."""
+        self._parts.append(html)
+
+    def heading(self, title, level=2):
+        """Begin a section, of level 2, or a part of one, of level 3."""
+        attributes = {}
+        if level == 2:
+            attributes["id"] = f"section-{len(self._contents) + 1}"
+            self._contents.append((attributes["id"], title))
+        self.add(element(f"h{level}", text(title), **attributes) + "\n")
+
+    @contextmanager
+    def section(self, title):
+        """A section, of which what has no answer is told in one line: an error ends the section and not the page."""
+        self.heading(title)
+        with self.part(title):
+            yield
+
+    @contextmanager
+    def part(self, what):
+        """As `section`, without a heading; `what` names it in the list of what has no answer."""
+        try:
+            yield
+        except SceneError as error:
+            self.add(paragraph(f"Left out: {one_line(error)}", class_="reason"))
+            self.left_out.append(f"{what}: {one_line(error)}")
+        except CablestudyError as error:
+            self.fail(what, one_line(error))
+
+    def fail(self, what, reason):
+        """Tell that something has no answer, and why."""
+        self.add(paragraph(f"No answer: {reason}", class_="reason"))
+        self.failures.append(f"{what}: {reason}")
+
+    def table(self, table, caption, where_all=""):
+        """Append a `Table`; see `table_html`."""
+        self.add(table_html(table, caption, where_all))
+
+    def key_figure(self, table, column, title, pick):
+        """Show one number of a table, picked by `min` or `max` among its rows, above all sections."""
+        known = [(row[column], place) for place, row in enumerate(table.rows) if row.get(column) is not None]
+        if not known:
+            return
+        value, place = pick(known)
+        unit = next(field.unit for field in table.fields if field.name == column)
+        errors = list(table.errors()) if table.errors else []
+        error = error_text(errors[place].get(column)) if place < len(errors) else ""
+        stated = element("dd", f"error {error}", class_="error") if error and error != "exact" else ""
+        number = element("dd", f"{text(short(value))} {element('small', unit_text(unit))}")
+        self._figures.append(element("div", element("dt", text(title)) + number + stated))
+
+    def draw(self, figure_of, caption):
+        """Append the picture that a function draws by the module `study.plots`."""
+        from cablestudy.pages.pictures import inline_svg
+        from cablestudy.study import plots
+
+        with self.part(f"Picture: {caption}"):
+            self._pictures += 1
+            self.add(picture(inline_svg(figure_of(plots), f"picture{self._pictures}", caption), caption))
+
+    def note(self, title, lines):
+        """Keep notes for the section on models and errors, each once."""
+        known = self.notes.setdefault(title, [])
+        known += [line for line in dict.fromkeys(map(one_line, lines)) if line not in known]
+
+    def warn(self, lines):
+        """Keep warnings, each once."""
+        for line in map(one_line, lines):
+            line = line.removeprefix("warning: ")
+            if line not in self.warnings:
+                self.warnings.append(line)
+
+    def models_and_errors(self, statement):
+        """Append the section on what was modelled, what was left out, and how far the numbers can be trusted."""
+        self.heading("Models and errors")
+        self.add(paragraph(statement))
+        alike = {}
+        for title, lines in self.notes.items():
+            alike.setdefault(tuple(lines), []).append(title)
+        for lines, (first, *others) in alike.items():
+            if lines:
+                self.heading(", ".join([first, *(title[0].lower() + title[1:] for title in others)]), 3)
+                self.add(listed(lines))
+        if self.left_out:
+            self.heading("Left out", 3)
+            self.add(listed(self.left_out))
+
+    def html(self):
+        """The page."""
+        links = "".join(element("li", element("a", text(title), href=f"#{name}")) for name, title in self._contents)
+        parts = [
+            element("h1", text(self.title)) + "\n",
+            paragraph(self.subtitle, class_="subtitle"),
+            self._box("No answer", self.failures, "failures"),
+            self._box("Warnings", self.warnings, "warnings"),
+            element("dl", "".join(self._figures)) + "\n" if self._figures else "",
+            element("nav", element("ul", links), aria_label="Contents") + "\n",
+        ]
+        return document(self.title, "".join([*parts, *self._parts]))
+
+    def _box(self, title, lines, kind):
+        head = element("p", element("strong", text(title)))
+        return element("aside", head + listed(lines), class_=kind, aria_label=title) + "\n" if lines else ""

@@ -1,0 +1,178 @@
+"""The command `report`: a scene or a study as one page of HTML that needs nothing else."""
+
+import os
+import shlex
+from dataclasses import dataclass
+
+from cablestudy.errors import SceneError
+from cablestudy.interface.scene import Scene, case_text, texts_of
+from cablestudy.interface.suspension import Suspension
+from cablestudy.pages import given
+from cablestudy.pages.markup import paragraph
+from cablestudy.pages.page import Page
+from cablestudy.pages.provenance import Provenance
+from cablestudy.pages.results import sections
+from cablestudy.scene.document import apply_sets, read_base, read_file, resolve_base
+from cablestudy.scene.scene import is_study, read_scene
+from cablestudy.scene.study import study_of
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.scene.words import counted
+from cablestudy.study.table import TableFiles, write_whole
+from cablestudy.sweeps.fingerprint import versions
+
+ENDINGS = (".html", ".htm")
+STATEMENT = (
+    "Beside each number is its estimated error, relative to the number and against the continuous cable: 1e-12 stands "
+    "for rounding, exact for what the file itself states, and nothing for an error that is not known."
+)
+
+
+@dataclass(frozen=True)
+class Report:
+    """A page that was written.
+
+    Attributes
+    ----------
+    path : str
+        Its file.
+    failures : tuple of str
+        What has no answer, and why.
+    warnings : tuple of str
+    """
+
+    path: str
+    failures: tuple
+    warnings: tuple
+
+
+def report(path, out=None, set=(), vary=(), case=None, title=None, words=None, quiet=True):
+    """Write a scene or a study as one page of HTML, which loads nothing: `Report`.
+
+    What has no answer is told in the page, and the rest stands.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Of the scene or study; `-` is standard input.
+    out : str or path-like, optional
+        The file of the page; by default NAME.html in the working directory.
+    set : dict or sequence of str, optional
+        What changes the scene: dotted key -> value, or texts "KEY=VALUE".
+    vary : dict or sequence of str, optional
+        Of a study, more dimensions: dotted key -> values, or texts "KEY=VALUES".
+    case : str, optional
+        Of a scene, one of its load cases; by default, or with "all", the page has all of them.
+    title : str, optional
+        Of the page; by default that of the study, or the name of the file.
+    words : sequence of str, optional
+        The command as typed, for the provenance.
+    quiet : bool
+        Whether a study shows no progress on standard error.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with the file or an option; nothing is written.
+
+    Examples
+    --------
+    >>> import cablestudy as cs
+    >>> page = cs.report("configs/guy.yaml", out="guy.html")
+    """
+    provenance = Provenance(shlex.join(["cablestudy", *words]) if words else "cablestudy.report")
+    place = checked_place(out, path)
+    sets, varied = texts_of(set), _vary_texts(vary)
+    source = read_file(path)
+    if is_study(source):
+        if case is not None:
+            raise SceneError(f"--case {case}: no effect: {source.name} is a study: give --set case={case}")
+        page = _study_page(source, sets, varied, title, provenance, quiet)
+    elif varied:
+        raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
+    else:
+        page = _scene_page(source, sets + case_text(None if case == "all" else case), title, provenance)
+    write_whole(place, page.html())
+    return Report(place, tuple(page.failures), tuple(page.warnings))
+
+
+def _vary_texts(vary):
+    """What varies, as texts KEY=VALUES."""
+    return tuple(f"{key}={text}" for key, text in vary.items()) if hasattr(vary, "items") else tuple(vary or ())
+
+
+def checked_place(out, path):
+    """The file of the page on a file; SceneError where it cannot be written."""
+    place = f"{_stem('<stdin>' if path == '-' else str(path))}.html" if out is None else str(out)
+    if not place.lower().endswith(ENDINGS):
+        raise SceneError(f"--out {place}: a page is HTML (allowed: {', '.join(ENDINGS)})")
+    folder = os.path.dirname(place) or "."
+    if not os.path.isdir(folder):
+        raise SceneError(f"--out {place}: no such folder")
+    if os.path.isdir(place) or not os.access(folder, os.W_OK | os.X_OK):
+        raise SceneError(f"--out {place}: cannot be written")
+    return place
+
+
+def _stem(name):
+    return TableFiles("", name).stem
+
+
+def _scene_page(source, sets, title, provenance):
+    plain = resolve_base(source)
+    document = apply_sets(plain, sets)
+    model = read_scene(document)
+    if isinstance(model, SuspensionScene):
+        kind, scene = f"Suspension of {counted(len(model.cables), 'cable')}", Suspension
+    else:
+        kind, scene = "One cable" + (" with a gondola" if model.gondola is not None else ""), Scene
+    case = f" in the load case {model.case}" if model.case is not None else ""
+    page = Page(title or _stem(source.name), f"{kind}{case}. Scene {source.name}.")
+    page.heading("Scene")
+    page.add(given.numbers_table(document))
+    page.add(given.cases_table(document))
+    if isinstance(model, SuspensionScene):
+        page.add(given.cables_table(model, document))
+    _file(page, plain, document)
+    sections(page, scene(source.name, tuple(sets), document, model))
+    page.models_and_errors(STATEMENT)
+    _provenance(page, provenance, {"versions": versions(), "scene": document.value}, [document])
+    return page
+
+
+def _file(page, plain, document, more=()):
+    """What options changed, and the resolved file."""
+    changed = [*given.changes(plain, document), *more]
+    page.add(given.change_table(changed))
+    page.heading("Resolved file", 3)
+    page.add(given.resolved_file(document))
+
+
+def _study_page(source, sets, vary, title, provenance, quiet):
+    from cablestudy.pages.study import study_sections
+    from cablestudy.sweeps.run import Options, Run
+
+    study = study_of(source, sets, vary)
+    files = TableFiles("results", study.name)
+    with Run(study, files, Options(quiet=quiet, explain=True, estimate=True)) as work:
+        work.compute()
+        page = Page(
+            title or study.title or _stem(source.name), f"Study of {counted(study.count, 'case')}. {source.name}."
+        )
+        page.heading("Study")
+        page.add(given.varied_list(study))
+        for note in study.notes:
+            page.add(paragraph(note))
+        _file(page, read_base(source), study.document)
+        words = ["sweep", source.name if source.name != "<stdin>" else "-"]
+        words += [word for change in sets for word in ("--set", change)]
+        words += [word for entry in vary for word in ("--vary", entry)]
+        study_sections(page, work, words)
+        page.models_and_errors(STATEMENT)
+        _provenance(page, provenance, work.identity, [source, study.document])
+        return page
+
+
+def _provenance(page, provenance, identity, documents):
+    page.heading("Provenance")
+    files = dict.fromkeys(name for document in documents for name in document.files)
+    page.add(provenance.html(identity, files))

@@ -1,0 +1,84 @@
+"""The results of a study, as sections of a page: rows, their range, pictures, sensitivities, rows without an answer."""
+
+import re
+
+from cablestudy.pages.markup import listed, text, unit_text
+from cablestudy.pages.tables import Grid
+from cablestudy.scene.words import counted
+from cablestudy.study.table import short
+from cablestudy.study.varied_keys import varied_keys
+from cablestudy.sweeps.sensitivity import Sensitivity
+
+NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
+KINDS = 20  # of notes on rows that are listed
+
+
+def study_sections(page, work, words):
+    """Append the results of a complete `Run` to a page.
+
+    Parameters
+    ----------
+    page : Page
+    work : Run
+        With its notes.
+    words : list of str
+        The command that computes the study alone.
+    """
+    table, study = work.table(), work.study
+    page.warn(work.warnings())
+    with page.section("Results"):
+        page.table(table, "One row for each case", "cablestudy sweep writes them all")
+        page.draw(lambda plots: plots.study_plot(study, table), "Columns of the table against what varies")
+    failures = work.failures(words)
+    if failures:
+        page.heading("Rows without an answer")
+        page.add(listed(failures))
+        page.failures.append(f"{work.failed} of {work.done} rows have no answer")
+    if len(table.rows) > 1:
+        with page.section("Smallest and largest"):
+            page.add(_range(study, table))
+    if study.sample is not None and study.sample.method == "saltelli":
+        with page.section("Sensitivity"):
+            found, notes = Sensitivity(study).table(table)
+            page.table(found, "Sobol's indices: the share of each column's variance that a key explains")
+            page.note("Sensitivity", notes)
+    page.note("Rows", kinds_of(work.notes()))
+
+
+def _range(study, table):
+    """Of each column of numbers that varies the smallest and the largest, and in which case: HTML."""
+    frame, lines = table.rows.frame(), []
+    left_out = {"status", *(known.header for known in varied_keys(study))}
+    for one in table.fields:
+        if one.hidden or one.beside or one.name not in frame or one.name in left_out:
+            continue
+        numbers = frame[one.name].dropna()
+        if numbers.nunique() < 2:
+            continue
+        line = [f"{text(one.title)} [{unit_text(one.unit)}]" if one.unit else text(one.title)]
+        for place in (numbers.idxmin(), numbers.idxmax()):
+            line += [text(short(float(numbers[place]))), text(_case(study, table, place))]
+        lines.append(line)
+    head = ["column", "smallest", "in the case", "largest", "in the case"]
+    return Grid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""
+
+
+def _case(study, table, place):
+    """What varies in a row of a table, and its number."""
+    row = table.rows[place]
+    varied = ", ".join(f"{known.key} {known.label(row[known.header])}" for known in varied_keys(study))
+    return f"{place + 1}: {varied}"
+
+
+def kinds_of(notes):
+    """Notes on rows, those that differ in numbers only as one: list of str."""
+    kinds = {}
+    for note in notes:
+        row, _, line = note.partition(": ")
+        kinds.setdefault(NUMBER.sub("…", line), []).append((row, line))
+    found = []
+    for alike in list(kinds.values())[:KINDS]:
+        row, line = alike[0]
+        others = f" ({row}; alike in {counted(len(alike) - 1, 'other row')})" if len(alike) > 1 else f" ({row})"
+        found.append(line + others)
+    return found + ([f"and {len(kinds) - KINDS} more kinds of notes"] if len(kinds) > KINDS else [])

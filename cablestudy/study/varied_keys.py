@@ -1,0 +1,93 @@
+"""What a study varies as columns of its table: numbers in SI where every value is one, else text as it is written."""
+
+import json
+from dataclasses import dataclass
+
+from cablestudy.scene.scene import quantity_of
+from cablestudy.scene.units import common_factor, split, to_si
+from cablestudy.study.table import Field, header, short
+
+PERCENT = "%"  # unit of shares of the breaking force; other pure numbers have none
+TEXT = None
+
+
+@dataclass(frozen=True)
+class VariedKey:
+    """A varied key of a study and its column."""
+
+    key: str  # dotted
+    unit: str | None  # of the numbers in its column, "" of pure ones; TEXT where a value is no quantity
+
+    @property
+    def name(self):
+        """As of a column: without unit."""
+        return self.key
+
+    @property
+    def header(self):
+        """Name of its column in CSV and JSON: `cable.preload_N`; without a unit the key itself."""
+        return header(self.key, self.unit)
+
+    @property
+    def field(self):
+        """The field of its column."""
+        return Field(self.header, self.key, self.unit or "", distinct=True)
+
+    def cell(self, written):
+        """A value of the study as its cell.
+
+        Parameters
+        ----------
+        written : object
+            As the study has it: "1.85 mm", 0.325, "coupled", a list.
+
+        Returns
+        -------
+        float, int or str
+            A number in the unit of the column; where that is TEXT, plain numbers and text as they are, and JSON of
+            anything else.
+        """
+        if self.unit is not TEXT:
+            return _number(written, self.unit)
+        plain = isinstance(written, str | int | float) and not isinstance(written, bool)
+        return written if plain else json.dumps(written, ensure_ascii=False)
+
+    def label(self, cell):
+        """A cell as a legend shows it: `100 N`."""
+        return f"{short(cell)} {self.unit or ''}".rstrip()
+
+
+def varied_keys(study):
+    """The varied keys of a study, in order: list of VariedKey."""
+    columns = [(key, values) for entry in study.entries for key, values, _ in entry.columns]
+    return [VariedKey(key, _unit_of(key, values)) for key, values in columns]
+
+
+def varied_key(study, name):
+    """The VariedKey of a name, with or without its unit; None where the study varies no such key."""
+    return next((known for known in varied_keys(study) if name in (known.key, known.header)), None)
+
+
+def _unit_of(key, values):
+    """The unit in which all values of a key are numbers, or TEXT."""
+    quantity = quantity_of(key)
+    if not isinstance(values, list):
+        values = [values[0], values[len(values) - 1]]  # those of a range or a sample have one unit
+    for unit in () if quantity is None else (quantity.unit, PERCENT):
+        try:
+            for value in values:
+                _number(value, unit)
+        except ValueError:
+            continue
+        return unit
+    return TEXT
+
+
+def _number(written, unit):
+    """A value in a unit; ValueError where it is none."""
+    if unit != PERCENT:
+        return to_si(written, unit)
+    if not (isinstance(written, str) and written.rstrip().endswith(PERCENT)):
+        raise ValueError("not a share")
+    number, own = split(written)
+    return float(number * common_factor(own, PERCENT))

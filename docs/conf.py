@@ -1,0 +1,43 @@
+"""Sphinx configuration of the site; `docs/build_site.py` writes its pages to build/source and calls Sphinx."""
+
+from cablestudy import __version__
+
+project = "cablestudy"
+author = "the cablestudy authors"
+copyright = author
+version = release = __version__
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_click"]
+
+nitpicky = True
+# types of docstrings in words ("sequence of str") are no references
+nitpick_ignore_regex = [("py:.*", ".*")]
+
+myst_heading_anchors = 4  # links to headings as code hosts make them
+myst_links_external_new_tab = False
+suppress_warnings = ["myst.xref_ambiguous"]
+
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+
+templates_path = []
+exclude_patterns = []
+html_theme = "pydata_sphinx_theme"
+html_title = "cablestudy"
+html_static_path = ["_static"]
+html_css_files = ["cablestudy.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_sidebars = {"tutorial": [], "gallery": [], "index": []}
+html_theme_options = {
+    "show_prev_next": True,
+    "navbar_align": "left",
+    "header_links_before_dropdown": 6,
+    "show_nav_level": 2,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "pygments_light_style": "tango",
+    "pygments_dark_style": "monokai",
+}

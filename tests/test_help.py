@@ -1,0 +1,87 @@
+"""What `--help` says: groups, one line for each command, examples that work."""
+
+import shlex
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import click
+import pytest
+from command import run
+
+import cablestudy.cli
+from cablestudy.cli import main
+from cablestudy.cli.help import COMMANDS, GROUPS, LAST_GROUP, examples
+from cablestudy.cli.new import NEXT
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with all files that `cablestudy new` writes."""
+    folder = tmp_path_factory.mktemp("examples")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        for kind in NEXT:
+            run("new", kind)
+    return folder
+
+
+def test_each_command_has_its_group_and_each_entry_is_a_command():
+    assert main.list_commands(None) == list(COMMANDS)
+    assert LAST_GROUP not in run("--help").out
+    assert all(main.get_command(None, name).name == name for name in COMMANDS)
+    modules = {
+        import_module(f"cablestudy.cli.{path.stem}") for path in Path(cablestudy.cli.__file__).parent.glob("*.py")
+    }
+    written = {value.name for module in modules for value in vars(module).values() if isinstance(value, click.Command)}
+    assert written - {"cablestudy", "main"} == set(COMMANDS)
+
+
+def test_the_list_fits_the_terminal_and_says_all():
+    lines = run("--help").out.splitlines()
+    assert [line for line in lines if len(line) > 80] == []
+    for title, commands in GROUPS.items():
+        assert f"{title}:" in lines
+        for name, (_, summary, _) in commands.items():
+            assert any(line.split() == [name, *summary.split()] for line in lines), name
+
+
+def test_a_command_without_an_entry_is_listed_last():
+    group = type(main)("cablestudy", commands={})
+    group.add_command(click.Command("unheard", short_help="Of no group."))
+    with click.Context(group) as context:
+        text = group.get_help(context)
+    assert text.endswith(f"\n\n{LAST_GROUP}:\n  unheard  Of no group.")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_shows_examples_as_they_are_typed(name):
+    text = run(name, "--help").out
+    assert examples(name)
+    assert any(line.split()[1] == name for line in examples(name))
+    for line in examples(name):
+        assert f"\n    {line}\n" in text
+        assert len(line) <= 76
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_examples_do_their_work_on_the_files_of_new(name, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    for line in examples(name):
+        words, _, file = line.partition(" > ")
+        words = shlex.split(words)[1:]
+        if name == "new" and "-" not in words:
+            words.append("another.yaml") if len(words) == 2 else None
+        done = run(*words)
+        assert done.out or done.err or file
+    assert name != "ssm" or (folder / "gondola.mat").exists()
+
+
+def test_help_imports_no_command():
+    """So that it takes at most 1.5 times as long as importing click, however many commands there are."""
+    code = "import sys, cablestudy.cli as c; c.main(['--help'], standalone_mode=False); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert {"click", "cablestudy.cli.help"} <= loaded
+    assert not loaded & {f"cablestudy.cli.{module}" for module, _, _ in COMMANDS.values()}

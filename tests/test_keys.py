@@ -1,0 +1,76 @@
+"""The reference of keys: complete, described, with units."""
+
+import pytest
+from command import run, table_of
+
+from cablestudy.scene.keys import KINDS, NO_UNIT, REQUIRED, keys_of
+from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
+from cablestudy.scene.units import DIMENSIONS
+
+SCHEMAS = {"scene": scene_schema, "suspension": suspension_schema, "study": study_schema}
+UNITS_OF_COLUMNS = ("find.value", "find.between")  # in the unit of a column or key
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_key_has_a_meaning_and_every_number_a_unit(kind):
+    keys = keys_of(kind)
+    assert len({key.key for key in keys}) == len(keys) > 20
+    for key in keys:
+        assert len(key.meaning) > 7, key.key
+        assert key.unit in {*DIMENSIONS, NO_UNIT}, key.key
+        number = key.default.replace(".", "").replace("-", "").isdigit() or " to " in key.allowed
+        assert not number or key.unit, key.key
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_key_of_the_schema_is_listed(kind):
+    """The schema is walked on its own; names of its properties are the last parts of the keys."""
+    schema = SCHEMAS[kind]()
+    listed = {key.key.rpartition(".")[2] for key in keys_of(kind)}
+    tables = [schema, *schema["$defs"].values()]
+    names = {name for table in tables for name in table.get("properties", {})}
+    assert len(names) > 15
+    assert names <= listed
+    assert listed <= names | {"KEY"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [
+        ("scene", ("gravity", "m/s^2", "9.81", "0 to 1e+06")),
+        ("scene", ("cable.diameter", "m", "", "1e-09 to 100000")),
+        ("scene", ("cable.loads.N.fraction", "-", "", "between 0 and 1")),
+        ("scene", ("cable.tension.at", "", REQUIRED, "end_1, end_2, horizontal, mean, max")),
+        ("scene", ("winch.controller.notch.frequency", "Hz", "coupled", "1e-09 to 1e+09, coupled, static")),
+        ("scene", ("ground", "m", "", "-1e+09 to 1e+09")),
+        ("suspension", ("bodies.NAME.attitude", "rad", "[0, 0, 0]", "-360 deg to 360 deg (a bare number is rad)")),
+        ("suspension", ("bodies.NAME.attachments", "m", "", "-1e+09 to 1e+09")),
+        ("suspension", ("cables.NAME.from", "m", REQUIRED, "-1e+09 to 1e+09")),
+        ("suspension", ("tensions.reference", "N", "", "1e-24 to 1e+24")),
+        ("suspension", ("actuators.NAME.momentum", "N m s", REQUIRED, "1e-24 to 1e+24")),
+        ("study", ("sample.seed", "-", "0", "0 to 9223372036854775807")),
+        ("study", ("vary.N.KEY.spacing", "", "linear", "linear, log")),
+    ],
+)
+def test_some_keys(kind, expected):
+    found = {key.key: (key.key, key.unit, key.default, key.allowed) for key in keys_of(kind)}
+    assert found[expected[0]] == expected
+
+
+def test_keys_that_cables_share_are_listed_once():
+    keys = {key.key for key in keys_of("suspension")}
+    assert {"cable.diameter", "cable.damping.viscous", "cables.NAME.from", "cables.NAME.to"} <= keys
+    assert {key for key in keys if key.startswith("cables.NAME.")} == {"cables.NAME.from", "cables.NAME.to"}
+
+
+def test_the_command_shows_a_key_and_those_below():
+    rows = table_of("keys", "scene", "cable.tension")
+    assert [row["key"] for row in rows] == ["cable.tension", "cable.tension.at", "cable.tension.value"]
+    assert list(rows[0]) == ["key", "unit", "default", "meaning", "allowed"]
+    assert len(table_of("keys", "scene")) == len(keys_of("scene"))
+
+
+def test_an_unknown_key():
+    done = run("keys", "scene", "cable.diametre", code=2)
+    assert done.lines == ["cable.diametre: unknown key (did you mean cable.diameter?)"]
+    assert "'bridge' is not one of" in run("keys", "bridge", code=2).err

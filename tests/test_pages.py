@@ -1,0 +1,334 @@
+"""The command report: one page of HTML with all tables, pictures, errors and reasons, that loads nothing."""
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+from command import CARLINA, CONFIGS, refused_in_one_line, run, study_file, table_of
+from matplotlib.figure import Figure
+
+import cablestudy as cs
+from cablestudy.pages.given import flat, written
+from cablestudy.pages.pictures import inline_svg
+from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
+from cablestudy.study.table import Field, Table
+
+VOID = {"meta", "br", "wbr", "link", "img", "input"}
+GUY, ZIPLINE, LINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline", "line"))
+TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")
+HYSTERETIC = ("--set", "cable.damping={model: hysteretic, loss_factor: 0.02}", "--set", "model={accuracy: 1e-3}")
+
+
+class Page(HTMLParser):
+    """What a page has: tags in balance, names, links, texts by tag, rows of tables by their captions."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.html, self.open, self.names, self.links, self.attributes = html, [], [], [], []
+        self.texts, self.headings, self.tables, self.rows = {}, [], {}, []
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        known = dict(attributes)
+        self.attributes.append((tag, known))
+        self.names += [known["id"]] if "id" in known else []
+        self.links += [(name, value) for name, value in attributes if name in ("href", "src", "xlink:href")]
+        if tag not in VOID:
+            self.open.append(tag)
+            if tag in ("h1", "h2", "h3", "caption", "figcaption", "li", "p", "title"):
+                self.texts.setdefault(tag, []).append("")
+            if re.fullmatch("h[1-6]", tag):
+                self.headings.append(int(tag[1]))
+            if tag == "tr":
+                self.rows.append([])
+            if tag in ("th", "td"):
+                self.rows[-1].append("")
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        if tag not in VOID:
+            self.handle_endtag(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+        if tag == "table":
+            self.tables.setdefault(self.texts["caption"][-1], []).extend(self.rows)
+            self.rows = []
+
+    def handle_data(self, data):
+        for tag in self.texts:
+            if tag in self.open:
+                self.texts[tag][-1] += data
+        if self.rows and {"th", "td"} & set(self.open):
+            self.rows[-1][-1] += data
+
+    def quantities(self, caption):
+        """Cells of a table by the head of their row."""
+        return {row[0]: row[1:] for row in self.tables[caption]}
+
+
+def report(folder, *arguments, code=0, out="page.html"):
+    """The page that the command writes, and what the command prints."""
+    outcome = run("report", *arguments, "--out", out, code=code)
+    assert outcome.out == ""
+    return Page((folder / out).read_text(encoding="utf-8")), outcome
+
+
+def assert_in_order(page):
+    """A page that is well-formed, accessible and loads nothing."""
+    assert page.open == []
+    assert len(page.names) == len(set(page.names))
+    outside = [value for _, value in page.links if not value.startswith(("#", "data:image/png;base64,"))]
+    assert outside == []
+    assert {value[1:] for _, value in page.links if value.startswith("#")} <= set(page.names)
+    assert not [tag for tag, _ in page.attributes if tag in ("script", "link", "img", "iframe", "object")]
+    assert "http:" not in page.html
+    assert "https:" not in page.html
+    assert page.headings[0] == 1
+    assert page.headings.count(1) == 1
+    assert all(after <= before + 1 for before, after in zip(page.headings, page.headings[1:], strict=False))
+    assert dict(page.attributes)["html"] == {"lang": "en"}
+    assert len(page.texts["title"]) == 1
+    for tag, known in page.attributes:
+        assert tag != "th" or known["scope"] in ("row", "col")
+        assert tag != "svg" or (known["role"] == "img" and known["aria-label"])
+    for rows in page.tables.values():
+        assert len({len(row) for row in rows}) == 1
+        assert all(rows[0])
+
+
+def assert_rounded(page):
+    """No number has more than four digits that say something, but for those that the user wrote."""
+    written_by_user = ("Main numbers", "Changed", "Connections", "Load cases", "Where the numbers come from")
+    for caption, rows in page.tables.items():
+        heads = (
+            [] if caption in written_by_user else [place for place, head in enumerate(rows[0]) if head != "in the case"]
+        )
+        for cell in (row[place] for row in rows for place in heads):
+            for number in re.findall(r"(?<![\w.])-?\d+\.\d+(?:e[-+]\d+)?", cell.partition("printed")[0]):
+                digits = re.sub(r"e.*|[-.]", "", number).strip("0")
+                assert len(digits) <= 4, f"{caption}: {cell}"
+
+
+@pytest.mark.parametrize(
+    ("scene", "captions", "pictures"),
+    [
+        (ZIPLINE, ("Statics", "The lowest modes"), 2),
+        (GUY, ("Statics", "Statics in each load case", "Load cases"), 3),
+        (TRIFILAR, ("Connections", "Cables", "The lowest modes"), 2),
+    ],
+)
+def test_a_page_of_a_scene_has_its_tables_and_pictures(folder, scene, captions, pictures):
+    page, outcome = report(folder, scene)
+    assert_in_order(page)
+    assert_rounded(page)
+    assert set(captions) <= page.tables.keys()
+    assert len(page.texts["figcaption"]) == pictures == sum(tag == "svg" for tag, _ in page.attributes)
+    assert page.texts["h2"][:2] == ["Scene", "Statics"]
+    assert page.texts["h2"][-2:] == ["Models and errors", "Provenance"]
+    assert outcome.lines[-1] == "written: page.html"
+
+
+def test_the_numbers_are_those_of_the_commands_and_each_has_its_error(folder):
+    page, _ = report(folder, ZIPLINE)
+    (row,) = table_of("static", ZIPLINE)
+    shown = page.quantities("Statics")
+    assert shown.pop("quantity") == ["value", "unit", "estimated error"]
+    assert len(shown) == len([name for name, value in row.items() if value is not None]) - 1  # no status ok
+    assert {error for title, (_, _, error) in shown.items() if title != "iterations"} == {"exact", "1e-12"}
+    for title, name in (("sag", "sag_m"), ("max tension", "max_tension_N"), ("clearance", "clearance_m")):
+        assert float(shown[title][0]) == pytest.approx(row[name], rel=5e-4)
+        assert shown[title][1] == name.rpartition("_")[2]
+    modes = table_of("modes", ZIPLINE)
+    table = page.tables["The lowest modes"]
+    place = table[0].index("frequency [Hz]")
+    assert table[0][place + 1] == "estimated error"
+    assert [float(line[place]) for line in table[1:]] == pytest.approx([m["frequency_Hz"] for m in modes], rel=5e-4)
+    assert all(float(line[place + 1]) <= 1e-4 for line in table[1:])  # the accuracy that a scene has by default
+
+
+def test_load_cases_stand_side_by_side_and_one_can_be_chosen(folder):
+    page, _ = report(folder, GUY)
+    assert page.quantities("Statics in each load case")["quantity"][:3] == ["everyday", "cold", "hot"]
+    assert "estimated error, at most" in page.quantities("Statics in each load case")
+    one, _ = report(folder, GUY, "--case", "storm")
+    assert "Load cases" not in one.texts["h2"]
+    storm = page.quantities("Statics in each load case")["max tension"][4]
+    assert one.quantities("Statics, load case storm")["max tension"][0] == storm
+    every, _ = report(folder, LINE, "--case", "all")
+    assert "Load cases" in every.texts["h2"]
+
+
+def test_a_suspension_has_its_load_cases_too(folder):
+    text = f"base: {CONFIGS / 'suspensions' / 'mast-guys.yaml'}\ncable: {{expansion: 11.5e-6 1/K}}\n"
+    (folder / "mast.yaml").write_text(text + "cases: {warm: {temperature: 40 degC}, cold: {temperature: -20 degC}}\n")
+    page, _ = report(folder, "mast.yaml")
+    shown = page.quantities("Extremes of all cables")
+    assert shown["quantity"][:2] == ["warm", "cold"]
+    warm = table_of("static", "mast.yaml", "--case", "warm", "--table", "cables")
+    assert float(shown["largest tension"][0]) == pytest.approx(max(row["max_tension_N"] for row in warm), rel=5e-4)
+    assert float(shown["largest tension"][0]) < float(shown["largest tension"][1])
+
+
+def test_what_options_change_is_told(folder):
+    page, _ = report(folder, ZIPLINE, "--set", "cable.preload=12 kN", "--set", "ground=null", "--set", "gravity=9.8")
+    preload, ground, gravity = page.tables["Changed"][1:]
+    assert preload == ["cable.preload", "15 kN", "12 kN", "--set cable.preload"]
+    assert ground[2] == "removed"
+    assert gravity[:3] == ["gravity", "not given", "9.8"]
+    assert "preload: 12 kN" in page.html
+
+
+def test_two_pages_differ_in_the_date_and_the_duration_only(folder):
+    for out in ("one.html", "two.html"):
+        run("report", TRIFILAR, "--out", out, "--title", "same")
+    one, two = ((folder / out).read_text().splitlines() for out in ("one.html", "two.html"))
+    assert len(one) == len(two)
+    differing = {
+        re.search("(started|duration|command)", line)[0] for line, other in zip(one, two, strict=True) if line != other
+    }
+    assert "command" in differing
+    assert differing <= {"started", "duration", "command"}
+
+
+def test_text_of_the_user_is_escaped(folder):
+    (folder / "a&b.yaml").write_text(
+        "cable: {chord: 100 m, material: '<rope>&', diameter: 10 mm, preload: 10 kN}\n"
+        "materials: {<rope>&: {elastic_modulus: 100 GPa, density: 5000, strength: 1 GPa}}\n"
+        "cases: {'<hot & cold>': {temperature: 40 degC}}\n"
+    )
+    sets = ("--set", "materials.<rope>&.expansion=1e-5 1/K")
+    page, _ = report(folder, "a&b.yaml", "--title", '<script>alert("&")</script>', *sets)
+    assert_in_order(page)
+    assert page.texts["h1"] == page.texts["title"] == ['<script>alert("&")</script>']
+    assert page.quantities("Main numbers")["cable.material"][1] == "<rope>&"
+    assert "<hot & cold>" in [row[0] for row in page.tables["Load cases"]]
+
+
+def test_what_has_no_answer_is_told_and_the_rest_stands(folder):
+    page, outcome = report(folder, CARLINA, "--set", "winch.controller.gain=50", code=3)
+    assert_in_order(page)
+    assert "unstable loop at a gain of 50 rad/s" in outcome.err
+    assert any(line.startswith("No answer: unstable loop") for line in page.texts["p"])
+    assert float(page.quantities("Statics")["sag"][0]) == pytest.approx(0.1211, rel=1e-3)
+    assert "gain margin" in page.quantities("In the wind")
+
+
+def test_a_scene_without_any_answer_has_a_page_that_says_why(folder):
+    page, outcome = report(folder, CARLINA, "--set", "cable.preload=1 N", "--quiet", code=3)
+    assert_in_order(page)
+    assert "Provenance" in page.texts["h2"]
+    assert sum(line.startswith("No answer: ") for line in page.texts["p"]) >= 2
+    assert not [tag for tag, _ in page.attributes if tag == "svg"]
+    assert len(outcome.lines) >= 2
+    assert not any(line.startswith("written") for line in outcome.lines)
+
+
+def test_a_study_has_its_rows_with_printed_values(folder):
+    page, _ = report(folder, CONFIGS / "preload.yaml")
+    assert_in_order(page)
+    assert_rounded(page)
+    head, *rows = page.tables["One row for each case"]
+    assert len(rows) == 7  # six cases and the errors
+    assert rows[2][head.index("sag [m]")] == "0.2428printed 0.243 (-0.00019)"
+    assert rows[-1][0] == "estimated error, at most"
+    assert (
+        page.quantities("Smallest and largest of each column")["sag [m]"][1] == "1: cable.unstretched_length 183.195 m"
+    )
+    assert len(page.texts["figcaption"]) == 1
+    assert page.tables["Changed"][1][:3] == ["cable.area", "2.69 mm^2", "24.2 mm^2"]
+
+
+def test_rows_without_an_answer_are_listed_with_their_reasons(folder):
+    study = study_file(folder, "vary: [{cable.preload: [1 N, 1 kN]}]\ncolumns: [sag, status]\n")
+    page, outcome = report(folder, study, code=3)
+    assert "Rows without an answer" in page.texts["h2"]
+    (reason,) = {row["status"] for row in table_of("sweep", study, "--no-write", code=3)} - {"ok"}
+    assert any(reason in line for line in page.texts["li"])
+    assert any(line.startswith("row 1 alone: cablestudy sweep") for line in page.texts["li"])
+    assert any("1 of 2 rows" in line for line in outcome.lines)
+
+
+def test_a_sampled_study_is_cut_and_has_its_sensitivities(folder):
+    page, _ = report(folder, CONFIGS / "sensitivity.yaml")
+    assert_in_order(page)
+    (caption,) = (name for name in page.tables if name.startswith("One row for each case"))
+    assert caption.endswith("50 of 320 rows, the first and the last; cablestudy sweep writes them all")
+    numbers = [row[0] for row in page.tables[caption]]
+    assert numbers[1 : END_ROWS + 1] == [str(number) for number in range(1, END_ROWS + 1)]
+    assert numbers[-2] == "320"
+    assert len(page.tables["Sobol's indices: the share of each column's variance that a key explains"]) == 10
+
+
+def test_one_more_dimension_and_standard_input(folder):
+    text = f"base: {GUY}\nvary: [{{cable.preload: [8 %, 12 %]}}]\ncolumns: [sag]\n"
+    run("report", "-", "--vary", "cable.diameter=14mm,16mm,18mm", stdin=text)
+    page = Page((folder / "stdin.html").read_text())
+    assert len(page.tables["One row for each case"]) == 7
+    assert "cable.diameter: 14mm, 16mm, 18mm" in page.texts["li"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["absent.yaml"], "no such file"),
+        ([GUY, "--out", "page.pdf"], "a page is HTML"),
+        ([GUY, "--out", "absent/page.html"], "no such folder"),
+        ([GUY, "--case", "snow"], "unknown case"),
+        ([GUY, "--vary", "cable.preload=1kN,2kN"], "is a scene, not a study"),
+        ([CONFIGS / "preload.yaml", "--case", "ice"], "is a study"),
+        ([GUY, "--set", "cable.densty=1"], "unknown key"),
+        ([GUY, "--set", "cable.preload"], "expected key=value"),
+        ([CONFIGS / "preload.yaml", "--vary", "cable.unstretched_length=1m,2m"], "varies already"),
+        ([GUY, ZIPLINE], "unexpected extra argument"),
+        ([], "Missing argument"),
+    ],
+)
+def test_wrong_use_is_one_line_and_writes_nothing(folder, arguments, words):
+    refused_in_one_line(folder, words, "report", *arguments)
+
+
+def test_a_folder_in_the_way_is_refused_before_anything_is_computed(folder):
+    (folder / "guy.html").mkdir()
+    assert run("report", GUY, code=2).err == "--out guy.html: cannot be written\n"
+
+
+def test_the_python_interface_writes_the_same_page(folder):
+    done = cs.report(TRIFILAR, out=folder / "one.html", set={"gravity": 9.8}, title="same")
+    assert (done.path, done.failures) == (str(folder / "one.html"), ())
+    page = Page((folder / "one.html").read_text())
+    assert page.texts["h1"] == ["same"]
+    assert page.tables["Where the numbers come from"][1] == ["command", "cablestudy.report"]
+    varied = cs.report(CONFIGS / "preload.yaml", vary={"gondola.mass": "10kg,50kg"})
+    assert varied.path == "preload.html"
+    with pytest.raises(cs.SceneError, match="a page is HTML"):
+        cs.report(TRIFILAR, out="page.txt")
+
+
+def test_pictures_of_one_page_share_no_name():
+    figure = Figure()
+    figure.subplots().plot([0, 1], [0, 1], label="5 < 6 & id=7")
+    names = [set(re.findall(r'\bid="([^"]+)"', inline_svg(figure, prefix, "a < b"))) for prefix in ("p1", "p2")]
+    assert len(names[0]) == len(names[1]) > 10
+    assert not names[0] & names[1]
+    svg = inline_svg(figure, "p1", "a < b")
+    used = set(re.findall(r'(?:url\(#|href="#)([^")]+)', svg))
+    assert used
+    assert used <= names[0]
+    assert 'aria-label="a &lt; b"' in svg
+
+
+def test_wide_tables_are_split_and_long_ones_cut():
+    fields = tuple(Field(f"c{k}", f"c{k}") for k in range(30))
+    rows = [{f"c{k}": float(k + row) for k in range(30)} for row in range(MOST_ROWS + 1)]
+    page = Page(table_html(Table(fields, rows), "wide"))
+    assert len(page.tables) == 3
+    assert {len(row) for rows in page.tables.values() for row in rows} == {11}
+    assert all(rows[1][0] == "1" and rows[-1][0] == str(MOST_ROWS + 1) for rows in page.tables.values())
+    assert {row[k] for rows in page.tables.values() for row in rows for k in range(11)} >= {f"c{k}" for k in range(30)}
+
+
+def test_values_are_shown_as_they_may_be_written():
+    assert written([1, "2 m", {"a": [True, None]}]) == "[1, 2 m, {a: [true, null]}]"
+    assert flat({"a": {"b": 1, "c": {}}, "d": [2]}) == {"a.b": 1, "a.c": {}, "d": [2]}
