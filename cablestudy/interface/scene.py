@@ -35,6 +35,18 @@ def case_text(name: str | None) -> tuple[str, ...]:
     return texts_of({} if name is None else {"case": name})
 
 
+def in_time(answer, solved):
+    """An `Answer` with the response in time of a loop, a `TimeCase`, as its table."""
+    from cablestudy.study.loop_in_time import time_table
+
+    return replace(
+        answer,
+        table=time_table(solved),
+        warnings=(*answer.warnings, *solved.notes),
+        draw=lambda plots: plots.loop_in_time(solved),
+    )
+
+
 class Scene:
     """A scene of one cable.
 
@@ -228,18 +240,18 @@ class Scene:
         return self.compute("loop", time=time, **timed).frame()
 
     def _loop_answer(self, response=None, time=None, estimate=False, **timed):
+        from cablestudy.study import loop_report
         from cablestudy.study.loop_in_time import time_case
-        from cablestudy.study.loop_report import loop_table, response_table
 
         span, asked = loop_options(response, time, timed)
-        answer = self._of_row(
-            *loop_table(self.document, self.model, estimate), lambda case, plots: plots.loop_margins(case, span)
-        )
-        if answer.failures:
-            return replace(answer, table=None) if asked or span else answer
-        if asked:
+        answer = self._of_row(*loop_report.loop_table(self.document, self.model, estimate), None)
+        if asked and not answer.failures:
             return in_time(answer, time_case(self.document, answer.case, asked))
-        return replace(answer, table=response_table(answer.case.loop, span)) if span else answer
+        if asked or not loop_report.has_loop(answer.case):
+            return replace(answer, table=None) if asked or span else answer
+        # an unstable loop too has a response over frequency
+        table = loop_report.response_table(answer.case.loop, span) if span else answer.table
+        return replace(answer, table=table, draw=lambda plots: plots.loop_margins(answer.case, span))
 
     # -------------------------------------------------------------------------------------------------- state space
 
