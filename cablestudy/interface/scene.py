@@ -35,18 +35,6 @@ def case_text(name: str | None) -> tuple[str, ...]:
     return texts_of({} if name is None else {"case": name})
 
 
-def in_time(answer, solved):
-    """An `Answer` with the response in time of a loop, a `TimeCase`, as its table."""
-    from cablestudy.study.loop_in_time import time_table
-
-    return replace(
-        answer,
-        table=time_table(solved),
-        warnings=(*answer.warnings, *solved.notes),
-        draw=lambda plots: plots.loop_in_time(solved),
-    )
-
-
 class Scene:
     """A scene of one cable.
 
