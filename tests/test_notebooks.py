@@ -53,7 +53,7 @@ def test_a_suspension(folder):
     assert (counted(shown, "image/png"), counted(shown, "text/html")) == (3, 6)
     largest = 9.154  # rad/s, results/carlina-winches.csv
     assert printed(shown, r"gain ([\d.]+) rad/s") == pytest.approx(largest * 10**-0.5, rel=3e-3)
-    thin, thick = (printed(shown, rf"{cable}RMS of the focus ([\d.]+)") for cable in ("[\d.]+, ", r"mm\^2: "))
+    thin, thick = (printed(shown, rf"{cable}RMS of the focus ([\d.]+)") for cable in (r"[\d.]+, ", r"mm\^2: "))
     assert thick == pytest.approx(thin / 2, rel=0.1)  # with twice the section
 
 
