@@ -1,7 +1,9 @@
 """The Python interface: the numbers, names and errors of the commands."""
 
+import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,23 @@ NET = CONFIGS / "suspensions" / "carlina-net.yaml"
 def test_importing_the_package_imports_nothing_heavy():
     code = "import cablestudy, sys; print(sorted({'numpy', 'pandas', 'pydantic', 'yaml', 'click'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_the_public_functions_and_methods_are_typed():
+    named = [getattr(cablestudy, name) for name in cablestudy.__all__]
+    methods = [
+        method
+        for kind in (cablestudy.Scene, cablestudy.Suspension)
+        for name, method in vars(kind).items()
+        if inspect.isfunction(method) and not name.startswith("_")
+    ]
+    functions = [one for one in named if inspect.isfunction(one)] + methods
+    assert len(functions) > 15
+    for function in functions:
+        parameters = [one for one in inspect.signature(function).parameters.values() if one.name != "self"]
+        assert "return" in function.__annotations__, function
+        assert all(one.annotation is not one.empty for one in parameters), function
+    assert (Path(cablestudy.__file__).parent / "py.typed").exists()
 
 
 def test_every_public_name_is_there():

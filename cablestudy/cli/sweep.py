@@ -18,6 +18,7 @@ EXCLUSIVE = (
     (("--jobs",), ("--scheduler",)),
     (("--check",), ("--row",)),
     (("--dry-run",), ("--plot", "--row")),
+    (("--check", "--shard"), ("--columns", "--top")),
     (INSTEAD, ("--where", "--sort", "--best", "--pareto")),
     *(((one,), (other,)) for one, other in itertools.combinations(INSTEAD, 2)),
 )
@@ -81,6 +82,10 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         echo_notes(requested.notes, quiet)
         if dry_run:
             return print_cases(requested, style)
+        if style.columns and not sensitivity:
+            from cablestudy.sweeps.variable import ask_columns
+
+            ask_columns(requested, style.columns)
         select = selection_of(requested, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
         if requested.asked and keep:
             keep = False
