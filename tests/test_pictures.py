@@ -41,8 +41,8 @@ def broken(draw):
 @pytest.mark.parametrize(
     ("draw", "fault"),
     [
-        (lambda figure, axes: figure.legend([*axes.lines] * 2, ["a name, too long for it"] * 2, ncols=2), "outside"),
-        (lambda figure, axes: axes.set_ylabel("y\n" * 20), "outside"),
+        (lambda figure, axes: figure.legend([*axes.lines] * 2, ["a name, far too long for it " * 5] * 2), "outside"),
+        (lambda figure, axes: axes.set_ylabel("a label that is far too long for this axis"), "outside"),
         (lambda figure, axes: axes.text(0.5, 0.5, "sag 4.087089 m"), "not rounded"),
         (lambda figure, axes: [axes.text(0.5, 0.5, name) for name in ("first", "second")], "over"),
         (lambda figure, axes: [axes.legend(loc="center"), axes.text(0.5, 0.5, "hidden")], "behind a legend"),
@@ -121,7 +121,7 @@ gravity: 9.81
 cable: {elastic_modulus: 100 GPa, area: 1 mm^2, density: 1440 kg/m^3}
 bodies:
   Gondel-mit-Übergewicht-und-langem-Namen:
-    {at: [2, 0, 1], mass: 3 kg, inertia: [1, 1, 1], attachments: {ö: [0, 0, 0.1]}}
+    {at: [2, 0, 1], mass: 3 kg, inertia: [1, 1, 1], attachments: {ö: [0, 0, 0.1]}, free: [x, y, z]}
 points: {Stütze-im-Süden-des-Tales: [0, 0, 3], башня: [6, 0, 3], башня-2: [6, 0.01, 3], x: [2, 3, 3]}
 cables:
   линия-1: {from: Stütze-im-Süden-des-Tales, to: Gondel-mit-Übergewicht-und-langem-Namen.ö, preload: 100 N}

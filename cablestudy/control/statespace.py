@@ -175,7 +175,9 @@ def closed(loop, chosen=None, residual=True, forces=None):
         `coupled`, those of the controller's filter, as two of the notch where there is one, the winch (the integrator).
     """
     plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
-    fed = feedback(plant, [0], [loop.filtering], loop.shares)
+    omega = loop.cable.omega if chosen is None else loop.cable.omega[chosen]
+    filtering, names = loop.filter_to(loop.plant.right_up_to(omega))
+    fed = feedback(plant, [0], [filtering], loop.shares)
     n, size, rate = len(plant.a), len(fed.a), fed.a[-1]
     c = np.pad(plant.c, ((0, 1), (0, size - n)))
     c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
@@ -184,7 +186,7 @@ def closed(loop, chosen=None, residual=True, forces=None):
     d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
     c[:-1] += np.outer(d1, rate) + np.outer(d2, rate @ fed.a)
     d[:-1] += np.outer(d2, rate @ b)
-    states = (*plant.states, *((name, "m") for name in loop.filter_names), ("winch", "m"))
+    states = (*plant.states, *((name, "m") for name in names), ("winch", "m"))
     return StateSpace(
         fed.a, b, c, d, states, plant.inputs[1:], (*plant.outputs, ("winch", "m")), (np.zeros_like(d), np.zeros_like(d))
     )

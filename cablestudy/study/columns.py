@@ -186,6 +186,7 @@ def _support_columns():
 
 def _peak(case):
     """Expected largest displacement of a gondola. [mm]"""
+    case.check_winch_speed()
     response, wind = case.response, case.scene.wind
     rate = response.velocity / (2 * np.pi * response.displacement)
     mean = abs(float(mean_displacement(case)))
@@ -194,7 +195,12 @@ def _peak(case):
 
 def _imaged(name, meaning, keys):
     """Column of what a telescope sees of the gondola's motion."""
-    return Column(name, "um", meaning, "wind", lambda case: 1e6 * case.response.imaged[name], f"{BODY}, {keys}")
+
+    def compute(case):
+        case.check_winch_speed()
+        return 1e6 * case.response.imaged[name]
+
+    return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
 
 
 def _shedding(name, meaning, place):
@@ -228,6 +234,8 @@ def _rms(part, where, sources):
         for quantity, unit, what in (("displacement", "mm", where), ("velocity", "mm/s", "of its velocity")):
 
             def compute(case, state=state, attribute=state + quantity):
+                if not state:
+                    case.check_winch_speed()
                 total = 0.0
                 for source in sources:
                     total = hypot(total, getattr(getattr(case, state + source), attribute))
@@ -303,9 +311,10 @@ COLUMNS = (
     Column("gondola_damping_ratio", "", "of the coupled gondola mode, the winch at rest", "loop",
            lambda c: c.gondola_damping_ratio, "gondola.mass"),
     Column("gain", "rad/s", "integral gain of the winch, as stated or as it follows from a margin", "loop",
-           lambda c: c.loop.gain, WINCH),
-    Column("largest_gain", "rad/s", "of the winch, below which the loop is stable; empty when it always is", "loop",
-           lambda c: c.loop.largest_gain, WINCH),
+           lambda c: c.loop.integral_gain, WINCH),
+    Column("largest_gain", "rad/s", "integral gain below which the loop is stable, proportional and derivative gain in "
+           "proportion; empty when it always is", "loop",
+           lambda c: c.loop.largest_integral_gain, WINCH),
     Column("gain_margin", "dB", "largest stable gain over the gain; empty when there is no limit", "loop",
            lambda c: c.loop.gain_margin, WINCH),
     Column("phase_crossover", "Hz", "where the largest gain puts a pole of the loop on the axis: that of the gain "
@@ -329,6 +338,10 @@ COLUMNS = (
            "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
+    Column("winch_rms_speed", "mm/s", "RMS of the speed of the winch in the wind on the gondola", "wind",
+           lambda c: 1e3 * c.winch_speed[0], f"{BODY}, winch.controller"),
+    Column("winch_peak_speed", "mm/s", "largest speed of the winch expected within wind.duration", "wind",
+           lambda c: 1e3 * c.winch_speed[1], f"{BODY}, winch.controller"),
     _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
             "exposure"),
     _imaged("corrected", "RMS of it that the correcting mirror leaves", "correction"),

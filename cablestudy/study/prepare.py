@@ -62,16 +62,15 @@ def _check_plot(study):
     """Raise SceneError for names under `plot:` that are neither columns of the study nor varied keys."""
     if not study.plot:
         return
-    names = {("x",): study.plot.x, ("color",): study.plot.color}
-    names |= {("y", place): name for place, name in enumerate(study.plot.y)}
+    names = {("x",): study.plot.x} | {("y", place): name for place, name in enumerate(study.plot.y)}
+    names |= {("color",): study.plot.color}
     mistakes = []
     for path, name in names.items():
         try:
             if name is not None and varied_key(study, name) is None:
                 _drawn_column(study, name)
         except ValueError as error:
-            where = study.where(("plot", *path))
-            mistakes.append(Mistake(where, ".".join(map(str, ("plot", *path))), str(error)))
+            mistakes.append(Mistake(study.where(("plot", *path)), f"plot.{path[0]}", str(error)))
     if mistakes:
         raise SceneError(*mistakes)
 
@@ -81,6 +80,8 @@ def _drawn_column(study, name):
     try:
         column = _listed(study, name)
     except ValueError:
+        if "." not in name:
+            raise
         near = get_close_matches(name, [*study.varied, *study.columns], 1)
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise ValueError(f"{name} is neither a column of the study nor a varied key{hint}") from None

@@ -183,6 +183,9 @@ class Choice:
                 f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola "
                 f"(wind.aerodynamic_damping: false leaves it out)"
             )
+        if options.attached == "loop" and case.loop.law.delay:
+            right = case.loop.plant.right_up_to(case.end_model.omega[self.chosen]) / (2 * np.pi)
+            notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz")
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
         return [*notes, *assumed_damping(case.scene), *DAMPING_NOTES[law]]

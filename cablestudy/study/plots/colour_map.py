@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablestudy.study.plots.quantity import quantity_named
+from cablestudy.study.plots.quantity import quantities_varied, quantity_named
 from cablestudy.study.plots.series import series_of
 from cablestudy.study.plots.style import (
     WIDTH,
@@ -24,18 +24,25 @@ MANY = 3000  # cells or points from which they are drawn as an image in a file o
 EMPTY = "#f0f0f0"  # cells without a value
 
 
-def colour_map(study, rows):
+def colour_map(study, every, rows):
     """Figure of `plot.color` as colour over `plot.x` and each of `plot.y`; one panel for each series of the study.
 
     Where each place of the grid of two varied keys has one row it is a heat map, with the numbers in the cells where
     there are few; a grey cell has no answer.
+
+    Parameters
+    ----------
+    study : Study
+    every, rows : list of dict
+        The rows of its table, and those with an answer.
     """
     plot = study.plot
-    x, colour = quantity_named(study, plot.x, rows), quantity_named(study, plot.color, rows)
+    x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
+    entries, sample = quantities_varied(study, every), study.sample_entry if study.sample else None
     shown = []
     for name in plot.y:
-        y = quantity_named(study, name, rows)
-        shown += [(y, one) for one in series_of(study, rows, x, y, colour)[0]]
+        y = quantity_named(study, name, every)
+        shown += [(y, one) for one in series_of(entries, sample, rows, x, y, colour)[0]]
     known = [value for row in rows if (value := colour.value(row)) is not None]
     side = 1 if len(shown) == 1 else 2
     count = min(len(shown), PANELS)

@@ -9,6 +9,8 @@ from cablestudy.study.plots.words import axis_label, column_words, key_words, qu
 from cablestudy.study.prepare import SHOWN_BY, beside
 from cablestudy.study.varied_keys import varied_key
 
+SI = (0.0, 1.0)  # scale of a quantity that is shown in the unit of its cells
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -33,7 +35,7 @@ class Quantity:
     name: str
     words: str
     unit: str
-    scale: tuple = (0.0, 1.0)
+    scale: tuple = SI
     printed: str | None = None
     categories: tuple | None = None
     key: str | None = None
@@ -54,7 +56,7 @@ class Quantity:
         if isinstance(cell, str):
             return None
         low, high = self.scale
-        return float(f"{(cell - low) / (high - low):.12g}")
+        return float(cell) if self.scale == SI else float(f"{(cell - low) / (high - low):.12g}")
 
     def text(self, row):
         """Its value in a row as text."""
@@ -108,6 +110,6 @@ def _written_unit(study, known):
     first = next(values[0] for entry in study.entries for key, values, _ in entry.columns if key == known.key)
     unit = known.unit or ""
     if not isinstance(first, str) or unit == "%":
-        return unit, (0.0, 1.0)
+        return unit, SI
     written = split(first)[1]
     return written, (to_si(f"0 {written}", unit), to_si(f"1 {written}", unit))

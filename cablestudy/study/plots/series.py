@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 
-from cablestudy.study.plots.quantity import quantities_varied
 from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_over
 from cablestudy.study.plots.words import shortened
 
@@ -73,12 +72,15 @@ class Factor:
         return np.array([level[0] for level in self.levels])
 
 
-def series_of(study, rows, *drawn):
+def series_of(entries, sample, rows, *drawn):
     """The series of a table, and the factors that tell them apart.
 
     Parameters
     ----------
-    study : Study
+    entries : list of list of Quantity
+        What varies in each entry of the study.
+    sample : int or None
+        Which of them is a sample.
     rows : list of dict
         Those with an answer.
     drawn : Quantity
@@ -90,12 +92,11 @@ def series_of(study, rows, *drawn):
     series : list of Series
     factors : list of Factor
     """
-    entries = quantities_varied(study, rows)
     names = {quantity.name for quantity in drawn}
     keys = {quantity.key for quantity in drawn}
     within = [entry for entry in entries if any(q.name in names or q.key in keys for q in entry)]
-    if study.sample:
-        within.append(entries[study.sample_entry])
+    if sample is not None:
+        within.append(entries[sample])
     across = [entry for entry in entries if entry not in (within or entries[-1:])]
     factors = [found for found in (_factor(entry, rows) for entry in across) if len(found.levels) > 1]
     places = [{level: place for place, level in enumerate(factor.levels)} for factor in factors]

@@ -53,16 +53,16 @@ def study_plot(study, table):
     -------
     matplotlib.figure.Figure
     """
-    rows = [row | {ROW: place} for place, row in enumerate(table.rows, 1)]
-    rows = [row for row in rows if has_answer(row.get("status", OK))]
+    every = [row | {ROW: place} for place, row in enumerate(table.rows, 1)]
+    rows = [row for row in every if has_answer(row.get("status", OK))]
     if not rows:
         figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
         heading(figure, f"{study.title}: no case has an answer".lstrip(": "))
         return figure
     if study.plot and study.plot.color:
-        return colour_map(study, rows)
-    x, columns, logx, logy = _drawn(study, rows)
-    series, factors = series_of(study, rows, x)
+        return colour_map(study, every, rows)
+    x, columns, logx, logy = _drawn(study, every)
+    series, factors = series_of(quantities_varied(study, every), study.sample_entry if study.sample else None, rows, x)
     joined = x.categories is None and x.name != ROW and study.sample is None
     entries, bar = give_looks(series, factors, joined)
     side = 1 if len(columns) <= OTHER_COLUMNS else 2

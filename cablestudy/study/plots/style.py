@@ -2,14 +2,15 @@
 
 import io
 import os
-from functools import wraps
+from functools import lru_cache, wraps
 
 import matplotlib.style
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
-from matplotlib.textpath import TextPath
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FixedLocator, Formatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 from cablestudy.study.plots.words import number, power_text
@@ -250,9 +251,10 @@ def heading(figure, text, size=10):
     figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, size), x=0.01, ha="left", fontsize=size)
 
 
+@lru_cache(10_000)
 def text_width(text, size):
     """Width of a line of text. [in]"""
-    return TextPath((0, 0), text.replace("$", "S"), size=size).get_extents().width / 72 if text.strip() else 0.0
+    return text_to_path.get_text_width_height_descent(text, FontProperties(size=size), ismath=False)[0] / 72
 
 
 def wrapped(text, room, size):
