@@ -5,8 +5,8 @@ import re
 from cablestudy.cli import main as program
 from cablestudy.cli.help import GROUPS
 from cablestudy.scene.keys import keys_of
-from cablestudy.study.materials import materials_table
 from cablestudy.study.markdown import short
+from cablestudy.study.materials import materials_table
 from cablestudy.study.report import columns_table
 
 FILES = {
