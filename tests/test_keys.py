@@ -98,6 +98,14 @@ def test_the_pages_of_the_reference_have_all_keys_columns_and_commands():
     assert ":members:" in pages["interface.rst"]
 
 
+def test_the_meaning_of_a_column_is_understood_alone():
+    """It says what it is before it says of what, and points to no other line of the table."""
+    for row in columns_table().rows:
+        first = row["meaning"].split()[0]
+        assert first not in ("of", "at", "by", "in", "on", "with", "where", "that", "the", "its", "it"), row["column"]
+        assert " of it " not in row["meaning"], row["column"]
+
+
 def test_tables_of_the_reference_keep_what_is_written():
     table = reference.table_of(("a", "b"), [["`x|y`", "K_E <1> [m] | 2*3"]])
     assert table.splitlines()[-1] == r"| `x|y` | K\_E \<1\> \[m\] \| 2\*3 |"
