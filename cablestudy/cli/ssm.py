@@ -104,7 +104,7 @@ def _write(choice, options, out, quiet):
     echo_notes([study.size_line(choice, system)], quiet)
     if out:
         study.write(system, out)
-        echo_notes([f"written: {out}", *study.improper_note(system)], quiet)
+        echo_notes([*study.improper_note(system), f"written: {out}"], quiet)
 
 
 def _show_response(curves, span, style, plot):
