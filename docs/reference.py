@@ -5,6 +5,7 @@ import re
 from cablestudy.cli import main as program
 from cablestudy.cli.help import GROUPS
 from cablestudy.scene.keys import keys_of
+from cablestudy.study.markdown import short
 from cablestudy.study.materials import materials_table
 from cablestudy.study.report import columns_table
 
@@ -61,9 +62,18 @@ def keys_page(kind):
         rows.setdefault(key.key.rpartition(".")[0], []).append(key)
     for table, keys in rows.items():
         parts.append(f"\n## {f'`{table}`' if table else 'At the top'}\n\n")
-        cells = [[f"`{key.key.rpartition('.')[2]}`", key.unit, key.default, key.meaning, key.allowed] for key in keys]
+        cells = [[name_of(key.key, rows), key.unit, key.default, key.meaning, key.allowed] for key in keys]
         parts.append(table_of(HEADS, cells))
     return "".join(parts)
+
+
+def name_of(key, tables):
+    """The last part of a dotted key, as a link to the table of the keys below it where there is one."""
+    name = f"`{key.rpartition('.')[2]}`"
+    below = next(
+        (table for table in (key, f"{key}.NAME", f"{key}.N", f"{key}.N.KEY", f"{key}.KEY") if table in tables), ""
+    )
+    return f"[{name}](#{below.lower().replace('.', '')})" if below else name
 
 
 def columns_page():
@@ -87,11 +97,14 @@ def columns_page():
 def materials_page():
     """The table of the command `materials`."""
     table = materials_table(())
-    heads = [field.title + (f" [{field.unit}]" if field.unit else "") for field in table.fields]
-    cells = [[str(row.get(field.name, "") or "") for field in table.fields] for row in table.rows]
+    fields = [field for field in table.fields if field.name != "source"]
+    heads = [field.title + (f" [{field.unit}]" if field.unit else "") for field in fields]
+    cells = [[short(row.get(field.name)) for field in fields] for row in table.rows]
+    sources = [[row["material"], row["source"]] for row in table.rows]
     return (
         "# Materials and ropes\n\nWhat `cable.material` may name, as `cablestudy materials` prints it; "
-        "[Files](files.md#materials-and-ropes) says how to add your own.\n\n" + table_of(heads, cells)
+        "[Files](files.md#materials-and-ropes) says how to add your own.\n\n"
+        f"{table_of(heads, cells)}\n## Sources\n\n{table_of(('material', 'source'), sources)}"
     )
 
 
@@ -119,6 +132,6 @@ def table_of(heads, rows):
 
 def plain(cell):
     """A cell of a table without markup, but for what is between backquotes."""
-    if cell.startswith("`"):
+    if cell.startswith(("`", "[`")):
         return cell
     return re.sub(r"([\\|<>*_\[\]{}$])", r"\\\1", cell)

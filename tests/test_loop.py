@@ -7,7 +7,7 @@ import control
 import numpy as np
 import pytest
 import scipy.integrate
-from command import CARLINA, process, rows_of, run, table_of
+from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
 from scenes import scene
 from test_encirclements import encirclements, plant_of
@@ -117,7 +117,7 @@ def test_a_step_of_the_winch_without_loop_in_closed_form():
     decay = np.exp(-ratio * NATURAL * time)
     expected = 1 - decay * (np.cos(damped * time) + ratio * NATURAL / damped * np.sin(damped * time))
     assert found.open_loop == pytest.approx(2e-3 * expected, abs=1e-14)
-    assert found.gondola == pytest.approx(2e-3 * expected, abs=1e-14)
+    assert found.measured == pytest.approx(2e-3 * expected, abs=1e-14)
     assert np.abs(found.winch).max() < 1e-16
 
 
@@ -136,7 +136,7 @@ def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_integration(which)
     second = scipy.integrate.solve_ivp(rate, (length, 6), begin, t_eval=time[time > length], **settings)
     expected = np.concatenate([first.y, second.y], axis=1)[loop_matrix.place(A)]
     found = loop_response.loop_response(loop, loop_response.FORCE, time_response.gust(size, length), time)
-    assert found.gondola == pytest.approx(expected, abs=2e-6 * np.abs(expected).max())
+    assert found.measured == pytest.approx(expected, abs=2e-6 * np.abs(expected).max())
 
 
 def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back():
@@ -144,13 +144,13 @@ def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back():
     time = np.linspace(0, 3000 / loop.gain, 11)
     for place, gondola, winch in ((loop_response.REFERENCE, 1.0, 1.0), (loop_response.WINCH, 0.0, -1.0)):
         found = loop_response.loop_response(loop, place, time_response.step(1.0), time)
-        assert (found.gondola[-1], found.winch[-1]) == pytest.approx((gondola, winch), abs=1e-6)
+        assert (found.measured[-1], found.winch[-1, 0]) == pytest.approx((gondola, winch), abs=1e-6)
 
 
 def test_an_unstable_loop_has_no_response_in_time():
     with pytest.raises(NoSolutionError, match="unstable loop"):
         loop_response.loop_response(
-            replace(loop_of("carlina"), gain=80.0), 0, time_response.step(1.0), np.linspace(0, 1, 3)
+            replace(loop_of("carlina"), gain=80.0), "winch", time_response.step(1.0), np.linspace(0, 1, 3)
         )
 
 
@@ -198,6 +198,9 @@ MISTAKES = {
     ("--time", "10s", "--response", "1Hz:2Hz:3"): "--response and --time exclude each other",
     ("--input", "gust"): "--input: no effect: for --time only",
     ("--time", "10s", "--length", "2 s"): "--length: no effect",
+    ("--time", "10s", "--input", "gusts"): "--input gusts: unknown (did you mean gust?)",
+    ("--time", "10s", "--output", "gondola.x"): "--output: no effect",
+    ("--table", "loop"): "--table: no effect",
     ("--time", "10s", "--size", "2 m/s"): "--size 2 m/s",
     ("--time", "10s", "--input", "gust", "--size", "0 m/s"): "a speed must be positive",
     ("--time", "10s", "--input", "gust", "--set", "wind=null"): "missing key",
@@ -249,3 +252,14 @@ def test_a_gain_of_zero_has_no_picture():
     done = process("loop", CARLINA, "--set", "winch.controller.gain=0", "--plot", "none.png")
     assert done.code == 3
     assert "the gain of the loop is zero" in done.err
+
+
+def test_the_example_for_python_control_agrees_with_the_loop(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
+    exec(text.split("```python\n")[1].partition("```")[0], {})
+    found, phase, expected = map(float, capsys.readouterr().out.split())
+    assert found == pytest.approx(expected, abs=0.01)  # dB, with the modes up to 25 Hz
+    assert phase == pytest.approx(
+        Case(scene(base=str(ROOT / "configs" / "carlina-pid.yaml"))).loop.phase_margin, rel=1e-4
+    )

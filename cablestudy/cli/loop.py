@@ -5,8 +5,9 @@ import click
 from cablestudy.cli.cases import one_case
 from cablestudy.cli.error_handling import finish
 from cablestudy.cli.options import exclude, refuse, scene_command
+from cablestudy.cli.scene import check_one_table
 
-INPUTS = ("winch", "reference", "gust", "wind")
+TABLES = ("loop", "coordinates")
 
 
 @scene_command
@@ -17,21 +18,30 @@ INPUTS = ("winch", "reference", "gust", "wind")
 )  # fmt: skip
 @click.option("--time", "duration", metavar="DURATION[:COUNT]", help="Response in time instead, e.g. 60s or 60s:2001.")
 @click.option(
-    "--input", "input_", type=click.Choice(INPUTS),
-    help="Of --time: a step of the winch (default), of the reference, a gust, or a step of the wind speed.",
+    "--input", "input_", metavar="NAME",
+    help="Of --time: a step of the winch (the default) or of the reference, a gust, or a step of the wind speed: "
+    "winch, reference, gust, wind. Of a suspension winch.CABLE and reference.x.",
 )  # fmt: skip
+@click.option("--output", metavar="NAME", help="Of --time of a suspension: what of its pose, as gondola.x.")
 @click.option("--size", metavar="SIZE", help="Of the input. Default: 1 mm, or 3 standard deviations of the turbulence.")
 @click.option("--length", metavar="TIME", help="Of a gust. Default: length scale of the turbulence over wind speed.")
-def loop(scene, sets, case, span, duration, input_, size, length, style, plot, explain, quiet):
+@click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
+def loop(scene, sets, case, span, duration, input_, output, size, length, name, style, plot, explain, quiet):
     """The winch loop: margins, sensitivity, bandwidth; over frequency; in time."""
     from cablestudy.interface import load
 
     exclude({"response": span, "time": duration}, [(("--response",), ("--time",))])
+    timed = {"input": input_, "output": output, "size": size, "length": length}
     if duration is None:
-        refuse({"--input": input_, "--size": size, "--length": length}, "for --time only")
+        refuse({f"--{option}": value for option, value in timed.items()}, "for --time only")
     one_case(case, "a loop is that of one case: give --case NAME")
-    options = {"input": input_ or "winch", "size": size, "length": length} if duration else {}
-    found = load(scene, sets, case).compute(
-        "loop", response=span, time=duration, estimate=explain or style == "json", **options
-    )
+    read_scene, options = load(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
+    if not read_scene.is_suspension:
+        refuse({"--table": name}, "the scene has one cable")
+    elif span or duration:
+        refuse({"--table": name}, "--response and --time have one table")
+    else:
+        check_one_table(name, style, TABLES)
+        options["table"] = name
+    found = read_scene.compute("loop", estimate=explain or style == "json", **options)
     return finish(scene, found, style, plot, explain, quiet)

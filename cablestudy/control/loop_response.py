@@ -1,4 +1,4 @@
-"""The winch loop of one cable in time: gondola and winch after a step of the winch, of the reference, or of a force."""
+"""A loop of winches in time: what is measured, and the winches, after a step of a winch or a reference, or a force."""
 
 from dataclasses import dataclass, replace
 
@@ -7,31 +7,83 @@ import numpy as np
 from cablestudy.control import statespace
 from cablestudy.control.time_response import respond
 
-REFERENCE, WINCH, FORCE = 0, 1, 2  # inputs of `statespace.Feedback`
+REFERENCE, WINCH, FORCE = "reference", "winch", "force"  # where an input acts
 LEFT_OUT = 0.3  # share of the modes, the highest ones, without which the error is estimated
 
 
 @dataclass(frozen=True)
 class TimeResponse:
-    """Attributes
+    """What one measured coordinate and the winches do.
+
+    Attributes
     ----------
-    gondola, open_loop : ndarray, shape (m,)
-        Displacement of the gondola with the loop closed, and without it; None where only the loop has the input. [m]
-    winch, winch_speed : ndarray, shape (m,)
-        Movement of the winch by the loop, without what is added to it. [m], [m/s]
+    measured, open_loop : ndarray, shape (m,)
+        Displacement with the loop closed, and without it; None where only the loop has the input. [m] or [rad]
+    winch, winch_speed : ndarray, shape (m, i)
+        Movement of each winch by the loop, without what is added to it. [m], [m/s]
     error : float
-        Estimated relative error of the gondola's largest displacement by the modes that are left out. [-]
+        Estimated relative error of the largest displacement by the modes that are left out. [-]
     """
 
-    gondola: np.ndarray
+    measured: np.ndarray
     open_loop: np.ndarray | None
     winch: np.ndarray
     winch_speed: np.ndarray
     error: float
 
 
+@dataclass(frozen=True)
+class Driven:
+    """A plant with its loop, and an input.
+
+    Attributes
+    ----------
+    plant : StateSpace
+        As for `statespace.feedback`, like those that follow.
+    measured : tuple of int
+    filters : list
+    shares : ndarray, shape (i, k)
+    shown : int
+        Which measured coordinate is wanted.
+    place : {REFERENCE, WINCH, FORCE}
+    number : int
+        Which reference, winch, or force after the winches among the inputs of the plant.
+    """
+
+    plant: object
+    measured: tuple
+    filters: list
+    shares: np.ndarray
+    shown: int
+    place: str
+    number: int = 0
+
+    def responses(self, components, time):
+        """`TimeResponse` without its error, for the components of an input at uniform times from zero [s]."""
+        plant, winches, count = self.plant, len(self.shares), len(self.measured)
+        fed = statespace.feedback(plant, self.measured, self.filters, self.shares)
+        column = self.number + {REFERENCE: 0, WINCH: count, FORCE: count + winches}[self.place]
+        seen, at_once = (part[self.shown] for part in fed.measured)
+        last = slice(len(fed.a) - winches, None)
+        rows = np.concatenate([seen[None], np.eye(len(fed.a))[last], fed.a[last]])
+        direct = np.concatenate([at_once[[column]], np.zeros(winches), fed.b[last, column]])
+        found = respond(fed.a, fed.b[:, column], rows, direct, components, time)
+        alone = None
+        if self.place != REFERENCE:
+            own, output = column - count, self.measured[self.shown]
+            direct = plant.d[[output], own]
+            alone = respond(plant.a, plant.b[:, own], plant.c[[output]], direct, components, time)[:, 0]
+        return TimeResponse(found[:, 0], alone, found[:, 1 : 1 + winches], found[:, 1 + winches :], 0.0)
+
+
+def compared(found, fewer):
+    """A `TimeResponse` with its error by another one with fewer modes."""
+    difference = np.abs(found.measured - fewer.measured).max()
+    return replace(found, error=float(difference / (np.abs(found.measured).max() or 1.0)))
+
+
 def loop_response(loop, place, components, time):
-    """`TimeResponse` of a loop at rest.
+    """`TimeResponse` of the winch loop of one cable.
 
     Parameters
     ----------
@@ -50,24 +102,11 @@ def loop_response(loop, place, components, time):
     """
     loop.check_stable()
     cable = loop.plant.responding
-    found = _respond(loop, cable, place, components, time)
-    kept = np.argsort(cable.omega)[: int((1 - LEFT_OUT) * len(cable.omega))]
-    fewer = _respond(loop, cable.select(np.sort(kept)), place, components, time)[0]
-    largest = np.abs(found[0]).max() or 1.0
-    return TimeResponse(*found, float(np.abs(found[0] - fewer).max() / largest))
-
-
-def _respond(loop, cable, place, components, time):
-    """Displacement with and without the loop, movement and velocity of the winch, each of shape (m,)."""
-    plant = statespace.coupled(cable, loop.mass, loop.location, damping=loop.damping)
-    fed = statespace.feedback(plant, replace(loop, cable=cable))
-    (seen, at_once), size = fed.position, len(fed.a)
-    rows = np.stack([seen, np.eye(size)[-1], fed.rate])
-    direct = np.array([at_once[place], 0.0, fed.b[-1, place]])
-    gondola, winch, speed = respond(fed.a, fed.b[:, place], rows, direct, components, time).T
-    if place == REFERENCE:
-        return gondola, None, winch, speed
-    alone = respond(
-        plant.a, plant.b[:, place - 1], plant.c[:1], plant.d[:1, place - 1], components, time
-    )[:, 0]  # fmt: skip
-    return gondola, alone, winch, speed
+    kept = np.sort(np.argsort(cable.omega)[: int((1 - LEFT_OUT) * len(cable.omega))])
+    found = []
+    for model in (cable, cable.select(kept)):
+        plant = statespace.coupled(model, loop.mass, loop.location, damping=loop.damping)
+        filtering, _ = loop.filter_to(loop.plant.right_up_to(model.omega))
+        driven = Driven(plant, (0,), [filtering], loop.shares, 0, place)
+        found.append(driven.responses(components, time))
+    return compared(*found)

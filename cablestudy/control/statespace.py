@@ -16,6 +16,7 @@ these derivatives are known and D1 and D2 are zero. Where derivatives of an inpu
 quantity less a multiple of the input; outputs are never shifted.
 """
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,16 +74,33 @@ class StateSpace:
         """List of str."""
         return [name for name, _ in self.outputs]
 
+    @property
+    def improper(self):
+        """Inputs whose velocity or acceleration acts on an output at once (D1, D2): list of str."""
+        acting = np.concatenate(self.derivatives).any(axis=0)
+        return [name for name, does in zip(self.input_names, acting, strict=True) if does]
+
+    def _warn_improper(self, method):
+        """Warn that A, B, C, D are not all of it."""
+        if self.improper:
+            warnings.warn(
+                f"{method}: A, B, C, D lack D1 and D2, what the derivatives of {first_of(self.improper)} add to the "
+                f"outputs at once; state_space(proper=True) has them, with accelerations as inputs",
+                stacklevel=3,
+            )
+
     def to_scipy(self):
-        """A, B, C, D as scipy.signal.StateSpace; D1 and D2 are left out."""
+        """A, B, C, D as scipy.signal.StateSpace; where there are D1 and D2 a warning says that they are left out."""
         from scipy.signal import StateSpace as System
 
+        self._warn_improper("to_scipy")
         return System(self.a, self.b, self.c, self.d)
 
     def to_control(self):
-        """A, B, C, D as control.StateSpace of python-control, with its names; D1 and D2 are left out."""
+        """A, B, C, D as control.StateSpace of python-control, with its names; warns as `to_scipy`."""
         import control
 
+        self._warn_improper("to_control")
         labels = {"states": self.state_names, "inputs": self.input_names, "outputs": self.output_names}
         return control.ss(self.a, self.b, self.c, self.d, **labels)
 
@@ -99,6 +117,11 @@ class StateSpace:
         s = np.asarray(s, dtype=complex)[:, None, None]
         value = self.c @ np.linalg.solve(s * np.eye(len(self.a)) - self.a, self.b.astype(complex)[None]) + self.d
         return value + s * self.derivatives[0] + s**2 * self.derivatives[1] if derivatives else value
+
+
+def first_of(names):
+    """The first of some names, and how many more there are."""
+    return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
 
 
 @dataclass(frozen=True)
@@ -175,16 +198,18 @@ def closed(loop, chosen=None, residual=True, forces=None):
         `coupled`, those of the controller's filter, as two of the notch where there is one, the winch (the integrator).
     """
     plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
-    fed = feedback(plant, loop)
-    n, size = len(plant.a), len(fed.a)
+    omega = loop.cable.omega if chosen is None else loop.cable.omega[chosen]
+    filtering, names = loop.filter_to(loop.plant.right_up_to(omega))
+    fed = feedback(plant, [0], [filtering], loop.shares)
+    n, size, rate = len(plant.a), len(fed.a), fed.a[-1]
     c = np.pad(plant.c, ((0, 1), (0, size - n)))
     c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
-    b, d = fed.b[:, COMMANDS:], np.pad(plant.d[:, 1:], ((0, 1), (0, 0)))
+    b, d = fed.b[:, 2:], np.pad(plant.d[:, 1:], ((0, 1), (0, 0)))
     # the winch is a state: its velocity and acceleration are known
     d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
-    c[:-1] += np.outer(d1, fed.rate) + np.outer(d2, fed.rate @ fed.a)
-    d[:-1] += np.outer(d2, fed.rate @ b)
-    states = (*plant.states, *((name, "m") for name in loop.filter_names), ("winch", "m"))
+    c[:-1] += np.outer(d1, rate) + np.outer(d2, rate @ fed.a)
+    d[:-1] += np.outer(d2, rate @ b)
+    states = (*plant.states, *((name, "m") for name in names), ("winch", "m"))
     return StateSpace(
         fed.a, b, c, d, states, plant.inputs[1:], (*plant.outputs, ("winch", "m")), (np.zeros_like(d), np.zeros_like(d))
     )
@@ -192,35 +217,57 @@ def closed(loop, chosen=None, residual=True, forces=None):
 
 @dataclass(frozen=True)
 class Feedback:
-    """The closed loop x' = A x + B u; inputs: reference of the gondola's position, what is added to the movement of the
-    winch, forces. States: those of `coupled`, of the filter of the controller, the winch without what is added."""
+    """The closed loop x' = A x + B u of k measured coordinates and i winches.
 
-    a: np.ndarray  # shape (n, n)
-    b: np.ndarray  # (n, 2 + forces)
-    position: tuple  # of the gondola, by the states, shape (n,), and by the inputs, shape (2 + forces,) [m]
-    rate: np.ndarray  # velocity of the winch by the states, shape (n,); by the inputs it is the last row of B [m/s]
+    Attributes
+    ----------
+    a : ndarray, shape (n, n)
+        States: those of the plant, of the filter of each coordinate, the winches without what is added to them.
+    b : ndarray, shape (n, k + i + j)
+        Inputs: reference of each measured coordinate, what is added to the movement of each winch, forces.
+    measured : tuple of 2 ndarray, shapes (k, n) and (k, k + i + j)
+        The coordinates by states and inputs.
+    """
+
+    a: np.ndarray
+    b: np.ndarray
+    measured: tuple
 
 
-COMMANDS = 2  # inputs of `Feedback` that are no forces
+def feedback(plant, measured, filters, shares):
+    """`Feedback` of winches that integrate what is measured: v' = shares F (y - reference).
 
-
-def feedback(plant, loop):
-    """`Feedback` of the `StateSpace` of gondola and cable, see `coupled`, with the controller of a `Loop`."""
-    own, given, shown, direct = loop.filtering
-    n, states = len(plant.a), len(own)
-    size, filters = n + states + 1, slice(n, n + states)
-    a, b = np.zeros((size, size)), np.zeros((size, COMMANDS + len(plant.inputs) - 1))
-    a[:n, :n], a[:n, -1] = plant.a, plant.b[:, 0]
-    b[:n, 1], b[:n, COMMANDS:] = plant.b[:, 0], plant.b[:, 1:]
-    seen, at_once = np.zeros(size), np.concatenate([[0.0], plant.d[0]])
-    seen[:n], seen[-1] = plant.c[0], plant.d[0, 0]
-    error = at_once - np.eye(len(at_once))[0]
-    a[filters], b[filters] = np.outer(given, seen), np.outer(given, error)
-    a[filters, filters] += own
-    sign = 1.0 if loop.location == "gondola" else -1.0
-    a[-1], b[-1] = sign * loop.gain * direct * seen, sign * loop.gain * direct * error
-    a[-1, filters] += sign * loop.gain * shown
-    return Feedback(a, b, (seen, at_once), a[-1].copy())
+    Parameters
+    ----------
+    plant : StateSpace
+        Its first inputs are the winches, the others forces.
+    measured : sequence of int
+        Which of its outputs are measured: displacements, which need no derivatives of the inputs.
+    filters : sequence of tuple of 4 ndarray
+        F of each coordinate as a state space: a, b, c, d.
+    shares : ndarray, shape (i, k)
+        Velocity of each winch per filtered coordinate, gain and sign included.
+    """
+    measured = list(measured)
+    n, count, winches = len(plant.a), len(measured), len(shares)
+    size = n + sum(len(own) for own, *_ in filters) + winches
+    inputs = count + len(plant.inputs)
+    a, b = np.zeros((size, size)), np.zeros((size, inputs))
+    a[:n, :n], a[:n, size - winches :], b[:n, count:] = plant.a, plant.b[:, :winches], plant.b
+    seen, at_once = np.zeros((count, size)), np.zeros((count, inputs))
+    seen[:, :n], seen[:, size - winches :] = plant.c[measured], plant.d[measured, :winches]
+    at_once[:, count:] = plant.d[measured]
+    error = at_once - np.eye(count, inputs)
+    filtered, given, begin = np.zeros((count, size)), np.zeros((count, inputs)), n
+    for place, (own, into, shown, direct) in enumerate(filters):
+        states = slice(begin, begin + len(own))
+        a[states], b[states] = np.outer(into, seen[place]), np.outer(into, error[place])
+        a[states, states] += own
+        filtered[place], given[place] = direct * seen[place], direct * error[place]
+        filtered[place, states] += shown
+        begin += len(own)
+    a[size - winches :], b[size - winches :] = shares @ filtered, shares @ given
+    return Feedback(a, b, (seen, at_once))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Response in time of the winch loop of one cable, for the command `loop`: to a step of the winch, or to a gust."""
+"""Response of a loop of winches in time, for the command `loop`: to a step of a winch or a reference, or to a gust."""
 
 import re
 from dataclasses import dataclass
@@ -10,15 +10,17 @@ from cablestudy.control import loop_response, time_response
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
+from cablestudy.study.ssm import number_of
 from cablestudy.study.table import Field, Table
 
-INPUTS = ("winch", "reference", "gust", "wind")
-DISPLACED = ("winch", "reference")  # inputs that are displacements; the others are speeds of the wind
-STEP = 1e-3  # of winch or reference, without another size [m]
+INPUTS = ("winch", "reference", "gust", "wind")  # of one cable
+OF_WIND = ("gust", "wind")
+STEP = 1e-3  # of winch or reference, without another size [m] or [rad]
 GUST = 3.0  # standard deviations of the turbulence in a gust or step of the wind without another size
 COUNT, MOST = 101, 100_001  # points of time of a table
 FINE = 2000  # steps of time at least, of which a table shows some
 NOTHING = 1e-13  # over the largest value, below which a value is rounding
+MILLI = 1e3
 DRAG = ("gondola.area", "gondola.drag_coefficient", "wind")
 
 
@@ -27,14 +29,15 @@ class TimeOptions:
     """Options of the command as numbers: SceneError for those that are wrong, or have no effect."""
 
     duration: str  # DURATION, or DURATION:COUNT
-    input: str = "winch"  # one of INPUTS
+    input: str | None = None
     size: str | None = None
     length: str | None = None  # of a gust
+    output: str | None = None  # of a suspension: what of its pose is wanted
 
     def __post_init__(self):
         if self.length is not None and self.input != "gust":
-            raise SceneError(f"--length: no effect: --input {self.input} is a step")
-        _ = self.times, self.stated_size, self.stated_length  # raise SceneError
+            raise SceneError("--length: no effect: only --input gust has a length")
+        _ = self.times, self.stated_length  # raise SceneError
 
     @cached_property
     def times(self):
@@ -55,39 +58,91 @@ class TimeOptions:
             raise SceneError(f"{option}: COUNT must be a whole number from 2 to {MOST}")
         return end, int(count) if colon else COUNT
 
-    @cached_property
-    def stated_size(self):
-        """[m] or [m/s], or None."""
-        unit = "m" if self.input in DISPLACED else "m/s"
-        return None if self.size is None else read_positive(f"--size {self.size}", self.size, unit)
+    def size_or(self, default, unit):
+        """What --size says in a unit, or a default."""
+        return default if self.size is None else read_positive(f"--size {self.size}", self.size, unit)
 
     @cached_property
     def stated_length(self):
         """[s], or None."""
         return None if self.length is None else read_positive(f"--length {self.length}", self.length, "s")
 
+    def gust(self, wind, turbulence):
+        """`Input` of a gust or step of the wind, with the standard deviation of the turbulence [m/s]."""
+        size = self.size_or(GUST * turbulence, "m/s")
+        if not size:
+            raise SceneError(f"--input {self.input}: the wind has no turbulence: give --size")
+        if self.input == "wind":
+            return Input(f"the wind rises by {size:.4g} m/s at once", "m/s", *_step(size, self.times))
+        length = self.stated_length or wind.length_scale / wind.speed
+        what, phase = f"a 1-cosine gust of {size:.4g} m/s within {length:.4g} s", self.times / length
+        driving = np.where(phase < 1, size / 2 * (1 - np.cos(2 * np.pi * phase)), 0.0)
+        return Input(what, "m/s", time_response.gust(size, length), driving)
+
+    def step(self, what, unit="m"):
+        """`Input` of a step of a displacement [m], or a rotation [rad]."""
+        size = self.size_or(STEP, unit)
+        return Input(f"{what} by {MILLI * size:.4g} m{unit} at once", f"m{unit}", *_step(size, self.times))
+
+
+def _step(size, times):
+    return time_response.step(size), np.full(len(times), size)
+
+
+@dataclass(frozen=True)
+class Input:
+    """What drives a loop.
+
+    Attributes
+    ----------
+    what : str
+        In words.
+    unit : str
+        In which it is shown: mm, mrad or m/s.
+    components : list of time_response.Component
+        [m], [rad] or [m/s]
+    driving : ndarray, shape (m,)
+        The same at the points of time.
+    """
+
+    what: str
+    unit: str
+    components: list
+    driving: np.ndarray
+
+    @property
+    def shown(self):
+        """In its unit, shape (m,)."""
+        return self.driving * (MILLI if self.unit != "m/s" else 1.0)
+
 
 @dataclass(frozen=True)
 class TimeCase:
-    """What the loop of a case does in time.
+    """What a loop does in time.
 
     Attributes
     ----------
     options : TimeOptions
-    size : float
-        Of the input. [m] or [m/s]
-    length : float or None
-        Of a gust. [s]
-    driving : ndarray, shape (m,)
-        The input. [m] or [m/s]
+    input : Input
     found : TimeResponse
+    gain : float
+        Of the loop. [rad/s]
+    name, unit : str
+        Of what is measured; the unit mm or mrad.
+    winches : tuple of str
+        Their names.
+    remarks : tuple of str
+        What else is to be known.
     """
 
     options: TimeOptions
-    size: float
-    length: float | None
-    driving: np.ndarray
+    input: Input
     found: object
+    gain: float
+    name: str = "gondola"
+    unit: str = "mm"
+    winches: tuple = ("winch",)
+    remarks: tuple = ()
 
     @property
     def time(self):
@@ -95,36 +150,33 @@ class TimeCase:
         return self.options.times
 
     @property
-    def what(self):
-        """The input in words."""
-        if self.options.input in DISPLACED:
-            named = {"winch": "the winch moves", "reference": "the reference of the gondola moves"}
-            return f"{named[self.options.input]} by {1e3 * self.size:.4g} mm at once"
-        if self.options.input == "gust":
-            return f"a 1-cosine gust of {self.size:.4g} m/s within {self.length:.4g} s"
-        return f"the wind rises by {self.size:.4g} m/s at once"
+    def busiest(self):
+        """Number of the winch that moves most."""
+        return int(np.abs(self.found.winch).max(axis=0).argmax())
 
     @property
     def notes(self):
         """What happens, and the error: list of str."""
-        found, lines = self.found, [f"input: {self.what}"]
-        moved = f"gondola: at most {_largest(found.gondola, self.time)}"
+        found, winch = self.found, self.busiest
+        moved = f"{self.name}: at most {self._largest(found.measured)}"
         if found.open_loop is not None:
-            moved += f"; without the loop {_largest(found.open_loop, self.time)}"
-        lines.append(moved)
-        lines.append(
-            f"winch: at most {_largest(found.winch, self.time)}, and {1e3 * np.abs(found.winch_speed).max():.4g} mm/s"
-        )
-        return [*lines, f"estimated error by modes left out: {found.error:.1e} of the largest displacement"]
+            moved += f"; without the loop {self._largest(found.open_loop)}"
+        speed = MILLI * np.abs(found.winch_speed[:, winch]).max()
+        return [
+            f"input: {self.input.what}",
+            moved,
+            f"{self.winches[winch]}: at most {self._largest(found.winch[:, winch], 'mm')}, and {speed:.4g} mm/s",
+            f"estimated error by modes left out: {found.error:.1e} of the largest displacement",
+            *self.remarks,
+        ]
 
-
-def _largest(value, time):
-    place = int(np.argmax(np.abs(value)))
-    return f"{1e3 * value[place]:.4g} mm at {time[place]:.4g} s"
+    def _largest(self, value, unit=None):
+        place = int(np.argmax(np.abs(value)))
+        return f"{MILLI * value[place]:.4g} {unit or self.unit} at {self.time[place]:.4g} s"
 
 
 def time_case(document, case, options):
-    """`TimeCase` of a case.
+    """`TimeCase` of one cable.
 
     Parameters
     ----------
@@ -137,49 +189,65 @@ def time_case(document, case, options):
     Raises
     ------
     SceneError
-        The scene has no wind, or no size of a gust follows from it.
+        An unknown input, or the scene has no wind for it.
     NoSolutionError
         The loop is unstable.
     """
-    size, length, factor, scene = options.stated_size, options.stated_length, 1.0, case.scene
-    if options.input in DISPLACED:
-        size = size or STEP
-    else:
+    kind, scene, factor = options.input or "winch", case.scene, 1.0
+    number_of("--input", kind, INPUTS)
+    if options.output is not None:
+        raise SceneError("--output: no effect: the scene has one cable")
+    if kind in OF_WIND:
         for key in DRAG:
             table, _, name = key.rpartition(".")
             if getattr(getattr(scene, table) if table else scene, name) is None:
-                raise missing(document, key, f"loop --input {options.input}")
-        wind = scene.wind
-        size = size or GUST * wind.turbulence
-        length = length or wind.length_scale / wind.speed
-        factor = wind.air_density * scene.gondola.drag_coefficient * scene.gondola.area * wind.speed  # dF/dv
-    components, driving = time_response.step(size), np.full(len(options.times), size)
-    if options.input == "gust":
-        components, phase = time_response.gust(size, length), options.times / length
-        driving = np.where(phase < 1, size / 2 * (1 - np.cos(2 * np.pi * phase)), 0.0)
-    places = {"winch": loop_response.WINCH, "reference": loop_response.REFERENCE}
-    place = places.get(options.input, loop_response.FORCE)
-    found = loop_response.loop_response(case.loop, place, time_response.scaled(components, factor), options.times)
-    return TimeCase(options, size, length if options.input == "gust" else None, driving, found)
+                raise missing(document, key, f"loop --input {kind}")
+        wind, gondola, place = scene.wind, scene.gondola, loop_response.FORCE
+        asked = options.gust(wind, wind.turbulence)
+        factor = wind.air_density * gondola.drag_coefficient * gondola.area * wind.speed  # force per speed
+    else:
+        what = {"winch": "the winch moves", "reference": "the reference of the gondola moves"}[kind]
+        asked, place = options.step(what), kind
+    loop, winch = case.loop, scene.winch
+    components = time_response.scaled(asked.components, factor)
+    found = loop_response.loop_response(loop, place, components, options.times)
+    remarks, speed = [], np.abs(found.winch_speed).max()
+    if winch.delay:
+        right = loop.plant.right_up_to(loop.plant.responding.omega) / (2 * np.pi)
+        remarks.append(f"delay: Padé approximants, whose phase is right up to {right:.4g} Hz")
+    if winch.max_speed is not None and speed > winch.max_speed:
+        remarks.append(
+            f"warning: the winch would reach {MILLI * speed:.4g} mm/s, above its max_speed of "
+            f"{MILLI * winch.max_speed:.4g} mm/s: the linear response does not hold"
+        )
+    return TimeCase(options, asked, found, loop.integral_gain, remarks=tuple(remarks))
 
 
 def time_table(solved):
-    """Table of a `TimeCase`: time, input, gondola with and without the loop, movement and speed of the winch."""
-    found, displaced = solved.found, solved.options.input in DISPLACED
-    mm = 1e3
-    columns = {
-        Field("time_s", "time", "s"): solved.time,
-        Field("input_mm", "input", "mm") if displaced else Field("wind_m_per_s", "wind", "m/s"): solved.driving
-        * (mm if displaced else 1.0),
-        Field("gondola_mm", "gondola", "mm"): mm * found.gondola,
-        Field("gondola_open_loop_mm", "open loop", "mm"): None if found.open_loop is None else mm * found.open_loop,
-        Field("winch_mm", "winch", "mm"): mm * found.winch,
-        Field("winch_speed_mm_per_s", "speed", "mm/s"): mm * found.winch_speed,
-    }
-    columns = {field: value for field, value in columns.items() if value is not None}
-    shown = np.stack([_rounded(value)[:: solved.options.every] for value in columns.values()], axis=1)
-    names = [field.name for field in columns]
-    return Table(tuple(columns), [dict(zip(names, row, strict=True)) for row in shown.tolist()])
+    """Table of a `TimeCase`: time, input, displacement with and without the loop, movement and speed of the winches.
+
+    Markdown has the winch that moves most.
+    """
+    found, unit, name = solved.found, solved.unit, solved.name
+    of_wind = solved.input.unit == "m/s"
+    columns = [
+        (Field("time_s", "time", "s"), solved.time),
+        (Field("wind_m_per_s", "wind", "m/s") if of_wind else Field(f"input_{solved.input.unit}", "input",
+         solved.input.unit), solved.input.shown),
+        (Field(f"{name}_{unit}", name, unit), MILLI * found.measured),
+    ]  # fmt: skip
+    if found.open_loop is not None:
+        columns.append((Field(f"{name}_open_loop_{unit}", "open loop", unit), MILLI * found.open_loop))
+    for place, winch in enumerate(solved.winches):
+        hidden = place != solved.busiest
+        columns += [
+            (Field(f"{winch}_mm", winch, "mm", hidden=hidden), MILLI * found.winch[:, place]),
+            (Field(f"{winch}_speed_mm_per_s", "speed", "mm/s", hidden=hidden), MILLI * found.winch_speed[:, place]),
+        ]
+    shown = np.stack([_rounded(value)[:: solved.options.every] for _, value in columns], axis=1)
+    fields = tuple(field for field, _ in columns)
+    names = [field.name for field in fields]
+    return Table(fields, [dict(zip(names, row, strict=True)) for row in shown.tolist()])
 
 
 def _rounded(value):

@@ -6,14 +6,16 @@ from matplotlib.ticker import MultipleLocator
 
 from cablestudy.control.response import Phase
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, RED, WIDTH, plain, plain_axis, styled
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, RED, SERIES, WIDTH, plain, plain_axis, styled
 
 BELOW, ABOVE = 0.02, 3.0  # of the range without another one: of the lowest and the highest frequency that is marked
 POINTS = 1500  # of a curve, without those near resonances
 LEAST = -100.0  # magnitude that is drawn [dB]
 NEAR = 2.2  # half width of the Nyquist plot [-]
 PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
+STYLES = ("-", "--", ":")
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
@@ -62,7 +64,11 @@ def loop_margins(case, span=None):
 def _span(case):
     """Range of frequencies in which something happens. [Hz]"""
     loop = case.loop
-    marked = [case.gondola_frequency, loop.gain / (2 * np.pi), loop.phase_crossover if _has_limit(loop) else None]
+    marked = [
+        case.gondola_frequency,
+        loop.integral_gain / (2 * np.pi),
+        loop.phase_crossover if _has_limit(loop) else None,
+    ]
     notch = loop.notch
     marked += [notch.rolloff_omega / (2 * np.pi)] if notch else []
     marked = [one for one in marked if one]
@@ -165,8 +171,12 @@ def _numbers(axes, loop):
     """The margins as text."""
     axes.set_axis_off()
     limit = _has_limit(loop)
-    lines = [("gain", f"{loop.gain:.4g} rad/s")]
-    lines += [("largest gain", f"{loop.largest_gain:.4g} rad/s" if limit else "none")]
+    law, largest = loop.law, loop.largest_integral_gain if limit else None
+    lines = [("gain", f"{loop.integral_gain:.4g} rad/s")]
+    lines += [("proportional gain", f"{loop.gain * law.proportional:.4g}")] if law.proportional else []
+    lines += [("derivative gain", f"{loop.gain * law.derivative:.4g} s")] if law.derivative else []
+    lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
+    lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")] if largest or not limit else []
     lines += [("gain margin", f"{loop.gain_margin:.4g} dB")] if limit else []
     if not loop.stable:
         lines.append(("loop", "unstable"))
@@ -181,40 +191,50 @@ def _numbers(axes, loop):
 
 
 @styled
-def loop_in_time(solved, case):
-    """Figure of input, displacement of the gondola with and without the loop, and movement of the winch over time.
+def loop_in_time(solved):
+    """Figure of input, displacement with and without the loop, and movement of the winches over time.
 
     Parameters
     ----------
     solved : TimeCase
-    case : Case
     """
-    time, found = solved.time, solved.found
-    displaced = solved.options.input in ("winch", "reference")
+    time, found, unit = solved.time, solved.found, solved.unit
     figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
     first, second, third = figure.subplots(3, 1, sharex=True, height_ratios=(1, 2, 1.5))
-    first.plot(time, (1e3 if displaced else 1.0) * solved.driving, color=GREY)
-    first.set_ylabel(f"{solved.options.input} [mm]" if displaced else "wind [m/s]")
+    first.plot(time, solved.input.shown, color=GREY)
+    first.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
     if found.open_loop is not None:
-        second.plot(time, 1e3 * found.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
-    second.plot(time, 1e3 * found.gondola, color=BLUE, label="loop closed")
-    place = int(np.argmax(np.abs(found.gondola)))
-    second.plot(time[place], 1e3 * found.gondola[place], "o", color=RED, ms=4,
-                label=_said(f"{1e3 * found.gondola[place]:.4g} mm at {time[place]:.4g} s"))  # fmt: skip
-    second.set_ylabel("gondola [mm]")
-    third.plot(time, 1e3 * found.winch, color=GREEN)
-    third.set_ylabel("winch [mm]")
+        second.plot(time, MILLI * found.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
+    moved = MILLI * found.measured
+    second.plot(time, moved, color=BLUE, label="loop closed")
+    place = int(np.argmax(np.abs(moved)))
+    second.plot(time[place], moved[place], "o", color=RED, ms=4,
+                label=_said(f"{moved[place]:.4g} {unit} at {time[place]:.4g} s"))  # fmt: skip
+    second.set_ylabel(f"{solved.name} [{unit}]")
+    several = len(solved.winches) > 1
+    for winch, (name, value) in enumerate(zip(solved.winches, MILLI * found.winch.T, strict=True)):
+        third.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=1.1, ls=STYLES[winch // len(SERIES) % 3],
+                   label=name.removeprefix("winch."))  # fmt: skip
+    third.set_ylabel("winches [mm]" if several else "winch [mm]")
     third.set_xlabel("time [s]")
-    low, high = second.get_ylim()
-    second.set_ylim(low, high + 0.18 * (high - low))
+    _room_above(second)
     second.legend(loc="upper right", ncols=3, **BOX)
+    if several:
+        _room_above(third)
+        third.legend(loc="upper right", ncols=6, **BOX)
     first.set_xlim(time[0], time[-1])
     plain_axis(third.xaxis, 8)
     for axes in (first, second, third):
         plain_axis(axes.yaxis, 5)
     figure.align_ylabels([first, second, third])
-    figure.suptitle(f"Winch loop, gain {case.loop.gain:.4g} rad/s: {solved.what}", x=0.01, ha="left", fontsize=10)
+    figure.suptitle(f"Loop, gain {solved.gain:.4g} rad/s: {solved.input.what}", x=0.01, ha="left", fontsize=10)
     return figure
+
+
+def _room_above(axes):
+    """Widen the axes so that a legend of one line is above the curves."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.2 * (high - low))
 
 
 def _said(text):

@@ -57,8 +57,8 @@ def wind_tables(document, case, only=None):
         "open_loop": scene.control and (lambda: _listed(case, places, _open)),
         "cables": lambda: _listed(case, list(scene.cables), tension_columns),
         "actuators": scene.actuators and (lambda: _listed(case, list(scene.actuators), _actuator_columns(scene))),
-        "loop": scene.control and (lambda: _loop_table(case)),
-        "coordinates": scene.control and (lambda: _coordinate_table(case)),
+        "loop": scene.control and (lambda: loop_table(case)),
+        "coordinates": scene.control and (lambda: coordinate_table(case)),
     }
     if only and not makers[only]:
         key = {"motion": "bodies", "rotations": "bodies", "actuators": "actuators"}.get(only, "control")
@@ -85,7 +85,8 @@ def _listed(case, names, columns_of):
     return listed(case, names, lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)])
 
 
-def _loop_table(case):
+def loop_table(case):
+    """Gain, largest gain, margin and peak of the sensitivity of a `SuspensionCase`; raises as `SuspensionCase`."""
     cells, errors = {}, {}
     for column in LOOP:
         cells[column.header], error = value(case, column)
@@ -94,7 +95,7 @@ def _loop_table(case):
     return Table(tuple(column.field for column in LOOP), [cells], single=True, errors=lambda: iter([known]))
 
 
-def _coordinate_table(case):
+def coordinate_table(case):
     """Each measured coordinate: its notch, and by how much its gain alone may grow."""
     movement = case.in_wind.movement
     body = movement.equilibrium.suspension.body_names[movement.body]

@@ -1,0 +1,147 @@
+"""Tables of the command `loop` for a suspension: its margins, singular values over frequency, response in time."""
+
+import numpy as np
+
+from cablestudy.control import loop_response
+from cablestudy.control.law import NOTHING
+from cablestudy.control.pose_state_space import Labels, state_space
+from cablestudy.control.statespace import MODAL
+from cablestudy.control.suspension import labels
+from cablestudy.errors import SceneError
+from cablestudy.scene.scene import missing
+from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.study.loop_in_time import OF_WIND, TimeCase
+from cablestudy.study.loop_report import decibels
+from cablestudy.study.ssm import number_of
+from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
+from cablestudy.study.table import Field, Table
+from cablestudy.system.suspension import AXES
+
+TURNS = ("roll", "pitch", "yaw")
+TABLES = {"loop": loop_table, "coordinates": coordinate_table}
+
+
+def check_control(document, scene):
+    """Refuse a suspension without a loop: SceneError."""
+    if not scene.control:
+        raise missing(document, "control", "loop")
+
+
+def loop_tables(case, only=None):
+    """The tables `loop`, and `coordinates` with the margin of each alone, of a `SuspensionCase`: dict; or one of them.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The loop is unstable, or there is none.
+    """
+    return {name: make(case) for name, make in TABLES.items() if only in (None, name)}
+
+
+def response_table(movement, span):
+    """Table of the singular values [dB] of L, S = (I + L)^-1 and T = S L at what is measured, over frequency.
+
+    Parameters
+    ----------
+    movement : Movement
+    span : (float, float, int)
+        From `ssm.read_span`. Poles of the closed loop in the range have rows of their own beside these.
+    """
+    (low, high, count), loop = span, movement.loop
+    own = np.abs(loop.poles[loop.poles.imag > 0]) / (2 * np.pi)
+    frequency = np.unique(np.concatenate([np.geomspace(low, high, count), own[(own > low) & (own < high)]]))
+    gain = loop.gain * loop.unit_gain(2j * np.pi * frequency)
+    sensitivity = np.linalg.inv(np.eye(gain.shape[-1]) + gain)
+    columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}
+    for name, title, value in (
+        ("open_loop", "L", gain), ("sensitivity", "S", sensitivity), ("complementary_sensitivity", "T",
+                                                                      sensitivity @ gain)
+    ):  # fmt: skip
+        values = decibels(np.linalg.svd(value, compute_uv=False))
+        columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = values[:, 0]
+        columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = values[:, -1]
+    names = [field.name for field in columns]
+    rows = [
+        {name: cell if np.isfinite(cell) else None for name, cell in zip(names, cells, strict=True)}
+        for cells in np.stack(list(columns.values()), axis=1).tolist()
+    ]
+    return Table(tuple(columns), rows)
+
+
+def time_case(document, case, options):
+    """`TimeCase` of a suspension: one coordinate of its pose after a step of a winch or a reference, or in a gust.
+
+    Parameters
+    ----------
+    document : Document
+        Of its scene, for the places of mistakes.
+    case : SuspensionCase
+        With a loop.
+    options : TimeOptions
+
+    Raises
+    ------
+    SceneError
+        An unknown input or output, or the scene has no wind for it.
+    NoSolutionError, ConvergenceError
+        The loop is unstable, or there is none.
+    """
+    movement, scene = case.in_wind.movement, case.scene
+    body = movement.equilibrium.suspension.body_names[movement.body]
+    winches = [f"winch.{name}" for name in scene.winches]
+    references = [f"reference.{name}" for name in movement.measured]
+    outputs = [f"{body}.{name}" for name in movement.measured]
+    kind = options.input or winches[0]
+    number_of("--input", kind, [*winches, *references, *OF_WIND])
+    shown = number_of("--output", options.output, outputs) if options.output else 0
+    if kind in references and not options.output:
+        shown = references.index(kind)
+    if kind in OF_WIND:
+        if scene.wind is None:
+            raise missing(document, "wind", f"loop --input {kind}")
+        asked, place = options.gust(scene.wind, scene.wind.turbulence[0]), (loop_response.FORCE, 0)
+    elif kind in references:
+        number = references.index(kind)
+        unit = _unit(movement.measured[number])
+        asked, place = options.step(f"the {kind} moves", unit), (loop_response.REFERENCE, number)
+    else:
+        asked, place = options.step(f"{kind} reels in"), (loop_response.WINCH, winches.index(kind))
+    found = [
+        _responses(movement, motion, space, shown, place, asked.components, options.times)
+        for motion, space in ((movement.motion, None), (movement.linear.fewer_motion, movement.linear.fewer))
+    ]
+    found = loop_response.compared(*found)
+    unit = f"m{_unit(movement.measured[shown])}"
+    return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches))
+
+
+def _unit(coordinate):
+    return "rad" if coordinate in TURNS else "m"
+
+
+def _responses(movement, motion, space, shown, place, components, time):
+    """`TimeResponse` with the motion, or with that in a space of its coordinates."""
+    if movement.loop is None:
+        raise SceneError("control: there is no loop")
+    loads = np.zeros((len(movement.motion), 1))
+    if movement.gusts is not None:
+        along = uniform_gust(movement.gusts)
+        loads[: len(along), 0] = along
+    loads = loads if space is None else space.T @ loads
+    inputs, outputs = labels(movement.layout, movement.winches, movement.markers)
+    winches, size = len(movement.winches), len(motion) - sum(not one.wheel for one in movement.actuators)
+    coordinates = tuple((f"coordinate_{k + 1}", MODAL) for k in range(size))
+    named = Labels(coordinates, inputs[:winches], (("gust", "m/s"),), outputs)
+    plant = state_space(motion, loads, named, None, movement.actuators)
+    body, loop = movement.equilibrium.suspension.body_names[movement.body], movement.loop
+    names = [f"{body}.{AXES[MOTIONS.index(name)]}" for name in movement.measured]
+    filters = [notch.state_space if notch else NOTHING for notch in loop.notches]
+    shares = -loop.gain * loop.allocation.shares
+    rows = tuple(plant.output_names.index(name) for name in names)
+    return loop_response.Driven(plant, rows, filters, shares, shown, *place).responses(components, time)
+
+
+def uniform_gust(gusts):
+    """Force on each coordinate per speed of a gust along the mean wind that is the same everywhere. [N/(m/s)]"""
+    everywhere = gusts.forces.sum(axis=0) + sum(strip.forces.sum(axis=1) for strip in gusts.strips)
+    return gusts.directions[0] @ everywhere

@@ -1,0 +1,115 @@
+"""The command `loop` of a suspension: response in time against scipy and neighbouring equilibria; its tables."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.signal
+from command import CONFIGS, rows_of, run, table_of
+
+from cablestudy.scene.scene import load_scene
+from cablestudy.study import plots
+from cablestudy.study.loop_in_time import TimeOptions
+from cablestudy.study.ssm import Options
+from cablestudy.study.suspension import loop_report, ssm
+from cablestudy.study.suspension.case import SuspensionCase
+
+NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
+
+
+@cache
+def solved(*sets):
+    document, scene = load_scene(NET, sets)
+    return document, SuspensionCase(scene)
+
+
+def test_a_step_of_a_reference_is_that_of_scipy():
+    document, case = solved()
+    found = loop_report.time_case(document, case, TimeOptions("10s:21", "reference.y", "2 mm")).found.measured
+    system = ssm.choose(document, case.scene, Options(attached="loop")).system()
+    output, input_ = system.output_names.index("gondola.y"), system.input_names.index("reference.y")
+    siso = system.a, system.b[:, [input_]], system.c[[output]], system.d[[output], [input_]][None]
+    _, expected = scipy.signal.step(siso, T=np.linspace(0, 10, len(found)))
+    assert found == pytest.approx(2e-3 * expected, abs=1e-3 * 2e-3)  # of other numbers of modes
+
+
+def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():
+    document, case = solved("control.gain=0.5")
+    for name in ("gondola.x", "gondola.z"):
+        found = loop_report.time_case(document, case, TimeOptions("200s:11", "winch.u1", output=name)).found
+        assert abs(found.measured[-1]) < 1e-3 * np.abs(found.measured).max()
+        assert abs(found.open_loop[-1]) > 0.1 * np.abs(found.open_loop).max()
+
+
+def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_that_wind():
+    """The static response to a uniform gust against two equilibria in winds that differ by 1 %."""
+    speed = 6.0
+    places = [solved(f"wind.speed={part * speed}")[1].in_wind.mean_displacement("gondola") for part in (0.995, 1.005)]
+    movement = solved()[1].in_wind.movement
+    stiffness = movement.motion.dynamic_stiffness(np.zeros(1))[0].real
+    moved = np.linalg.solve(stiffness, loop_report.uniform_gust(movement.gusts))
+    rows = [movement.outputs[f"gondola.{axis}"] for axis in "xyz"]
+    found = 0.01 * speed * movement.motion.moved[0][rows] @ moved
+    expected = places[1] - places[0]
+    assert found == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
+
+
+def test_singular_values_are_those_of_the_loop():
+    rows = table_of("loop", NET, "--response", "0.05Hz:2Hz:4")
+    loop = solved()[1].in_wind.movement.loop
+    frequency = np.array([row["frequency_Hz"] for row in rows])
+    gain = loop.gain * loop.unit_gain(2j * np.pi * frequency)
+    expected = 1 / np.linalg.svd(np.eye(gain.shape[-1]) + gain, compute_uv=False)
+    for name, value in (("largest", expected[:, -1]), ("smallest", expected[:, 0])):
+        assert [row[f"sensitivity_{name}_dB"] for row in rows] == pytest.approx(20 * np.log10(value), abs=1e-6)
+    assert len(rows) > 4  # resonances have rows of their own
+
+
+def test_the_tables_are_those_of_windrms():
+    loop, coordinates = (table_of("loop", NET, "--table", name) for name in ("loop", "coordinates"))
+    assert loop == table_of("windrms", NET, "--table", "loop")
+    assert coordinates == table_of("windrms", NET, "--table", "coordinates")
+
+
+def test_every_winch_is_in_the_file_and_the_busiest_on_the_screen():
+    done = run("loop", NET, "--time", "2s:3", "--input", "gust", "--format", "csv")
+    winches = [name for name in rows_of(done.out, "csv")[0] if name.endswith("speed_mm_per_s")]
+    assert len(winches) == 6
+    shown = run("loop", NET, "--time", "2s:3", "--input", "gust").out
+    assert shown.count("winch.") == 1
+
+
+def test_the_picture_has_a_line_for_each_winch():
+    document, case = solved()
+    figure = plots.loop_in_time(loop_report.time_case(document, case, TimeOptions("5s:11", "gust")))
+    assert len(figure.axes[2].lines) == 6
+    figure.canvas.draw()
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        if legend:
+            box = legend.get_window_extent()
+            assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+
+
+MISTAKES = {
+    ("--time", "1s", "--input", "winch"): "--input winch: unknown",
+    ("--time", "1s", "--output", "gondola.yaw"): "--output gondola.yaw: unknown",
+    ("--time", "1s", "--input", "reference.roll", "--size", "1 mm"): "--size 1 mm",
+    ("--time", "1s", "--table", "loop"): "--table: no effect",
+    ("--set", "control=null"): "missing key",
+    ("--format", "csv"): "--format csv: one table at a time",
+    ("--table", "motion"): "Invalid value for '--table'",
+}
+
+
+@pytest.mark.parametrize("given", MISTAKES)
+def test_mistakes_are_one_line(given):
+    done = run("loop", NET, *given, code=2)
+    assert done.out == ""
+    assert len(done.lines) == 1
+    assert MISTAKES[given] in done.err
+
+
+def test_an_unstable_loop_is_no_answer():
+    done = run("loop", NET, "--set", "control.gain=12", code=3)
+    assert "the loop is unstable at 12 rad/s" in done.err
