@@ -15,7 +15,7 @@ from cablestudy.study.table import Field, Table
 pytestmark = pytest.mark.usefixtures("folder")
 
 STUDY = (
-    "vary: [{winch.controller.gain: [0.3, {auto: 6 dB}], cable.material: [aramid, steel], gondola.mass: [5 kg, 6 kg]}]\n"
+    "vary: [{winch.controller.gain: [0.3, {auto: 6 dB}], cable.material: [aramid, steel], gondola.mass: [5, 6]}]\n"
     "columns: [mass, sag, dof]\n"
 )
 
