@@ -4,13 +4,32 @@
 `interface`.
 """
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
+    from cablestudy.interface import Scene, Suspension, find, load, sweep, trade
+    from cablestudy.pages.report import report
+
 __version__ = "0.2.0"
 ERRORS = ("CablestudyError", "SceneError", "NoSolutionError", "ConvergenceError")
-__all__ = ["Scene", "Suspension", "find", "load", "report", "sweep", "trade", *ERRORS]
+__all__ = [
+    "CablestudyError",
+    "ConvergenceError",
+    "NoSolutionError",
+    "Scene",
+    "SceneError",
+    "Suspension",
+    "find",
+    "load",
+    "report",
+    "sweep",
+    "trade",
+]
 ELSEWHERE = {**dict.fromkeys(ERRORS, "cablestudy.errors"), "report": "cablestudy.pages.report"}
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> object:
     """The names of `__all__`, imported when they are first asked for: `import cablestudy` alone costs nothing."""
     if name not in __all__:
         raise AttributeError(f"module 'cablestudy' has no attribute {name!r}")

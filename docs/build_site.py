@@ -19,6 +19,7 @@ ROOT = DOCS.parent
 BUILD = ROOT / "build"
 SOURCE, SITE, LISTED = BUILD / "source", BUILD / "site", BUILD / "site-links.txt"
 COPIED = ("pictures", "_static", "notebooks")  # folders of docs/
+SHORT = {"tutorial": "Tutorial <tutorial>"}  # page -> its entry in the navigation, shorter than its heading
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LOADED = re.compile(r"<(?:script|link|img|iframe)\b[^>]*?(?:src|href)=\"((?:https?:)?//[^\"]+)\"")
 ADDRESS = re.compile(r"<a\b[^>]*?href=\"(https?://[^\"]+)\"")
@@ -61,6 +62,7 @@ def within_site(text):
 def toctree(pages):
     """The pages below a page, for the navigation; hidden, since the page links them itself."""
     names = [navigation.OUTSIDE.get(page, page).rsplit(".", 1)[0] for page in pages]
+    names = [SHORT.get(name, name) for name in names]
     return "\n```{toctree}\n:hidden:\n\n" + "\n".join(names) + "\n```\n" if names else ""
 
 

@@ -1,5 +1,8 @@
 """Sphinx configuration of the site; `docs/build_site.py` writes its pages to build/source and calls Sphinx."""
 
+from pygments.lexer import RegexLexer, bygroups
+from pygments.token import Generic, Keyword
+
 from cablestudy import __version__
 
 project = "cablestudy"
@@ -41,3 +44,15 @@ html_theme_options = {
     "pygments_light_style": "tango",
     "pygments_dark_style": "monokai",
 }
+
+
+class Console(RegexLexer):
+    """A block of the terminal: commands after `$ `, and what they print as it is."""
+
+    name = "console"
+    tokens = {"root": [(r"(\$ )(.*\n)", bygroups(Generic.Prompt, Keyword.Namespace)), (r".*\n", Generic.Output)]}  # noqa: RUF012
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.add_lexer("console", Console)

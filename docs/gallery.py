@@ -12,6 +12,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 PICTURES = DOCS / "pictures"
 PAGE = DOCS / "gallery.md"
+NO_EXPLANATION = ("index.md", PAGE.name)  # pages that show pictures of others
 HEAD = """# Gallery
 
 Each picture with the command that draws it and the page that explains it. Commands with `configs/` run at the top of
@@ -24,7 +25,7 @@ SHOWN = re.compile(r"!\[([^\]]*)\]\([\w/]*pictures/([\w.-]+)\)")
 
 def pages():
     """The pages that show pictures, in reading order."""
-    return [DOCS / page for page in in_order() if page != PAGE.name and (DOCS / page).parent == DOCS]
+    return [DOCS / page for page in in_order() if page not in NO_EXPLANATION and "/" not in page]
 
 
 def commands():

@@ -61,9 +61,18 @@ def keys_page(kind):
         rows.setdefault(key.key.rpartition(".")[0], []).append(key)
     for table, keys in rows.items():
         parts.append(f"\n## {f'`{table}`' if table else 'At the top'}\n\n")
-        cells = [[f"`{key.key.rpartition('.')[2]}`", key.unit, key.default, key.meaning, key.allowed] for key in keys]
+        cells = [[name_of(key.key, rows), key.unit, key.default, key.meaning, key.allowed] for key in keys]
         parts.append(table_of(HEADS, cells))
     return "".join(parts)
+
+
+def name_of(key, tables):
+    """The last part of a dotted key, as a link to the table of the keys below it where there is one."""
+    name = f"`{key.rpartition('.')[2]}`"
+    below = next(
+        (table for table in (key, f"{key}.NAME", f"{key}.N", f"{key}.N.KEY", f"{key}.KEY") if table in tables), ""
+    )
+    return f"[{name}](#{below.lower().replace('.', '')})" if below else name
 
 
 def columns_page():
@@ -119,6 +128,6 @@ def table_of(heads, rows):
 
 def plain(cell):
     """A cell of a table without markup, but for what is between backquotes."""
-    if cell.startswith("`"):
+    if cell.startswith(("`", "[`")):
         return cell
     return re.sub(r"([\\|<>*_\[\]{}$])", r"\\\1", cell)

@@ -145,7 +145,7 @@ STUDIES = {
             "5:60: check.status: status is not among the study's columns",
         ],
     ),
-    "a bad plot": (("reference: printed.csv", "plot: {x: sag, y: mass}"), ["5:7: plot: mass is not among"]),
+    "a bad plot": (("reference: printed.csv", "plot: {x: sag, y: mass}"), ["5:19: plot.y: mass is not among"]),
 }
 
 

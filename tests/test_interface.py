@@ -1,7 +1,10 @@
 """The Python interface: the numbers, names and errors of the commands."""
 
+import inspect
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +18,23 @@ NET = CONFIGS / "suspensions" / "carlina-net.yaml"
 def test_importing_the_package_imports_nothing_heavy():
     code = "import cablestudy, sys; print(sorted({'numpy', 'pandas', 'pydantic', 'yaml', 'click'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_the_public_functions_and_methods_are_typed():
+    named = [getattr(cablestudy, name) for name in cablestudy.__all__]
+    methods = [
+        method
+        for kind in (cablestudy.Scene, cablestudy.Suspension)
+        for name, method in vars(kind).items()
+        if inspect.isfunction(method) and not name.startswith("_")
+    ]
+    functions = [one for one in named if inspect.isfunction(one)] + methods
+    assert len(functions) > 15
+    for function in functions:
+        parameters = [one for one in inspect.signature(function).parameters.values() if one.name != "self"]
+        assert "return" in function.__annotations__, function
+        assert all(one.annotation is not one.empty for one in parameters), function
+    assert (Path(cablestudy.__file__).parent / "py.typed").exists()
 
 
 def test_every_public_name_is_there():
@@ -138,8 +158,9 @@ def test_the_command_and_the_function_agree_on_a_trade():
     assert len(frame) == len(rows_of(printed.out, "csv"))
 
 
-def test_the_page_runs_as_it_is_written(monkeypatch, capsys):
-    monkeypatch.chdir(CONFIGS.parent)
+def test_the_page_runs_as_it_is_written(monkeypatch, capsys, tmp_path):
+    shutil.copytree(CONFIGS, tmp_path / "configs")
+    monkeypatch.chdir(tmp_path)
     text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = text.split("```python\n")[1:]
     assert len(blocks) == 7

@@ -4,11 +4,11 @@ import os
 import sys
 from contextlib import contextmanager
 from functools import wraps
-from math import isfinite
 
 import click
 
-from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
+from cablestudy.cli.tables import show, show_tables
+from cablestudy.errors import CablestudyError, SceneError
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
@@ -86,20 +86,5 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     if answer.table is not None:
         show(answer.table, style)
     elif answer.tables is not None:
-        click.echo(answer.render(style), nl=False)
+        show_tables(answer, style)
     return NO_ANSWER if answer.failures else 0
-
-
-def show(table, style):
-    """Print a table on standard output.
-
-    Raises
-    ------
-    NoSolutionError
-        A cell is not finite. Rows that are computed as they are printed are not looked at.
-    """
-    for row in table.rows if isinstance(table.rows, list) else ():
-        for name, value in row.items():
-            if isinstance(value, float) and not isfinite(value):
-                raise NoSolutionError(f"{name} is not a finite number")
-    sys.stdout.writelines(table.pieces(style))

@@ -16,10 +16,10 @@ from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
     metavar="LOW:HIGH",
     help="Range of the key, e.g. 100N:10kN. Default: about its value in the scene, growing to all that it allows.",
 )
-@click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
 @SET
 @CASE
 @FORMAT
+@click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
 @QUIET
 @handle_errors
 def find(scene, goal, by, between, names, sets, case, style, quiet):

@@ -31,17 +31,17 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
     from cablestudy.interface import load
 
     exclude({"response": span, "time": duration}, [(("--response",), ("--time",))])
-    timed = {"input": input_, "size": size, "length": length, "output": output}
+    timed = {"input": input_, "output": output, "size": size, "length": length}
     if duration is None:
         refuse({f"--{option}": value for option, value in timed.items()}, "for --time only")
     one_case(case, "a loop is that of one case: give --case NAME")
-    found, options = load(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
-    if not found.is_suspension:
+    read_scene, options = load(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
+    if not read_scene.is_suspension:
         refuse({"--table": name}, "the scene has one cable")
     elif span or duration:
         refuse({"--table": name}, "--response and --time have one table")
     else:
         check_one_table(name, style, TABLES)
         options["table"] = name
-    answer = found.compute("loop", estimate=explain or style == "json", **options)
-    return finish(scene, answer, style, plot, explain, quiet)
+    found = read_scene.compute("loop", estimate=explain or style == "json", **options)
+    return finish(scene, found, style, plot, explain, quiet)

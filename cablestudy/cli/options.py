@@ -8,6 +8,7 @@ import click
 
 from cablestudy.cli.cases import CASE
 from cablestudy.cli.error_handling import handle_errors
+from cablestudy.cli.tables import format_options
 from cablestudy.errors import SceneError
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -33,9 +34,7 @@ VARY = click.option(
     metavar="KEY=VALUES",
     help="One more dimension, e.g. cable.preload=100N:2kN:20log or gondola.mass=10kg,50kg. Repeatable.",
 )
-FORMAT = click.option(
-    "--format", "style", type=click.Choice(["md", "csv", "json", "jsonl"]), default="md", help="Default: md."
-)
+FORMAT = format_options
 QUIET = click.option("--quiet", is_flag=True, help="No notes and warnings on standard error.")
 EXPLAIN = click.option("--explain", is_flag=True, help="Say on standard error what was modelled, and how well.")
 PLOT = click.option("--plot", metavar="FILE", help="Draw a picture too: .png, .svg or .pdf.")

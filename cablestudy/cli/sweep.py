@@ -18,6 +18,7 @@ EXCLUSIVE = (
     (("--jobs",), ("--scheduler",)),
     (("--check",), ("--row",)),
     (("--dry-run",), ("--plot", "--row")),
+    (("--check", "--shard"), ("--columns", "--top")),
     (INSTEAD, ("--where", "--sort", "--best", "--pareto")),
     *(((one,), (other,)) for one, other in itertools.combinations(INSTEAD, 2)),
 )
@@ -81,6 +82,10 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         echo_notes(requested.notes, quiet)
         if dry_run:
             return print_cases(requested, style)
+        if style.columns and not sensitivity:
+            from cablestudy.sweeps.variable import ask_columns
+
+            ask_columns(requested, style.columns)
         select = selection_of(requested, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
         if requested.asked and keep:
             keep = False
@@ -95,7 +100,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         with run.Run(requested, files, options) as work:
             compute(work, words_of(study, sets, vary))
             if not parts:
-                return finish(work, style, plot, tolerance, run.command(typed), select)
+                return finish(work, style, plot, tolerance, run.command(typed), select, sensitivity)
             echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
             return NO_ANSWER if work.failed else 0
 
@@ -139,19 +144,21 @@ def compute(work, words):
     work.check_complete()
 
 
-def finish(work, style, plot, tolerance, command, select=None):
+def finish(work, style, plot, tolerance, command, select=None, indices=False):
     """The table of a complete run, compared, or written and printed; the exit code."""
     table, files, quiet = work.table(), work.files, work.options.quiet
-    save_plot(plot, lambda plots: plots.study_plot(work.study, table))
+    shown, notes = select(table) if select else (table, [])
+    if indices:
+        save_plot(plot, lambda plots: plots.sensitivity_plot(work.study, shown))
+    else:
+        save_plot(plot, lambda plots: plots.study_plot(work.study, table))
     if tolerance is not None:
         return print_differences(table, files.csv, tolerance, quiet)
     if work.options.keep:
         work.write(table, command)
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
-    if select:
-        table, notes = select(table)
-        echo_notes(notes, quiet)
-    show(table, style)
+    echo_notes(notes, quiet)
+    show(shown, style)
     return NO_ANSWER if work.failed else 0
 
 

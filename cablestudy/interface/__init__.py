@@ -9,6 +9,11 @@ answer has empty cells and says why in `status`, or raises `NoSolutionError` or 
 had.
 """
 
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
 from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
@@ -16,10 +21,16 @@ from cablestudy.scene.document import apply_sets, read_document
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
 
+if TYPE_CHECKING:
+    import pandas
+
+    from cablestudy.interface.answer import Answer
+    from cablestudy.interface.scene import Changes
+
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 
-def load(path, set=(), case=None):
+def load(path: str | os.PathLike[str], set: Changes = (), case: str | None = None) -> Scene:
     """Read a scene file.
 
     Parameters
@@ -51,12 +62,22 @@ def load(path, set=(), case=None):
     return kind(str(path), changes, document, model)
 
 
-def trade(path, columns=None, repeats=5, set=()):
+def trade(
+    path: str | os.PathLike[str], columns: str | None = None, repeats: int = 5, set: Changes = ()
+) -> pandas.DataFrame:
     """Error against time of every model for a scene: pandas.DataFrame; see `Scene.trade`."""
     return load(path, set).trade(columns, repeats)
 
 
-def find(path, goal, by, between=None, columns=None, set=(), case=None):
+def find(
+    path: str | os.PathLike[str],
+    goal: str,
+    by: str,
+    between: str | None = None,
+    columns: str | None = None,
+    set: Changes = (),
+    case: str | None = None,
+) -> pandas.DataFrame:
     """The values of a key for which a column of a scene takes a value: pandas.DataFrame; see `Scene.find`.
 
     The scene may lack the key.
@@ -64,7 +85,15 @@ def find(path, goal, by, between=None, columns=None, set=(), case=None):
     return compute_find(path, goal, by, between, columns, set, case).frame()
 
 
-def compute_find(path, goal, by, between=None, columns=None, set=(), case=None):
+def compute_find(
+    path: str | os.PathLike[str],
+    goal: str,
+    by: str,
+    between: str | None = None,
+    columns: str | None = None,
+    set: Changes = (),
+    case: str | None = None,
+) -> Answer:
     """As `find`, with warnings and failures: `Answer`."""
     document = apply_sets(read_document(path), texts_of(set) + case_text(case))
     return find_answer(document, goal, by, between, columns)

@@ -1,13 +1,22 @@
 """What a command computes: tables, what is to be said about them, and a picture."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from cablestudy.errors import NoSolutionError, SceneError
 
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
 
-class Values(dict):
+    from cablestudy.study.table import Table
+
+
+class Values(dict[str, Any]):
     """Name with unit -> number, as one row of a table: `values["sag_m"]`.
 
     Attributes
@@ -19,7 +28,11 @@ class Values(dict):
     warnings : tuple of str
     """
 
-    def __init__(self, table, warnings=()):
+    units: dict[str, str]
+    errors: dict[str, float]
+    warnings: tuple[str, ...]
+
+    def __init__(self, table: Table, warnings: tuple[str, ...] = ()) -> None:
         (row,) = table.rows
         super().__init__((field.name, row.get(field.name)) for field in table.fields)
         self.units = {field.name: field.unit for field in table.fields}
@@ -48,27 +61,27 @@ class Answer:
         What was solved.
     """
 
-    table: object = None
-    tables: dict | None = None
-    explain: Callable = tuple
-    warnings: tuple = ()
-    failures: tuple = ()
-    draw: Callable | None = None
+    table: Table | None = None
+    tables: dict[str, Table] | None = None
+    explain: Callable[[], tuple[str, ...]] = tuple
+    warnings: tuple[str, ...] = ()
+    failures: tuple[str, ...] = ()
+    draw: Callable[..., Figure] | None = None
     case: object = None
 
-    def values(self):
+    def values(self) -> Values:
         """The only row of the table: `Values`."""
         return Values(self.table, self.warnings)
 
-    def frame(self):
+    def frame(self) -> pandas.DataFrame:
         """The table as a pandas.DataFrame; `attrs["units"]` has the unit of each column."""
         return frame_of(self.table)
 
-    def frames(self):
+    def frames(self) -> dict[str, pandas.DataFrame]:
         """The tables of a suspension: name -> pandas.DataFrame."""
         return {name: frame_of(table) for name, table in self.tables.items()}
 
-    def figure(self):
+    def figure(self) -> Figure:
         """The picture: matplotlib.figure.Figure.
 
         Raises
@@ -86,13 +99,17 @@ class Answer:
             raise NoSolutionError("; ".join(self.failures))
         raise SceneError("there is no picture of this")
 
-    def save_figure(self, path):
+    def save_figure(self, path: str) -> None:
         """Write the picture as .png, .svg or .pdf, whole or not at all."""
         from cablestudy.study import plots
 
         plots.save(self.figure(), path)
 
-    def render(self, style):
+    def chosen(self, top: int | None = None) -> Answer:
+        """The same with the first rows of each table."""
+        return replace(self, tables={name: table.chosen(top=top) for name, table in self.tables.items()})
+
+    def render(self, style: str) -> str:
         """All tables of a suspension as one text.
 
         Parameters
@@ -108,7 +125,7 @@ class Answer:
         )
 
 
-def frame_of(table):
+def frame_of(table: Table) -> pandas.DataFrame:
     """A `Table` as a pandas.DataFrame; `attrs["units"]` has the unit of each column."""
     import pandas
 

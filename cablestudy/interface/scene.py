@@ -1,38 +1,38 @@
 """A scene of one cable, as the commands static, modes, windrms, ssm, find and trade take it."""
 
+from __future__ import annotations
+
 import json
 import shlex
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer
 from cablestudy.scene.scene import each_case
 
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+    from cablestudy.control.statespace import StateSpace
+    from cablestudy.interface.answer import Values
+
+Changes = Mapping[str, object] | Sequence[str]
 DEFAULT_MODES = 12
 
 
-def texts_of(changes):
+def texts_of(changes: Changes | None) -> tuple[str, ...]:
     """Changes of a file as texts KEY=VALUE: of a dict of key -> value, or these texts themselves; a tuple of str."""
-    if not hasattr(changes, "items"):
-        return tuple(changes or ())
-    return tuple(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in changes.items())
+    if isinstance(changes, Mapping):
+        return tuple(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in changes.items())
+    return tuple(changes or ())
 
 
-def case_text(name):
+def case_text(name: str | None) -> tuple[str, ...]:
     """The change of a scene that chooses a load case; none without a name."""
     return texts_of({} if name is None else {"case": name})
-
-
-def in_time(answer, solved):
-    """An `Answer` with the response in time of a loop, a `TimeCase`, as its table."""
-    from cablestudy.study.loop_in_time import time_table
-
-    return replace(
-        answer,
-        table=time_table(solved),
-        warnings=(*answer.warnings, *solved.notes),
-        draw=lambda plots: plots.loop_in_time(solved),
-    )
 
 
 class Scene:
@@ -50,18 +50,18 @@ class Scene:
         The same in SI.
     """
 
-    def __init__(self, path, changes, document, model):
+    is_suspension: ClassVar[bool] = False
+
+    def __init__(self, path: str, changes: tuple[str, ...], document: Any, model: Any) -> None:
         self.path, self.changes, self.document, self.model = path, changes, document, model
 
-    is_suspension = False
-
     @property
-    def cases(self):
+    def cases(self) -> dict[str, Scene]:
         """The scene in each of its load cases: dict of name -> Scene."""
         of_each = each_case(self.document, self.model)
         return {name: type(self)(self.path, self.changes, *of_case) for name, *of_case in of_each}
 
-    def compute(self, what, **options):
+    def compute(self, what: str, **options: Any) -> Answer:
         """What a command computes, with notes, warnings and its picture: `Answer`.
 
         Parameters
@@ -73,7 +73,7 @@ class Scene:
         """
         return getattr(self, f"_{what}_answer")(**options)
 
-    def compute_cases(self, what, **options):
+    def compute_cases(self, what: str, **options: Any) -> Answer:
         """As `compute`, of every load case: one table, whose rows begin with the name of the case.
 
         Raises
@@ -87,7 +87,7 @@ class Scene:
             raise SceneError(f"--case all: {self.path} has no cases")
         answers = {name: scene.compute(what, **options) for name, scene in self.cases.items()}
 
-        def lines(of):
+        def lines(of: Callable[[Answer], tuple[str, ...]]) -> tuple[str, ...]:
             return tuple(f"case {name}: {line}" for name, answer in answers.items() for line in of(answer))
 
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
@@ -101,11 +101,11 @@ class Scene:
 
     # ------------------------------------------------------------------------------------------------------- static
 
-    def static(self):
+    def static(self) -> Values:
         """Tension, sag, end stiffness and more: `Values`."""
         return self.compute("static", estimate=True).values()
 
-    def shape(self):
+    def shape(self) -> pandas.DataFrame:
         """The static shape, point by point: pandas.DataFrame."""
         return self.compute("shape").frame()
 
@@ -136,7 +136,7 @@ class Scene:
 
     # -------------------------------------------------------------------------------------------------------- modes
 
-    def modes(self, count=None, upto=None):
+    def modes(self, count: int | None = None, upto: float | str | None = None) -> pandas.DataFrame:
         """The modes with fixed ends: pandas.DataFrame.
 
         Parameters
@@ -167,7 +167,7 @@ class Scene:
 
     # --------------------------------------------------------------------------------------------------------- wind
 
-    def windrms(self, on=None):
+    def windrms(self, on: str | None = None) -> Values:
         """The gondola in the wind, or a bare cable: `Values`.
 
         Parameters
@@ -186,11 +186,11 @@ class Scene:
 
     # --------------------------------------------------------------------------------------------------------- loop
 
-    def loop(self):
+    def loop(self) -> Values:
         """Margins, sensitivity and bandwidth of the winch loop: `Values`."""
         return self.compute("loop", estimate=True).values()
 
-    def loop_response(self, response):
+    def loop_response(self, response: str) -> pandas.DataFrame:
         """The loop over frequency: pandas.DataFrame.
 
         Parameters
@@ -200,34 +200,41 @@ class Scene:
         """
         return self.compute("loop", response=response).frame()
 
-    def loop_in_time(self, time, input=None, size=None, length=None, output=None):
+    def loop_in_time(
+        self,
+        time: str,
+        input: str | None = None,
+        size: str | None = None,
+        length: str | None = None,
+        output: str | None = None,
+    ) -> pandas.DataFrame:
         """What the loop does in time: pandas.DataFrame.
 
         Parameters
         ----------
         time : str
             How long, and how many rows: "60 s", "60 s:2001".
-        input : {"winch", "reference", "gust", "wind"}, optional
-            A step of the winch, the default, or of the reference, a 1-cosine gust, a step of the wind speed; of a
-            suspension "winch.CABLE" and "reference.x".
+        input : str, optional
+            A step of the winch (the default) or of the reference, a 1-cosine gust, a step of the wind speed: "winch",
+            "reference", "gust" or "wind"; of a suspension "winch.CABLE" and "reference.x".
         size : str, optional
             Of the input; by default 1 mm, or 3 standard deviations of the turbulence.
         length : str, optional
             Time of a gust; by default length scale over wind speed.
         output : str, optional
-            Of a suspension what of its pose is shown, as "gondola.x".
+            Of a suspension, what of its pose, for example "gondola.x".
         """
-        return self.compute("loop", time=time, input=input, size=size, length=length, output=output).frame()
+        timed = {"input": input, "size": size, "length": length, "output": output}
+        return self.compute("loop", time=time, **timed).frame()
 
-    def _loop_answer(self, response=None, time=None, estimate=False, **options):
-        from cablestudy.study import loop_in_time, loop_report
-        from cablestudy.study.ssm import read_span
+    def _loop_answer(self, response=None, time=None, estimate=False, **timed):
+        from cablestudy.study import loop_report
+        from cablestudy.study.loop_in_time import time_case
 
-        span = read_span(response) if response else None
-        asked = loop_in_time.TimeOptions(time, **options) if time else None
+        span, asked = loop_options(response, time, timed)
         answer = self._of_row(*loop_report.loop_table(self.document, self.model, estimate), None)
         if asked and not answer.failures:
-            return in_time(answer, loop_in_time.time_case(self.document, answer.case, asked))
+            return in_time(answer, time_case(self.document, answer.case, asked))
         if asked or not loop_report.has_loop(answer.case):
             return replace(answer, table=None) if asked or span else answer
         # an unstable loop too has a response over frequency
@@ -237,8 +244,16 @@ class Scene:
     # -------------------------------------------------------------------------------------------------- state space
 
     def state_space(
-        self, with_=None, modes=None, upto=None, error=None, wind=False, proper=False, input=None, output=None
-    ):
+        self,
+        with_: str | None = None,
+        modes: int | None = None,
+        upto: str | None = None,
+        error: float | None = None,
+        wind: bool = False,
+        proper: bool = False,
+        input: str | None = None,
+        output: str | None = None,
+    ) -> StateSpace:
         """The cable as a linear system of first order: `control.statespace.StateSpace`.
 
         Parameters
@@ -272,7 +287,7 @@ class Scene:
 
     # ------------------------------------------------------------------------------------------------ find and trade
 
-    def find(self, goal, by, between=None, columns=None):
+    def find(self, goal: str, by: str, between: str | None = None, columns: str | None = None) -> pandas.DataFrame:
         """The values of a key for which a column takes a value: pandas.DataFrame, one row for each.
 
         Parameters
@@ -291,7 +306,7 @@ class Scene:
     def _find_answer(self, **options):
         return find_answer(self.document, **options)
 
-    def trade(self, columns=None, repeats=5):
+    def trade(self, columns: str | None = None, repeats: int = 5) -> pandas.DataFrame:
         """Error against time of every model: pandas.DataFrame.
 
         Parameters
@@ -328,7 +343,7 @@ class Scene:
 
     # ----------------------------------------------------------------------------------------------------- pictures
 
-    def plot(self, kind="static"):
+    def plot(self, kind: str = "static") -> Figure:
         """A picture: matplotlib.figure.Figure.
 
         Parameters
@@ -371,4 +386,24 @@ def find_answer(document, goal, by, between=None, columns=None):
         table=table,
         warnings=(*warnings, *several),
         failures=tuple(dict.fromkeys(row.cells["status"] for row in rows if row.failed)),
+    )
+
+
+def loop_options(response, time, timed):
+    """The range of frequencies and the `TimeOptions` of the command `loop`, None each where it is not asked for."""
+    from cablestudy.study.loop_in_time import TimeOptions
+    from cablestudy.study.ssm import read_span
+
+    return read_span(response) if response else None, TimeOptions(time, **timed) if time else None
+
+
+def in_time(answer, solved):
+    """The `Answer` with the table, notes and picture of a `TimeCase`."""
+    from cablestudy.study.loop_in_time import time_table
+
+    return replace(
+        answer,
+        table=time_table(solved),
+        warnings=(*answer.warnings, *solved.notes),
+        draw=lambda plots: plots.loop_in_time(solved),
     )

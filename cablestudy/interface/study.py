@@ -1,9 +1,24 @@
 """A study, as the commands sweep and merge take it."""
 
-from cablestudy.interface.scene import texts_of
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from cablestudy.interface.scene import Changes, texts_of
+
+if TYPE_CHECKING:
+    import pandas
 
 
-def sweep(study, set=None, vary=None, jobs=None, out=None):
+def sweep(
+    study: str | os.PathLike[str],
+    set: Changes = (),
+    vary: Mapping[str, str] | None = None,
+    jobs: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+) -> pandas.DataFrame:
     """Compute a study.
 
     Parameters

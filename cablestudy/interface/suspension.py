@@ -1,20 +1,26 @@
 """A scene of several cables, bodies and points, as the commands take it."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer
-from cablestudy.interface.scene import DEFAULT_MODES, Scene, fewer_modes, frequency_limit, in_time
+from cablestudy.interface.scene import DEFAULT_MODES, Scene, fewer_modes, frequency_limit, in_time, loop_options
+
+if TYPE_CHECKING:
+    import pandas
 
 
 class Suspension(Scene):
     """A scene of several cables, bodies and points; its tables are mappings of name -> pandas.DataFrame."""
 
-    is_suspension = True
+    is_suspension: ClassVar[bool] = True
 
     @cached_property
-    def case(self):
+    def case(self) -> Any:
         """Its equilibrium and motion, each computed when it is first asked for: `SuspensionCase`."""
         return self._solved(False)
 
@@ -23,11 +29,11 @@ class Suspension(Scene):
 
         return SuspensionCase(self.model, estimate=True) if estimate else SuspensionCase(self.model)
 
-    def compute_cases(self, what, **options):
+    def compute_cases(self, what: str, **options: Any) -> Answer:
         """Not there: a suspension has several tables for each case; see `cases`."""
         raise SceneError("--case all: the scene is a suspension, which has several tables: give --case NAME")
 
-    def static(self):
+    def static(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
         """The tables bodies, points, cables and stiffness: dict of name -> pandas.DataFrame."""
         return self.compute("static").frames()
 
@@ -52,7 +58,7 @@ class Suspension(Scene):
 
         return _answer(table, form_tables(self.model))
 
-    def shape(self):
+    def shape(self) -> pandas.DataFrame:
         """Not there: the tables of `static` have the places of bodies and points."""
         raise SceneError("shape: the scene is a suspension; see the tables of static()")
 
@@ -72,7 +78,7 @@ class Suspension(Scene):
             case=case,
         )
 
-    def windrms(self, on=None):
+    def windrms(self, on: str | None = None) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
         """Its tables, motion, cables, loop and others: dict of name -> pandas.DataFrame."""
         if on is not None:
             raise SceneError("on: the scene is a suspension, whose key wind.on says so")
@@ -89,19 +95,15 @@ class Suspension(Scene):
             table, tables, case, lambda: notes_of(case), remarks_of(case), lambda plots: plots.suspension_wind(case)
         )
 
-    def loop(self):
-        """The tables of the loop, and of each coordinate that is measured: dict of name -> pandas.DataFrame."""
+    def loop(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
+        """The tables loop and coordinates: dict of name -> pandas.DataFrame."""
         return self.compute("loop").frames()
 
-    def _loop_answer(self, response=None, time=None, table=None, estimate=False, **options):
-        """`table`: the only one that is asked for."""
-        from cablestudy.study.loop_in_time import TimeOptions
-        from cablestudy.study.ssm import read_span
+    def _loop_answer(self, response=None, time=None, table=None, estimate=False, **timed):
         from cablestudy.study.suspension import loop_report
         from cablestudy.study.suspension.notes import notes_of, strength_warning
 
-        span = read_span(response) if response else None
-        asked = TimeOptions(time, **options) if time else None
+        span, asked = loop_options(response, time, timed)
         loop_report.check_control(self.document, self.model)
         case = self._solved(estimate)
         movement = case.in_wind.movement

@@ -160,13 +160,20 @@ def resolved_file(document):
 
 
 def varied_list(study):
-    """What varies in a study, entry by entry, as HTML."""
-    lines = []
-    for entry in study.entries:
-        for key, values, _ in entry.columns:
-            shown = [written(values[step]) for step in range(min(len(values), MOST_VALUES))]
-            if len(values) > MOST_VALUES:
-                shown[MOST_VALUES - 1 :] = ["…", written(values[len(values) - 1])]
-            among = f" ({counted(len(values), 'value')})" if len(values) > MOST_VALUES else ""
-            lines.append(f"{key}: {', '.join(shown)}{among}")
-    return listed(lines)
+    """What varies in a study, key by key, as HTML."""
+    columns = [column for entry in study.entries for column in entry.columns]
+    return listed(f"{key}: {_values(study, key, values)}" for key, values, _ in columns)
+
+
+def _values(study, key, values):
+    """The values of a varied key: those of a list, or the ends of a range or sample."""
+    if isinstance(values, list):
+        shown = [*values[: MOST_VALUES - 1], "…", values[-1]] if len(values) > MOST_VALUES else values
+        return ", ".join(map(written, shown)) + (f" ({len(values)} values)" if len(values) > MOST_VALUES else "")
+    if study.sample is not None and key in study.sample.over:
+        interval = study.sample.over[key]
+        how = f"{len(values)} cases of the sample ({study.sample.method})"
+    else:
+        interval = values.written
+        how = f"{len(values)} values, spacing {interval['spacing']}"
+    return f"from {written(interval['from'])} to {written(interval['to'])}, {how}"

@@ -88,17 +88,19 @@ class Page:
 
     def draw(self, figure_of, caption):
         """Append the picture that a function draws by the module `study.plots`."""
-        from cablestudy.pages.pictures import inline_svg
+        from cablestudy.pages.pictures import inline_picture
         from cablestudy.study import plots
 
         with self.part(f"Picture: {caption}"):
             self._pictures += 1
-            self.add(picture(inline_svg(figure_of(plots), f"picture{self._pictures}", caption), caption))
+            self.add(picture(inline_picture(figure_of(plots), f"picture{self._pictures}", caption), caption))
 
     def note(self, title, lines):
-        """Keep notes for the section on models and errors, each once."""
-        known = self.notes.setdefault(title, [])
-        known += [line for line in dict.fromkeys(map(one_line, lines)) if line not in known]
+        """Keep notes for the section on models and errors, each where it comes first."""
+        told = {line for lines in self.notes.values() for line in lines}
+        self.notes.setdefault(title, []).extend(
+            line for line in dict.fromkeys(map(one_line, lines)) if line not in told
+        )
 
     def warn(self, lines):
         """Keep warnings, each once."""
@@ -111,12 +113,9 @@ class Page:
         """Append the section on what was modelled, what was left out, and how far the numbers can be trusted."""
         self.heading("Models and errors")
         self.add(paragraph(statement))
-        alike = {}
         for title, lines in self.notes.items():
-            alike.setdefault(tuple(lines), []).append(title)
-        for lines, (first, *others) in alike.items():
             if lines:
-                self.heading(", ".join([first, *(title[0].lower() + title[1:] for title in others)]), 3)
+                self.heading(title, 3)
                 self.add(listed(lines))
         if self.left_out:
             self.heading("Left out", 3)

@@ -1,11 +1,14 @@
 """The command `report`: a scene or a study as one page of HTML that needs nothing else."""
 
+from __future__ import annotations
+
 import os
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cablestudy.errors import SceneError
-from cablestudy.interface.scene import Scene, case_text, texts_of
+from cablestudy.interface.scene import Changes, Scene, case_text, texts_of
 from cablestudy.interface.suspension import Suspension
 from cablestudy.pages import given
 from cablestudy.pages.markup import paragraph
@@ -45,7 +48,16 @@ class Report:
     warnings: tuple
 
 
-def report(path, out=None, set=(), vary=(), case=None, title=None, words=None, quiet=True):
+def report(
+    path: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    set: Changes = (),
+    vary: Changes = (),
+    case: str | None = None,
+    title: str | None = None,
+    words: Sequence[str] | None = None,
+    quiet: bool = True,
+) -> Report:
     """Write a scene or a study as one page of HTML, which loads nothing: `Report`.
 
     What has no answer is told in the page, and the rest stands.

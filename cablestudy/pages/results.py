@@ -1,5 +1,7 @@
 """The results of a scene as sections of a page: statics, load cases, modes, loop, wind; see `interface.scene`."""
 
+from dataclasses import replace
+
 from cablestudy.errors import CablestudyError
 from cablestudy.pages.page import one_line
 from cablestudy.study.table import Field, Table
@@ -19,11 +21,13 @@ CAPTIONS = {
     "loop": "Loop",
     "coordinates": "Measured coordinates of the loop",
 }
+LOOP = ("loop", "coordinates")  # tables of a suspension in the wind that are of the loop, where it has one
 NOTE = "note: "  # how a warning begins that is none
 CABLES = {"static": "Cables", "windrms": "Tensions of the cables in the wind"}
 PICTURES = {
     "static": "Static form",
     "modes": "Shapes of the lowest modes",
+    "loop": "Loop gain, sensitivity and margins",
     "windrms": "Spectra and variance in the wind",
 }
 # what a reader looks for first: table of a suspension or "", column, name, and which of several rows
@@ -35,10 +39,10 @@ KEY_FIGURES = {
         ("cables", "utilisation", "largest utilisation", max),
     ),
     "modes": (("", "frequency_Hz", "lowest frequency", min),),
+    "loop": (("", "gain_margin_dB", "gain margin", min), ("", "phase_margin_deg", "phase margin", min)),
     "windrms": (
         ("", "gondola_frequency_Hz", "frequency of the gondola", max),
         ("", "gondola_rms_mm", "RMS of the gondola", max), ("", "midspan_rms_mm", "RMS at mid-span", max),
-        ("", "gain_margin_dB", "gain margin", min),
         ("motion", "rms_mm", "largest RMS in the wind", max), ("loop", "gain_margin_dB", "gain margin", min),
     ),
 }  # fmt: skip
@@ -67,25 +71,70 @@ def sections(page, scene):
         page.left_out.append("load cases: the scene has none (key cases)")
     with page.section("Modes"):
         _answer(page, scene, "modes")
-    if model.wind is None:
-        page.left_out.append("wind: the scene has none (key wind)")
+    if scene.is_suspension:
+        _suspension_in_motion(page, scene)
     else:
+        _cable_in_motion(page, scene)
+    for key, what in (("wind", "wind"), ("control" if scene.is_suspension else "winch.controller", "loop")):
+        if not _has(model, key):
+            page.left_out.append(f"{what}: the scene has none (key {key})")
+
+
+def _has(model, key):
+    """Whether a scene has what a dotted key names."""
+    for name in key.split("."):
+        model = model and getattr(model, name)
+    return model is not None
+
+
+def _cable_in_motion(page, scene):
+    known = ()
+    if _has(scene.model, "winch.controller"):
+        with page.section("Loop"):
+            known = [field.name for field in _answer(page, scene, "loop").table.fields]
+    if scene.model.wind is not None:
         with page.section("Wind"):
-            _answer(page, scene, "windrms")
+            _answer(page, scene, "windrms", known)
 
 
-def _answer(page, scene, what):
-    """What a command computes: tables, picture, notes."""
+def _suspension_in_motion(page, scene):
+    """The loop is that in the wind, which damps the motion."""
+    found = None
+    if scene.model.control is not None:
+        with page.section("Loop"):
+            found = scene.compute("windrms", estimate=True)
+            _tables(page, scene, "windrms", {name: found.tables[name] for name in LOOP})
+            page.draw(lambda plots: plots.suspension_loop(found.case.in_wind.movement), PICTURES["loop"])
+    if scene.model.wind is not None:
+        with page.section("Wind"):
+            found = found or scene.compute("windrms", estimate=True)
+            _told(page, "windrms", found)
+            tables = {name: table for name, table in found.tables.items() if name not in LOOP}
+            _tables(page, scene, "windrms", tables)
+            page.draw(found.draw, PICTURES["windrms"])
+
+
+def _answer(page, scene, what, known=()):
+    """What a command computes: tables without the columns that are known, picture, notes; returns the `Answer`."""
     answer = scene.compute(what, estimate=True)
     _told(page, what, answer)
     tables = {"": answer.table} if answer.table is not None else answer.tables
+    if known:
+        left = tuple(field for field in answer.table.fields if field.name not in known or field.name == "status")
+        tables = {"": replace(answer.table, fields=left)}
+    _tables(page, scene, what, tables)
+    if answer.draw is not None:
+        page.draw(answer.draw, PICTURES[what] + _of_case(scene))
+    return answer
+
+
+def _tables(page, scene, what, tables):
+    """Tables with their captions; the numbers among them that a reader looks for first."""
     for name, table in tables.items():
         page.table(table, _caption(scene, what, name))
     for name, column, title, pick in KEY_FIGURES[what]:
         if name in tables:
             page.key_figure(tables[name], column, title, pick)
-    if answer.draw is not None:
-        page.draw(answer.draw, PICTURES[what] + _of_case(scene))
 
 
 def _told(page, what, answer):

@@ -29,10 +29,11 @@ def _listed(value):
 class Plot(Table):
     """What `--plot` draws."""
 
-    x: Name = Field(description="Column along x")
+    x: Name = Field(description="Column or varied key along x")
     y: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = Field(
-        min_length=1, description="Column or list of columns along y"
+        min_length=1, description="Column or varied key along y, or a list of them"
     )
+    color: Name | None = Field(None, description="Column or varied key as colour; over two varied keys a heat map")
     logx: StrictBool = Field(False, description="Logarithmic x axis")
     logy: StrictBool = Field(False, description="Logarithmic y axis")
 

@@ -362,7 +362,7 @@ COLUMNS = (
     Column("status", "", "ok, over strength, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
-STATUS = COLUMNS[-1].field
+STATUS = Field("status", "status", unless="ok")
 
 FAMILIES = (
     _frequency("inplane_frequency_K", "in-plane frequency K (1, 2, ...), axial modes not counted", 0, "in-plane"),

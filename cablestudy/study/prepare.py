@@ -1,5 +1,6 @@
 """Checks of a study before anything is computed, and the columns, fields and printed values of its table."""
 
+from difflib import get_close_matches
 from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
@@ -53,12 +54,39 @@ def prepare(study):
         check_goal(goal_of_study(study), study.document_of(0))
     columns = columns_of(study)
     tolerances_of(study)
-    for name in (study.plot.x, *study.plot.y) if study.plot else ():
-        try:
-            varied_key(study, name) or _listed(study, name)
-        except ValueError as error:
-            raise SceneError(Mistake(study.where(("plot",)), "plot", str(error))) from None
+    _check_plot(study)
     return columns, _printed_values(study, columns)
+
+
+def _check_plot(study):
+    """Raise SceneError for names under `plot:` that are neither columns of the study nor varied keys."""
+    if not study.plot:
+        return
+    names = {("x",): study.plot.x} | {("y", place): name for place, name in enumerate(study.plot.y)}
+    names |= {("color",): study.plot.color}
+    mistakes = []
+    for path, name in names.items():
+        try:
+            if name is not None and varied_key(study, name) is None:
+                _drawn_column(study, name)
+        except ValueError as error:
+            mistakes.append(Mistake(study.where(("plot", *path)), f"plot.{path[0]}", str(error)))
+    if mistakes:
+        raise SceneError(*mistakes)
+
+
+def _drawn_column(study, name):
+    """Raise ValueError for a name that is no column of the study, or text."""
+    try:
+        column = _listed(study, name)
+    except ValueError:
+        if "." not in name:
+            raise
+        near = get_close_matches(name, [*study.varied, *study.columns], 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise ValueError(f"{name} is neither a column of the study nor a varied key{hint}") from None
+    if column.name == "status":
+        raise ValueError("status is text")
 
 
 def columns_of(study):

@@ -8,14 +8,18 @@ import re
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from functools import partial
+from itertools import islice
 
 from cablestudy.errors import SceneError
+from cablestudy.study.markdown import short as short
+from cablestudy.study.markdown import signed as signed
+from cablestudy.study.markdown import whole
 
-DIGITS = 4
-MOST_DIGITS = 17  # of a float
+REMOVED = str.maketrans("", "", "^ ")  # of a unit in a name
 NO_TABLE = "not a table of comma-separated values"
-MOST_ROWS = 1000  # of a table in Markdown
 
 
 @dataclass(frozen=True)
@@ -28,13 +32,20 @@ class Field:
     beside: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
     hidden: bool = False  # whether Markdown leaves the column out
     distinct: bool = False  # whether Markdown gives numbers as many digits as tell them apart
+    unless: str = ""  # a terminal leaves the column out if all its cells are this text
+
+    @property
+    def plain(self):
+        """Its name without the unit."""
+        return self.name.removesuffix(header("", self.unit))
 
 
 def header(name, unit):
     """A name with its unit, as in CSV and JSON: `end_stiffness_N_per_m`."""
     if not unit:
         return name
-    return f"{name}_{unit.replace('/', '_per_').replace('^', '').replace(' ', '').replace('%', 'percent')}"
+    words = unit.removeprefix("1").replace("/", "_per_").replace("%", "percent").translate(REMOVED)
+    return f"{name}_{words.removeprefix('_')}"
 
 
 @dataclass(frozen=True)
@@ -46,6 +57,43 @@ class Table:
     single: bool = False  # one row by nature: Markdown then has one line for each quantity
     across: str = ""  # field whose values head the columns of Markdown, one for each row
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
+
+    def chosen(self, names=(), top=None):
+        """Some columns, in the order of their names, and the first rows.
+
+        Parameters
+        ----------
+        names : sequence of str
+            With or without units; empty for all columns.
+        top : int or None
+            How many rows; None for all.
+
+        Raises
+        ------
+        SceneError
+            A name that no column has.
+        """
+        if not names and top is None:
+            return self
+        asked = dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)
+        fields = tuple(asked) or self.fields
+        shown = {field.name for field in fields}
+
+        def errors():
+            for row in islice(self.errors(), top):
+                yield {name: error for name, error in row.items() if name in shown}
+
+        return replace(self, fields=fields, rows=self.rows[:top], errors=self.errors and errors)
+
+    def field(self, name):
+        """The field of a name, with its unit or without; SceneError where there is none."""
+        found = next((field for field in self.fields if name in (field.name, field.plain)), None)
+        if found:
+            return found
+        names = {name: field.plain for field in self.fields for name in (field.name, field.plain)}
+        near = get_close_matches(name, names, 1)
+        hint = f"did you mean {names[near[0]]}?" if near else f"it has {', '.join(dict.fromkeys(names.values()))}"
+        raise SceneError(f"--columns: the table has no column {name!r} ({hint})")
 
     def render(self, style):
         """The table as one text; see `pieces`."""
@@ -61,7 +109,7 @@ class Table:
             with columns and units, rows, and the estimated errors of their cells where they are known. JSON lines: one
             object for each row.
         """
-        return {"md": self._markdown, "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
+        return {"md": partial(whole, self), "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
 
     def _csv(self):
         names = [field.name for field in self.fields]
@@ -98,73 +146,6 @@ class Table:
         for row in self.rows:
             yield {field.name: row.get(field.name) for field in self.fields}
 
-    def _markdown(self):
-        shown = [field for field in self.fields if not field.hidden]
-        if self.single:
-            row = self.rows[0]
-            known = [field for field in shown if row.get(field.name) is not None]
-            body = [[field.title, short(row[field.name]), field.unit] for field in known]
-            yield _tabulated(body, ["quantity", "value", "unit"], ("left", "right", "left"))
-            return
-        if self.across:
-            yield self._side_by_side(shown)
-            return
-        total, half = len(self.rows), MOST_ROWS // 2
-        left_out = max(0, total - MOST_ROWS)
-        rows = [*self.rows[:half], *self.rows[-half:]] if left_out else list(self.rows)
-        head = [f"{field.title} [{field.unit}]" if field.unit else field.title for field in shown]
-        body = _body(shown, rows)
-        if left_out:
-            body.insert(half, ["…"] * len(shown))
-        yield _tabulated(body, head, [_side(field.name, rows) for field in shown])
-        if left_out:
-            yield f"\n{left_out} of {total} rows are left out here, from {half + 1} to {total - half}"
-            yield "; csv, json and jsonl have them all.\n"
-
-    def _side_by_side(self, shown):
-        """Markdown with one line for each quantity and one column for each row."""
-        rows, left = list(self.rows), [field for field in shown if field.name != self.across]
-        known = [field for field in left if any(row.get(field.name) is not None for row in rows)]
-        cells = zip(*_body(known, rows), strict=True)
-        body = [[field.title, *texts, field.unit] for field, texts in zip(known, cells, strict=True)]
-        heads = [str(row[self.across]) for row in rows]
-        return _tabulated(body, ["quantity", *heads, "unit"], ("left", *["right"] * len(rows), "left"))
-
-
-def _tabulated(body, head, sides):
-    """Cells as a table of Markdown."""
-    from tabulate import tabulate
-
-    return tabulate(body, head, "pipe", disable_numparse=True, colalign=sides if body else None) + "\n"
-
-
-def _side(name, rows):
-    """On which side the cells of a column stand: numbers on the right."""
-    return "left" if any(isinstance(row.get(name), str) for row in rows) else "right"
-
-
-def _body(fields, rows):
-    """The cells of Markdown, row by row."""
-    digits = [_digits([row.get(field.name) for row in rows]) if field.distinct else DIGITS for field in fields]
-    return [[_cell(field, row, count) for field, count in zip(fields, digits, strict=True)] for row in rows]
-
-
-def _digits(values):
-    """The fewest significant digits, DIGITS or more, with which different numbers are different texts."""
-    numbers = {value for value in values if isinstance(value, float)}
-    counts = range(DIGITS, MOST_DIGITS)
-    return next((count for count in counts if len({short(n, count) for n in numbers}) == len(numbers)), MOST_DIGITS)
-
-
-def _cell(field, row, digits):
-    """A cell of Markdown; of a difference from a printed value, both."""
-    if not field.beside:
-        return short(row.get(field.name), digits).replace("|", "\\|")
-    printed, difference = row.get(field.beside), row.get(field.name)
-    if printed is None:
-        return ""
-    return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"
-
 
 class _Line:
     """File for csv.writer that keeps the last line written."""
@@ -181,28 +162,6 @@ def _indented(value, depth):
 def exact(value):
     """A cell as csv writes it: the shortest text that reads back as the same number."""
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)
-
-
-def short(value, digits=DIGITS):
-    """A cell of Markdown: significant digits, without an exponent from 1e-4 to 1e8."""
-    if value is None:
-        return ""
-    if not isinstance(value, float):
-        return str(value)
-    if value == 0:
-        return "0"
-    text = f"{value:.{digits}g}"
-    if "e" in text and 1e-4 <= abs(value) < 1e8:
-        text = f"{float(text):.0f}" if abs(value) >= 1 else f"{float(text):f}"
-    return text
-
-
-def signed(value):
-    """A difference with its sign, two significant digits."""
-    if value == 0:
-        return "0"
-    text = f"{value:+.2g}"
-    return f"{float(text):+.0f}" if "e" in text and 1 <= abs(value) < 1e6 else text
 
 
 def write_whole(path, text):

@@ -81,11 +81,16 @@ class Rows(LazyRows):
         return frame
 
     def csv_lines(self, names):
-        """Iterator of the lines of the CSV below its head, for the table's columns; None if there are printed values.
+        """Iterator of the lines of the CSV below its head; None unless its columns are varied keys and all stored ones.
 
         Stored numbers are copied as text, which a million rows need.
         """
-        return None if self._reference[0] else self._copied(set(names))
+        stored = [*self._store.headers, "status"]
+        varied = names[: -len(stored)]
+        copied = names[-len(stored) :] == stored and varied == [
+            known.header for known in self._varied.values() if known.header in varied
+        ]
+        return self._copied(set(varied)) if copied else None
 
     def _copied(self, shown):
         entries = [[(self._varied[key], values) for key, values, _ in e.columns] for e in self._study.entries]

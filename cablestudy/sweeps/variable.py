@@ -1,16 +1,20 @@
 """What an option names in the rows of a study: a column or a varied key, and its values in a unit."""
 
+import re
 from dataclasses import dataclass
 from difflib import get_close_matches
 
 from pandas.api.types import is_numeric_dtype
 
+from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import common_factor, to_si
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.find import column_named
 from cablestudy.study.varied_keys import TEXT, varied_key
+
+OF_REFERENCE = re.compile("_(printed|difference)(_|$)")  # in a name: see `prepare.beside`
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,25 @@ def variable(name, study, option):
     if column.name != "status" and not {column.name, column.header}.intersection(study.columns):
         study.ask(column.name, option)
     return Variable(column.header, column.unit, is_text=column.name == "status")
+
+
+def ask_columns(study, names):
+    """Add those columns of the option --columns that a study does not have to it.
+
+    Raises
+    ------
+    SceneError
+        Names of neither a column nor a varied key, nor of printed values.
+    """
+    mistakes = []
+    for name in names:
+        try:
+            if not (study.reference_path and OF_REFERENCE.search(name)):
+                variable(name, study, "--columns")
+        except ValueError as error:
+            mistakes.append(f"--columns: {error}")
+    if mistakes:
+        raise SceneError(*mistakes)
 
 
 def _refuse_unknown(name, study):

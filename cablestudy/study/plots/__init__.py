@@ -3,6 +3,7 @@
 from cablestudy.study.plots.bode import bode
 from cablestudy.study.plots.cases import case_forms
 from cablestudy.study.plots.form import static_form
+from cablestudy.study.plots.indices import sensitivity_plot
 from cablestudy.study.plots.loop import loop_in_time, loop_margins
 from cablestudy.study.plots.modes import mode_shapes
 from cablestudy.study.plots.study import study_plot
@@ -21,6 +22,7 @@ __all__ = [
     "loop_margins",
     "mode_shapes",
     "save",
+    "sensitivity_plot",
     "static_form",
     "study_plot",
     "suspension_loop",

@@ -3,7 +3,8 @@
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from cablestudy.study.plots.style import SERIES, WIDTH, panels, styled
+from cablestudy.study.plots.style import SERIES, WIDTH, heading, panels, styled
+from cablestudy.study.plots.words import axis_label
 
 
 @styled
@@ -25,8 +26,7 @@ def bode(curves, frequency, *numbers):
         look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # dashed, since curves may coincide
         magnitude.loglog(frequency, numbers[2 * k], **look)
         phase.semilogx(frequency, numbers[2 * k + 1], **look)
-    unit = curves[0].unit or "-"
-    magnitude.set_ylabel(f"magnitude [{unit}]")
+    magnitude.set_ylabel(axis_label("magnitude", curves[0].unit or "-"))
     phase.set_ylabel("phase [deg]")
     phase.set_xlabel("frequency [Hz]")
     low, high = phase.get_ylim()
@@ -38,6 +38,6 @@ def bode(curves, frequency, *numbers):
         magnitude.legend()
     else:
         title = curves[0].label
-    figure.suptitle(title[0].upper() + title[1:], x=0.01, ha="left", fontsize=10)
+    heading(figure, title[0].upper() + title[1:])
     figure.align_ylabels()
     return figure

@@ -1,15 +1,14 @@
 """The static forms of one cable in all of its load cases."""
 
 from functools import partial
-from itertools import cycle, product
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.cable.geometry import places
-from cablestudy.study.plots.style import GREY, SERIES, WIDTH, Window, plain, styled
+from cablestudy.study.plots.style import DASHES, GREY, SERIES, WIDTH, Window, heading, legend_below, plain, styled
+from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.report import shape_positions
-from cablestudy.study.table import short
 
 SIDEWAYS = 1e-6  # share of the chord from which on a cable is drawn out of the vertical plane too
 UPRIGHT = 1e-3  # run over rise below which there is no horizontal distance to draw against
@@ -45,12 +44,12 @@ def case_forms(cases):
     tall = [height for height, _ in panels]
     figure = Figure(figsize=(WIDTH, sum(tall) + 0.8), layout="constrained")
     grid = figure.subplots(len(tall), 1, height_ratios=tall, squeeze=False)[:, 0]
-    looks = dict(zip(views, cycle(product(("-", "--"), SERIES)), strict=False))
+    looks = {name: (DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k, name in enumerate(views)}
     for axes, (_, paint) in zip(grid, panels, strict=True):
         paint(axes, views, looks)
-    figure.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    named = "Load cases" if len(cases) > 1 else f"Load case {next(iter(cases))}"
-    figure.suptitle(f"{named}: chord {short(first.chord)} m", x=0.01, ha="left", fontsize=10)
+    legend_below(figure, list(zip(*grid[0].get_legend_handles_labels(), strict=True)))
+    named = "Load cases" if len(cases) > 1 else f"Load case {shortened(next(iter(cases)))}"
+    heading(figure, f"{named}: chord {quantity_text(first.chord, 'm')}")
     return figure
 
 
@@ -91,11 +90,11 @@ def _draw(axes, views, looks, height):
     """Draws one line for each case: an attribute of its view against the distance."""
     for name, view in views.items():
         line, colour = looks[name]
-        axes.plot(view.distance, getattr(view, height), line, color=colour, lw=1.3, label=_label(name, view))
+        axes.plot(view.distance, getattr(view, height), ls=line, color=colour, lw=1.3, label=_label(name, view))
 
 
 def _label(name, view):
-    return f"{name}: sag {short(view.sag)} m"
+    return f"{shortened(name)}: sag {quantity_text(view.sag, 'm')}"
 
 
 def _side(axes, views, looks, ground, window):
@@ -127,7 +126,7 @@ def _along_the_span(axes, views, looks):
     """Sideways against height from the chord: a cable is a line at its angle of swing."""
     for name, view in views.items():
         line, colour = looks[name]
-        axes.plot(view.aside, view.below, line, color=colour, lw=1.3)
+        axes.plot(view.aside, view.below, ls=line, color=colour, lw=1.3)
         lowest = int(np.argmax(np.hypot(view.aside, view.below)))
         axes.plot(view.aside[lowest], view.below[lowest], "o", color=colour, ms=4)
     axes.plot(0, 0, "o", color=GREY, ms=4)

@@ -9,10 +9,12 @@ from matplotlib.transforms import ScaledTranslation
 
 from cablestudy.study.plots.cases import case_forms
 from cablestudy.study.plots.deflection import deflections
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, WIDTH, Window, plain, styled
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, WIDTH, Window, heading, plain, styled
+from cablestudy.study.plots.words import quantity_text
 from cablestudy.study.report import shape_positions
-from cablestudy.study.table import short
 
+CLEAR = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}  # behind a text over lines
+LOW = 0.35  # depth of a cable in the picture below which there is no room for a text [in]
 NAMED_LOADS = 6  # the labels of more would overlap
 
 
@@ -33,7 +35,7 @@ def static_form(case):
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
     for place, (_, paint) in zip(grid, panels, strict=True):
         paint(figure, place)
-    figure.suptitle(form.title, x=0.01, ha="left", fontsize=10)
+    heading(figure, form.title)
     full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
     for axes, below in pairwise(full_width):
         if axes.get_xlim() == below.get_xlim():
@@ -85,9 +87,10 @@ class Form:
     @property
     def title(self):
         """Title of the picture, with the main numbers of the cable."""
-        numbers = [f"chord {short(self.chord)} m", f"preload {short(self.case.statics.mean_tension)} N"]
+        preload = quantity_text(self.case.statics.mean_tension, "N")
+        numbers = [f"chord {quantity_text(self.chord, 'm')}", f"preload {preload}"]
         if not (self.upright and self.loaded):  # the sag of such a cable is not defined
-            numbers.append(f"sag {short(self.sag)} m")
+            numbers.append(f"sag {quantity_text(self.sag, 'm')}")
         return f"Static form: {', '.join(numbers)}"
 
 
@@ -109,9 +112,10 @@ def _paint_whole(form, window, hidden, figure, place):
         rotation_mode="anchor", transform_rotates_text=True,
     )  # fmt: skip
     if not hidden:
-        # where the cable is narrower than the text, the text stands beside it
+        # where the cable is narrower than the text, the text stands beside it; where it is flat, above it
         aside = form.distance.max() if form.run < 0.4 * window.width else None
-        _dimension(axes, form.run / 2, form.rise / 2, form.sag, aside)
+        flat = form.sag * window.factor * (WIDTH - 0.8) < LOW * window.width
+        _dimension(axes, form.run / 2, form.rise / 2, form.sag, aside, np.sign(form.rise) if flat else 0)
     _mark_loads(axes, form)
     axes.set(xlabel=form.abscissa_label, ylabel="height above end 1 [m]")
     axes.set_title(window.note.capitalize(), loc="left", color=GREY)
@@ -149,11 +153,18 @@ def _draw(axes, end, x, y):
     axes.plot(*chord, "o", color=GREY, ms=4)
 
 
-def _dimension(axes, x, top, sag, aside=None):
-    """Dimensions the sag as in an engineering drawing, with its value at the arrow or, with a leader, at x = aside."""
+def _dimension(axes, x, top, sag, aside=None, slope=0):
+    """Dimensions the sag as in an engineering drawing, with its value at the arrow or, with a leader, at x = aside.
+
+    With the sign of a slope it stands above the chord that rises or falls so.
+    """
     arrow = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}
     axes.annotate("", (x, top - sag), (x, top), arrowprops=arrow)
-    middle, text, look = top - sag / 2, f"sag {short(sag)} m", {"va": "center", "color": RED}
+    middle, text, look = top - sag / 2, f"sag {quantity_text(sag, 'm')}", {"va": "center", "color": RED, "bbox": CLEAR}
+    if slope:
+        look |= {"ha": "right" if slope > 0 else "left", "va": "bottom"}
+        axes.annotate(text, (x, top), (-4 * slope, 3), textcoords="offset points", **look)
+        return
     if aside is None:
         axes.annotate(text, (x, middle), (5, 0), textcoords="offset points", **look)
         return
@@ -167,7 +178,7 @@ def _mark_loads(axes, form):
     for share, force in zip(form.load_shares, form.load_forces, strict=True):
         size = float(np.linalg.norm(force))
         place = (form.abscissa(np.array([share]))[0], np.interp(share, form.positions, form.height))
-        text = f"{short(size)} N" if len(form.load_shares) <= NAMED_LOADS else ""
+        text = quantity_text(size, "N") if len(form.load_shares) <= NAMED_LOADS else ""
         level, up = form.plane(force[0], force[1])
         if form.upright:
             level, up = (level, 0.0) if abs(level) > abs(up) else (0.0, up)
@@ -180,8 +191,7 @@ def _mark_loads(axes, form):
 def _ring(axes, place, text, mark):
     axes.plot(*place, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
     axes.plot(*place, mark, ms=5, color=ORANGE, zorder=5)
-    box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none"}
-    axes.annotate(text, place, (0, -9), textcoords="offset points", ha="center", va="top", bbox=box)
+    axes.annotate(text, place, (0, -9), textcoords="offset points", ha="center", va="top", bbox=CLEAR)
 
 
 def _arrow(axes, place, text, level, up):
@@ -189,4 +199,4 @@ def _arrow(axes, place, text, level, up):
     look = {"arrowstyle": "<|-", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
     axes.annotate("", place, (x, y), textcoords="offset points", arrowprops=look)
     gap, side = (6, "left") if level >= 0 else (-6, "right")
-    axes.annotate(text, place, (x + gap, y), textcoords="offset points", ha=side, va="center")
+    axes.annotate(text, place, (x + gap, y), textcoords="offset points", ha=side, va="center", bbox=CLEAR)

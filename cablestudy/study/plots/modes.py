@@ -1,20 +1,18 @@
 """Mode shapes on the static form."""
 
-import textwrap
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.study.plots.deflection import between_nodes
 from cablestudy.study.plots.form import Form
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, Window, nice, panels, styled
-from cablestudy.study.table import short
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, Window, heading, nice, panels, styled, wrapped
+from cablestudy.study.plots.words import quantity_text
 
 COLOUR = {"in-plane": BLUE, "out-of-plane": RED, "axial": GREEN}
 WORDS = {"in-plane": "distance above the chord", "out-of-plane": "sideways", "axial": "movement along the cable"}
 PEAK = 0.1  # of a drawn mode shape, as in the paper's Fig. 5 [m]
 PANELS = 12  # mode shapes in one picture
-LAYOUT = {1: (WIDTH, 0.6), 2: (WIDTH / 2, 0.45), 3: (9.5 / 3, 0.5)}  # columns: width of a panel [in], height over width
+LAYOUT = {1: 0.6, 2: 0.45, 3: 0.5}  # columns: height over width of a panel
 
 
 @styled
@@ -36,25 +34,26 @@ def mode_shapes(case, modes):
     peak = _peak(form)
     drawn = _lines(form, modes, count, peak)
     columns = 1 if count == 1 else 2 if count < 5 else 3
-    width, ratio = LAYOUT[columns]
+    width, ratio = WIDTH / columns, LAYOUT[columns]
     x, y = (np.concatenate([line for lines in drawn for line in lines[axis::2]]) for axis in (0, 1))
     window = Window(x, y, ratio)
     rows = -(-count // columns)
-    size = (columns * width, rows * (window.ratio * (width - 0.45) + 0.42) + 0.6)
+    size = (columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6)
     figure = Figure(figsize=size, layout="constrained")
     for k, axes in enumerate(panels(figure, count, columns, sharey=True)):
         x_form, y_form, x_mode, y_mode = drawn[k]
         window.apply(axes, 4, 5)
         axes.plot(x_form, y_form, color="#9a9a9a", lw=1.1, label="static form")
         axes.plot(x_mode, y_mode, color=COLOUR[modes.kind[k]], lw=1.5, label="mode")
-        axes.set_title(f"{k + 1}   {short(float(modes.frequency[k]))} Hz", loc="left", weight="bold")
-        axes.set_title(f"{modes.kind[k]}, {modes.symmetry[k]}", loc="right", fontsize=8, color=GREY)
+        axes.set_title(f"{k + 1}   {quantity_text(modes.frequency[k], 'Hz')}", loc="left", weight="bold", pad=13)
+        kind = f"{modes.kind[k]}, {modes.symmetry[k]}"
+        axes.annotate(kind, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=GREY, va="bottom")
     which = f"First {count} of {len(modes)} modes" if count < len(modes) else f"{count} mode{'s' if count > 1 else ''}"
-    title = f"{which}, scaled to a peak of {short(peak)} m, on the static form (grey); {window.note}"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    scaled = f"scaled to a peak of {quantity_text(peak, 'm')}"
+    heading(figure, f"{which}, {scaled}, on the static form (grey); {window.note}")
     figure.supxlabel("distance along the chord [m]", fontsize=9)
     upwards = ", or ".join(word for kind, word in WORDS.items() if kind in modes.kind[:count]) + " [m]"
-    figure.supylabel(textwrap.fill(upwards, int(11 * figure.get_figheight())), fontsize=9)
+    figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
     return figure
 
 

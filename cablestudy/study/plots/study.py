@@ -1,196 +1,207 @@
 """Columns of a study against what it varies, with the printed values."""
 
-import textwrap
-from collections import Counter
-
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+from matplotlib.lines import Line2D
 
 from cablestudy.study.all_columns import find
-from cablestudy.study.find import column_named
-from cablestudy.study.plots.style import GREY, RED, SERIES, panels, plain_axis, round_ticks, styled
+from cablestudy.study.plots.colour_map import colour_map
+from cablestudy.study.plots.quantity import Quantity, quantities_varied, quantity_named
+from cablestudy.study.plots.series import give_looks, series_of
+from cablestudy.study.plots.style import (
+    RED,
+    WIDTH,
+    colour_bar,
+    heading,
+    legend_below,
+    log_axis,
+    panels,
+    plain_axis,
+    spans_decades,
+    styled,
+    text_width,
+    wrapped,
+)
+from cablestudy.study.plots.words import value_text
 from cablestudy.study.prepare import SHOWN_BY, beside
-from cablestudy.study.status import has_answer
-from cablestudy.study.table import short
-from cablestudy.study.varied_keys import VariedKey, varied_key, varied_keys
+from cablestudy.study.status import OK, has_answer
 
+ROW = "row of the table"
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
+SELDOM = 0.5  # categories over rows, from which a name that comes again is drawn twice at one place
+HEIGHT = 1.75  # of a panel [in]
+MANY_POINTS = 3000  # from which they are drawn as an image in a file of lines, else far larger
+MOST_NAMES = 30  # categories along x that are named
+OWN_TICKS = 8  # values along a logarithmic x axis that are themselves its ticks
+PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
 
 
 @styled
 def study_plot(study, table):
     """Figure of the computed and the printed values of a study's table, one panel for each column along y.
 
-    `plot:` of the study states what is drawn; without it the first other columns against the first varied key.
+    `plot:` of the study states what is drawn, with `color` as a map of colours. Without it the first computed columns
+    are drawn against what varies first.
+
+    Parameters
+    ----------
+    study : Study
+    table : Table
+        All of its rows, or some.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
-    x, names, logx, logy = _columns_drawn(study, table)
-    groups = _groups(study, table.rows, x)
-    side = 1 if len(names) <= 4 else 2
-    figure = Figure(figsize=(6.2 if side == 1 else 10, 2.1 * -(-len(names) // side) + 1.1), layout="constrained")
-    grid = panels(figure, len(names), side)
-    for axes, name in zip(grid, names, strict=True):
-        column = varied_key(study, name) or column_named(study, name)
-        _panel(axes, x, column, groups, joined=x.categories is None and study.sample is None)
-        _scale(axes, "y", logy)
-        if x.categories is None:
-            _scale(axes, "x", logx)
+    every = [row | {ROW: place} for place, row in enumerate(table.rows, 1)]
+    rows = [row for row in every if has_answer(row.get("status", OK))]
+    if not rows:
+        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+        heading(figure, f"{study.title}: no case has an answer".lstrip(": "))
+        return figure
+    if study.plot and study.plot.color:
+        return colour_map(study, every, rows)
+    x, columns, logx, logy = _drawn(study, every)
+    series, factors = series_of(quantities_varied(study, every), study.sample_entry if study.sample else None, rows, x)
+    joined = x.categories is None and x.name != ROW and study.sample is None
+    entries, bar = give_looks(series, factors, joined)
+    side = 1 if len(columns) <= OTHER_COLUMNS else 2
+    height = HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    grid = panels(figure, len(columns), side)
+    with_printed = False
+    for axes, column in zip(grid, columns, strict=True):
+        with_printed |= _panel(axes, x, column, series, joined)
+        axes.set_ylabel(wrapped(column.label, 0.9 * HEIGHT, 9))
+        _scale(axes, "y", column, logy, axes.lines)
+    lines = [line for axes in grid for line in axes.lines]
+    for axes in grid:
+        _scale(axes, "x", x, logx, lines)
     for axes in grid[-side:]:
-        axes.set_xlabel(x.label)
-    _legend(figure)
-    if not any(rows for _, rows in groups):
-        grid[0].set_title("no case has an answer", color=GREY)
+        axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
+    if with_printed:
+        entries = [*entries, (Line2D([], [], **PRINTED), "printed")]
+    if len(entries) > 1 or (entries and series[0].label and len(series) > 1):
+        legend_below(figure, entries)
+    if bar:
+        colour_bar(figure, bar.mappable, bar.label, grid, bar.ticks, bar.names, aspect=40)
     figure.align_ylabels()
     if study.title:
-        figure.suptitle(textwrap.fill(study.title, int(14 * figure.get_figwidth())), fontsize=10)
+        heading(figure, study.title)
     return figure
 
 
-def _columns_drawn(study, table):
-    """Abscissa, columns along y, and whether x and y are logarithmic; None: decided by the values."""
-    if study.plot:
-        return _Abscissa(study, study.plot.x, table), study.plot.y, study.plot.logx, study.plot.logy
-    columns = [find(name) for name in study.columns if find(name).name != "status"]
-    headers = [column.header for column in columns]
-    varied = [_shown(known, headers) for known in varied_keys(study)] or headers[:1]
-    x = _Abscissa(study, varied[0], table)
-    given = [column.header for column in columns if column.header in varied or column.needs == "scene"]
-    others = [name for name in headers if name not in given] or [name for name in headers if name != x.name] or headers
-    return x, others[:OTHER_COLUMNS], None, None
+def _drawn(study, rows):
+    """The quantity along x, those along y, and whether x and y are logarithmic; None: decided by the values."""
+    plot = study.plot
+    if plot:
+        return quantity_named(study, plot.x, rows), _quantities(study, plot.y, rows), plot.logx, plot.logy
+    columns = [column for column in map(find, study.columns) if column.name != "status"]
+    shown = {find(name).header for key in study.varied for name in SHOWN_BY.get(key, ())}
+    x = _first_varied(study, rows, [column.header for column in columns])
+    others = [column for column in columns if column.header not in shown] or columns
+    computed = [c for c in others if c.needs not in ("scene", "run") and c.name != "iterations"]
+    names = [column.header for column in computed or others]
+    if x is None:
+        x, names = quantity_named(study, names[0], rows), names[1:] or names
+    return x, _quantities(study, names[:OTHER_COLUMNS], rows), None, None
 
 
-def _shown(varied, headers):
-    """Header of the column that has the value of a varied key, or its own."""
-    known = (find(name).header for name in SHOWN_BY.get(varied.key, ()))
-    return next((header for header in known if header in headers), varied.header)
+def _quantities(study, names, rows):
+    return [quantity_named(study, name, rows) for name in names]
 
 
-class _Abscissa:
-    """The quantity along x: a column or a varied key; values that are not all numbers are `categories`."""
+def _first_varied(study, rows, headers):
+    """What is drawn along x: the first varied number that tells the steps of its entry apart, else the first such key.
 
-    def __init__(self, study, name, table):
-        column = varied_key(study, name) or column_named(study, name)
-        self.name, self.label = column.header, _label(column)
-        self.printed = None if isinstance(column, VariedKey) else beside(column.header, "printed")
-        written = [row[self.name] for row in table.rows if row.get(self.name) is not None]
-        texts = any(isinstance(value, str) for value in written)
-        self.categories = list(dict.fromkeys(map(str, written))) if texts else None
-
-    def values(self, rows, printed=False):
-        """Abscissas of rows; of categories their positions."""
-        if self.categories is not None:
-            return [self.categories.index(str(row[self.name])) for row in rows]
-        names = [self.printed if printed and row.get(self.printed) is not None else self.name for row in rows]
-        return [row[name] for row, name in zip(rows, names, strict=True)]
-
-
-def _label(column):
-    unit = (column.unit or "").replace("^2", "²").replace("^3", "³")
-    return f"{_words(column.name)} [{unit}]" if unit else _words(column.name)
+    A column that shows the key stands for it where it has printed values. Where no key tells the steps apart, rows are
+    numbered. None: nothing varies.
+    """
+    entries = [entry for entry in quantities_varied(study, rows) if entry]
+    apart = []
+    for entry in entries:
+        steps = len({tuple(quantity.value(row) for quantity in entry) for row in rows})
+        apart += [quantity for quantity in entry if len({quantity.value(row) for row in rows}) == steps]
+    numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
+    if not entries:
+        return None
+    repeated = [q for q in entries[0] if q.categories and len(q.categories) >= SELDOM * len(rows)]
+    x = (numbers or apart or repeated or [Quantity(ROW, "row of the table", "")])[0]
+    for name in SHOWN_BY.get(x.key, ()):
+        if find(name).header in headers and any(row.get(beside(find(name).header, "printed")) for row in rows[:1]):
+            return quantity_named(study, find(name).header, rows)
+    return x
 
 
-def _words(name):
-    return name.rpartition(".")[2].replace("_", " ")
-
-
-def _groups(study, rows, x):
-    """Rows with an answer grouped by what varies besides x, one group for each line: list of (label, rows)."""
-    headers = [find(name).header for name in study.columns]
-    known = {varied.key: varied for varied in varied_keys(study)}
-    entries = [[known[key] for key in entry.keys] for entry in study.entries]
-    along = [
-        entry for entry in entries if any(x.name in (key.header, _shown(key, headers)) for key in entry)
-    ] or entries[-1:]
-    groups = _grouped(rows, [entry[0] for entry in entries if entry not in along], x)
-    again = any(turn for _, turn in groups)
-    companions = [key for entry in along for key in entry if again and key.header != x.name]
-    return [
-        (_series_label(label, members, companions), [row for row in members if has_answer(row["status"])])
-        for (label, _), members in groups.items()
-    ]
-
-
-def _grouped(rows, keys, x):
-    """(label, turn) -> rows that agree on some keys; a category that is repeated starts another turn."""
-    groups, seen = {}, Counter()
-    for row in rows:
-        label = ", ".join(f"{_words(key.key)} {key.label(row.get(key.header))}" for key in keys)
-        place = (label, row.get(x.name))
-        turn = seen[place] if x.categories is not None else 0
-        seen[place] += 1
-        groups.setdefault((label, turn), []).append(row)
-    return groups
-
-
-def _series_label(label, rows, companions):
-    """Label of a series: its group, and the values that its rows have in common."""
-    parts = [label] if label else []
-    for key in companions:
-        values, words = {key.label(row.get(key.header)) for row in rows}, _words(key.key)
-        parts.append(f"{words} {values.pop()}" if len(values) == 1 else f"each with its own {words}")
-    return ", ".join(parts)
-
-
-def _panel(axes, x, column, groups, joined):
-    """Draws the computed values of a column, joined by lines or not, and rings for the printed ones."""
-    printed_name = None if isinstance(column, VariedKey) else beside(column.header, "printed")
-    for k, (label, rows) in enumerate(groups):
+def _panel(axes, x, column, series, joined):
+    """Draws the computed values of a column, joined or not, and rings for the printed ones; whether there are any."""
+    with_printed = False
+    for k, one in enumerate(series):
         aside = 0.0
         if x.categories is not None:  # side by side, so that equal values do not cover each other
-            aside = 0.24 * (k - (len(groups) - 1) / 2) / max(1, len(groups) / 3)
-        placed = [row for row in rows if row.get(x.name) is not None]
-        computed = [row for row in placed if isinstance(row.get(column.header), float)]
-        axes.plot(
-            np.add(x.values(computed), aside), [row[column.header] for row in computed],
-            linestyle="-" if joined else "none", marker="os^Dv"[k % 5], ms=4.5, color=SERIES[k % len(SERIES)],
-            label=label or "computed",
-        )  # fmt: skip
-        printed = [row for row in placed if row.get(printed_name) is not None]
+            aside = 0.24 * (k - (len(series) - 1) / 2) / max(1, len(series) / 3)
+        places = [(x.value(row), column.value(row)) for row in one.rows]
+        places = [place for place in places if None not in place]
+        if joined and x.key:
+            places.sort(key=lambda place: place[0])
+        across, up = zip(*places, strict=True) if places else ((), ())
+        look = one.look if joined else one.look | {"ls": "none"}
+        axes.plot(np.add(across, aside), up, **look, label=one.label or "computed",
+                  rasterized=len(places) > MANY_POINTS)  # fmt: skip
+        printed = [(x.value(row, printed=True), column.value(row, printed=True)) for row in one.rows
+                   if column.printed and row.get(column.printed) is not None]  # fmt: skip
+        printed = [place for place in printed if None not in place]
         if printed:
-            axes.plot(
-                np.add(x.values(printed, printed=True), aside), [row[printed_name] for row in printed],
-                "o", ms=9, mfc="none", mec=RED, mew=1.3, label="printed",
-            )  # fmt: skip
-    axes.set_ylabel(textwrap.fill(_label(column), 22))
-    if x.categories is not None:
-        axes.set_xticks(range(len(x.categories)), x.categories, rotation=30, ha="right", rotation_mode="anchor")
-        axes.set_xlim(-0.5, len(x.categories) - 0.5)
+            across, up = zip(*printed, strict=True)
+            axes.plot(np.add(across, aside), up, **PRINTED, label="printed")
+            with_printed = True
+    return with_printed
 
 
-def _scale(axes, which, logarithmic):
-    """Sets scale and ticks of an axis; few values on a logarithmic x axis are themselves the ticks."""
+def _scale(axes, which, quantity, logarithmic, lines):
+    """Sets scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
-    values = _drawn(axes.lines, which)
+    if quantity.categories is not None:
+        _name_categories(axes, which, quantity.categories)
+        return
+    values = _values(lines, which)
     axes.margins(**{which: 0.08 if which == "x" else 0.15})
     positive = len(values) > 0 and values[0] > 0
     if logarithmic is None:
-        logarithmic = positive and values[-1] > 30 * values[0]
+        logarithmic = positive and spans_decades(values[0], values[-1])
     if not (logarithmic and positive):
+        if len(values) and np.ptp(values) <= 1e-9 * np.abs(values).max():  # equal but for rounding
+            middle = float(values.mean())
+            getattr(axes, f"set_{which}lim")(middle - (0.1 * abs(middle) or 1.0), middle + (0.1 * abs(middle) or 1.0))
         plain_axis(axis, 7 if which == "x" else 5)
         return
-    axes.set(**{f"{which}scale": "log"})
-    decades = np.log10(values[-1] / values[0])
-    own = _drawn([line for line in axes.lines if line.get_label() != "printed"], which)
-    if which == "x" and 1 < len(own) <= 8 and np.diff(np.log10(own)).min() > 0.07 * decades:
-        axis.set_major_locator(FixedLocator(own))
-    elif decades < 0.6:
-        axis.set_major_locator(round_ticks(4))
-    else:
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2.5 else (1,), numticks=12))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: short(float(value))))
-    axis.set_minor_locator(NullLocator())
+    own = _values([line for line in lines if line.get_label() != "printed"], which)
+    own = own if which == "x" and 1 < len(own) <= OWN_TICKS else []
+    if len(own) and np.diff(np.log10(own)).min() < 0.08 * np.log10(values[-1] / values[0]):
+        own = []
+    log_axis(axis, values[0], values[-1], 8 if which == "x" else 6, own)
 
 
-def _drawn(lines, which):
+def _values(lines, which):
     """Distinct values of lines along one axis, ascending."""
     return np.unique([value for line in lines for value in line.get_data()["xy".index(which)]])
 
 
-def _legend(figure):
-    """One legend for all panels."""
-    seen = {}
-    for axes in figure.axes:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            seen.setdefault(label, handle)
-    if len(seen) > 1:
-        figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=min(len(seen), 4), fontsize=9)
+def _name_categories(axes, which, categories):
+    """Names categories along an axis: below each other's width in lines, else at an angle; of very many only some."""
+    count = len(categories)
+    places = range(0, count, -(-count // MOST_NAMES))
+    names = [value_text(categories[place]) for place in places]
+    limits = {f"{which}lim": (-0.5, count - 0.5)}
+    axes.set(**limits)
+    if which == "y":
+        axes.set_yticks(list(places), names, fontsize=7.5)
+        return
+    room = 0.8 * (WIDTH - 1.0) / len(names)
+    inline = [wrapped(name, room, 8) for name in names]
+    if all(text_width(word, 8) <= room for name in names for word in name.split()) and len(names) <= 12:
+        axes.set_xticks(list(places), inline, fontsize=8)
+    else:
+        angle = {"rotation": 30, "ha": "right"} if len(names) <= 18 else {"rotation": 90, "ha": "right", "va": "center"}
+        axes.set_xticks(list(places), names, fontsize=8, rotation_mode="anchor", **angle)
+    axes.tick_params(axis="x", length=0 if count > 1 else 3)

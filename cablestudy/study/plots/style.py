@@ -2,17 +2,24 @@
 
 import io
 import os
-from functools import wraps
+from functools import lru_cache, wraps
 
 import matplotlib.style
 import numpy as np
-from matplotlib.ticker import Formatter, MaxNLocator
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
+from matplotlib.ticker import FixedLocator, Formatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
+from cablestudy.study.plots.words import number, power_text
 from cablestudy.study.table import write_whole
 
 BLUE, RED, GREEN, ORANGE, PINK, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"  # Okabe and Ito
 GREY, LIGHT = "#555555", "#e4e4e4"
 SERIES = (BLUE, GREEN, ORANGE, PINK, SKY, "#000000")
+DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)))  # one fewer than SERIES: 30 pairs of the two
 STYLE = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -34,6 +41,7 @@ STYLE = {
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH = 7.5  # of a picture [in]
 TALL = 0.75  # height over width of the tallest panel
+SHADES = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)), "shades")  # of numbers
 DEEP = 0.1  # sag over chord from which a cable is drawn true to scale
 
 
@@ -88,7 +96,7 @@ class Window:
     @property
     def note(self):
         """Text that states the scale."""
-        return "true to scale" if self.factor == 1 else f"vertical scale enlarged {self.factor:,.0f} times"
+        return "true to scale" if self.factor == 1 else f"vertical scale enlarged {number(self.factor)} times"
 
     def apply(self, axes, along_x=8, along_y=6):
         """Sets these limits and this scale on axes, with at most so many ticks."""
@@ -110,18 +118,33 @@ def nice(value):
 
 
 class _Plain(Formatter):
-    """Tick labels without offsets, and without exponents where possible."""
+    """Tick labels of at most four digits, without exponents where possible; numbers that need more are differences.
+
+    From what they differ stands at the end of the axis, as `+ 1345`.
+    """
+
+    _from = 0.0
 
     def __call__(self, value, _=None):
         low, high = self.axis.get_view_interval()
-        size, largest = abs(high - low) or 1.0, max(abs(low), abs(high), 1e-300)
-        if abs(value) < 1e-9 * size:
+        if abs(value - self._from) < 1e-9 * (abs(high - low) or 1.0):
             return "0"
-        digits = int(np.floor(np.log10(largest)) - np.floor(np.log10(size))) + 4
-        text = f"{value:.{digits}g}"
-        if "e" in text and 1e-6 < abs(value) < 1e8:
-            text = f"{value:.10f}".rstrip("0").rstrip(".")
-        return text.replace("-", "−")
+        return number(value - self._from)
+
+    def format_ticks(self, values):
+        """Labels of all ticks."""
+        values = np.asarray(values, dtype=float)
+        self._from = 0.0
+        distinct = np.unique(values)
+        if len(distinct) > 1:
+            error = np.abs([float(f"{value:.4g}") - value for value in distinct]).max()
+            if error > 0.01 * np.diff(distinct).min():
+                self._from = float(f"{distinct[len(distinct) // 2]:.4g}")
+        return [self(value) for value in values]
+
+    def get_offset(self):
+        """From what the labels differ, if anything."""
+        return f"{'+' if self._from > 0 else '−'} {number(abs(self._from))}" if self._from else ""
 
 
 def plain(axes, along_x, along_y):
@@ -150,3 +173,100 @@ def panels(figure, count, columns, **options):
         else:
             axes.set_axis_off()
     return list(grid[:count])
+
+
+def log_axis(axis, low, high, count=8, own=()):
+    """Makes an axis logarithmic, with round ticks for values from low to high, or with ticks at its own values."""
+    getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+    log_ticks(axis, low, high, count, own)
+
+
+def log_ticks(axis, low, high, count=8, own=()):
+    """Sets at most so many round ticks with plain labels on a logarithmic axis."""
+    decades = np.log10(high / low)
+    if len(own):
+        axis.set_major_locator(FixedLocator(own))
+    elif decades < 0.6:
+        axis.set_major_locator(round_ticks(4))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if 3 * decades < count else (1,), numticks=count))
+    text = number if len(own) or decades < 0.6 else power_text
+    axis.set_major_formatter(FuncFormatter(lambda value, _: text(value)))
+    axis.set_minor_locator(NullLocator())
+
+
+def colours_over(values, logarithmic=None):
+    """Colours for values, as a ScalarMappable: dark to light, none so light that it is lost on white.
+
+    Without `logarithmic` that is decided by the values.
+    """
+    values = np.asarray(values, dtype=float)
+    low, high = float(values.min()), float(values.max())
+    if logarithmic is None:
+        logarithmic = spans_decades(low, high)
+    if low == high:
+        low, high = low - (0.1 * abs(low) or 1.0), high + (0.1 * abs(high) or 1.0)
+    return ScalarMappable(LogNorm(low, high) if logarithmic else Normalize(low, high), SHADES)
+
+
+def spans_decades(low, high):
+    """Whether a range of values is better drawn on a logarithmic scale."""
+    return 0 < 30 * low < high
+
+
+def colour_bar(figure, mappable, label, axes, ticks=(), names=(), **options):
+    """Adds a colour bar with round ticks, or with names at some ticks, beside axes."""
+    bar = figure.colorbar(mappable, ax=axes, **options)
+    bar.outline.set_visible(False)
+    low, high = mappable.get_clim()
+    if len(names):
+        bar.ax.yaxis.set_minor_locator(NullLocator())
+        bar.set_ticks(ticks, labels=names, fontsize=7)
+    elif isinstance(mappable.norm, LogNorm):
+        log_ticks(bar.ax.yaxis, low, high)
+    else:
+        plain_axis(bar.ax.yaxis, 7)
+    bar.set_label(wrapped(label, 0.8 * figure.get_figheight(), 9))
+    return bar
+
+
+def legend_below(figure, entries, size=8.5):
+    """One legend of a whole figure below it, in as many columns as fit.
+
+    Parameters
+    ----------
+    entries : list of (artist, str)
+    """
+    if not entries:
+        return None
+    room = figure.get_figwidth() - 0.2
+    entries = [(artist, wrapped(label, room - 0.7, size)) for artist, label in entries]
+    widest = max(text_width(line, size) for _, label in entries for line in label.splitlines()) + 0.65
+    columns = max(1, min(len(entries), 4, int(room / widest)))
+    return figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=columns, fontsize=size)
+
+
+def heading(figure, text, size=10):
+    """The title of a figure, at its left, in lines that fit."""
+    figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, size), x=0.01, ha="left", fontsize=size)
+
+
+@lru_cache(10_000)
+def text_width(text, size):
+    """Width of a line of text. [in]"""
+    return text_to_path.get_text_width_height_descent(text, FontProperties(size=size), ismath=False)[0] / 72
+
+
+def wrapped(text, room, size):
+    """A text in lines of at most so many inches, words broken only where they are longer than that."""
+    lines = []
+    for word in text.split():
+        while text_width(word, size) > room and len(word) > 1:
+            part = next(k for k in range(len(word) - 1, 0, -1) if k == 1 or text_width(word[:k], size) <= room)
+            lines.append(word[:part])
+            word = word[part:]
+        if lines and text_width(f"{lines[-1]} {word}", size) <= room:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return "\n".join(lines)

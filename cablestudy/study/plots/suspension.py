@@ -7,16 +7,31 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.transforms import blended_transform_factory
 
-from cablestudy.study.plots.style import GREY, ORANGE, RED, nice, styled
-from cablestudy.study.table import short
+from cablestudy.study.plots.style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    RED,
+    SHADES,
+    WIDTH,
+    colour_bar,
+    heading,
+    nice,
+    plain,
+    styled,
+    text_width,
+)
+from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.system.suspension import GROUND
 
 POINTS = 61  # along a cable
 AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
-COLOURS = "viridis"
-SIZE = (9.5, 8.4)  # of a picture [in]
+SIZE = (WIDTH, 7.0)  # of a picture [in]
+PANEL = 2.5  # width of a view, about [in]
 NAMED = 12  # anchors up to which each is named
+BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
 
 def from_above(places):
@@ -134,7 +149,9 @@ def suspension_views(case):
     size = float(np.linalg.norm(high - low))
     figure = Figure(figsize=SIZE, layout="constrained")
     grid = figure.subplots(2, 2).ravel()
-    colour = ScalarMappable(Normalize(*_range(drawing.tension)), COLOURS)
+    least, most = float(drawing.tension.min()), float(drawing.tension.max())
+    equal = most <= least * (1 + 1e-3)
+    colour = ScalarMappable(Normalize(0.0, most or 1.0) if equal else Normalize(least, most), SHADES)
     views = (
         ("perspective", Perspective((low + high) / 2, size), ("", "")),
         ("from above", from_above, ("x [m]", "y [m]")),
@@ -142,18 +159,26 @@ def suspension_views(case):
         ("from the side", from_side, ("y [m]", "z [m]")),
     )
     limits = [_limits(view(drawing.places)) for _, view, _ in views]
-    half = 0.58 * max((high - low).max() for low, high in limits)
+    half = 0.64 * max((high - low).max() for low, high in limits)
     for axes, (title, view, labels), (low, high) in zip(grid, views, limits, strict=True):
-        _draw(axes, drawing, view, colour)
         x, y = (low + high) / 2
         axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
-        axes.set_title(title, loc="left", weight="bold")
+        _draw(axes, drawing, view, [BLUE] * len(drawing.cables) if equal else colour.to_rgba(drawing.tension))
+        _name_all(axes, drawing, view, 2 * half / PANEL)
+        axes.set_title(title.capitalize(), loc="left", weight="bold")
         axes.set(xlabel=labels[0], ylabel=labels[1])
         axes.set_aspect("equal", adjustable="box")
+        plain(axes, 5, 5)
         if not labels[0]:
             axes.set_axis_off()
         scale_bar(axes, size)
-    figure.colorbar(colour, ax=grid.tolist(), shrink=0.6, aspect=35, label="mean tension of the cable [N]")
+    count = len(drawing.cables)
+    title = f"Static form: {count} cable{'s' * (count != 1)}"
+    if equal:
+        heading(figure, f"{title}, mean tension {quantity_text(most, 'N')}{' each' * (count != 1)}")
+    else:
+        heading(figure, title)
+        colour_bar(figure, colour, "mean tension of the cable [N]", grid.tolist(), shrink=0.6, aspect=35)
     return figure
 
 
@@ -162,41 +187,84 @@ def _limits(flat):
     return flat.min(axis=0), flat.max(axis=0)
 
 
-def _range(tension):
-    """Least and largest tension; from zero where they are equal but for a thousandth."""
-    low, high = float(tension.min()), float(tension.max())
-    return (low, high) if high > low * (1 + 1e-3) else (0.0, high or 1.0)
-
-
-def _draw(axes, drawing, view, colour):
-    lines = LineCollection(view(drawing.cables), colors=colour.to_rgba(drawing.tension), linewidths=1.4, zorder=2)
+def _draw(axes, drawing, view, colours):
+    lines = LineCollection(view(drawing.cables), colors=colours, linewidths=1.4, zorder=2)
     axes.add_collection(lines)
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
         axes.plot(x, y, "^", color=GREY, ms=5, zorder=3)
-    if 0 < len(drawing.anchors) <= NAMED:
-        for name, place in drawing.anchors.items():
-            axes.annotate(name, view(place), (4, 3), textcoords="offset points", fontsize=7, color=GREY)
     if drawing.junctions:
         x, y = view(np.array(list(drawing.junctions.values()))).T
         axes.plot(x, y, "o", color="#333333", ms=3 if len(x) < 50 else 1.2, zorder=4)
-    for name, places in drawing.bodies.items():
+    for places in drawing.bodies.values():
         flat = view(places)
         arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
         axes.add_collection(LineCollection(arms, colors="#222222", linewidths=1.2, zorder=4))
         axes.plot(*flat[-1], "s", color=RED, ms=5, zorder=5)
-        axes.annotate(name, flat[-1], (6, -9), textcoords="offset points", fontsize=8, color=RED)
     if len(drawing.markers):
         x, y = view(drawing.markers).T
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
 
 
+def _name_all(axes, drawing, view, per_inch):
+    """Names bodies, and anchors if they are few, where there is room beside cables; names at one place share a text.
+
+    Parameters
+    ----------
+    per_inch : float
+        Length in the view over that on paper, about. [m/in]
+    """
+    bodies = {name: view(places[-1]) for name, places in drawing.bodies.items()}
+    anchors = {name: view(place) for name, place in drawing.anchors.items()} if len(drawing.anchors) <= NAMED else {}
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    scale = low + (high - low) * BAR_ROOM, right - (right - left) * 2 * BAR_ROOM  # its top and its left
+    cables, boxes = view(drawing.cables).reshape(-1, 2), []
+    for places, size, colour in ((bodies, 8, RED), (anchors, 7, GREY)):
+        for names, place in _at_one_place(places, 0.05 * per_inch):
+            text, free = shortened(", ".join(names), 32), []
+            width, height = (text_width(text, size) + 0.03) * per_inch, size / 60 * per_inch
+            for side, up in ((1, -1), (1, 1), (-1, 1), (-1, -1)):
+                x = place[0] + side * 0.07 * per_inch - (width if side < 0 else 0)
+                y = place[1] + up * 0.05 * per_inch - (height if up < 0 else 0)
+                box = x, x + width, y, y + height
+                outside = x < left or box[1] > right or y < low or box[3] > high or (y < scale[0] and box[1] > scale[1])
+                if not outside and not any(_overlap(box, other) for other in boxes):
+                    free.append((_inside(box, cables), side, up, box))
+            if free:
+                _, side, up, box = min(free, key=lambda one: one[0])
+                boxes.append(box)
+                look = {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
+                axes.annotate(text, place, (5 * side, 3.6 * up), textcoords="offset points", fontsize=size,
+                              color=colour, zorder=6, **look)  # fmt: skip
+
+
+def _at_one_place(places, near):
+    """Names of places in a view that are not told apart there: list of (names, place)."""
+    found = []
+    for name, place in places.items():
+        same = next((names for names, other in found if np.abs(other - place).max() < near), None)
+        if same is None:
+            found.append(([name], place))
+        else:
+            same.append(name)
+    return found
+
+
+def _inside(box, places):
+    """How many places, shape (n, 2), are in a box (left, right, low, high)."""
+    x, y = places.T
+    return int(((box[0] < x) & (x < box[1]) & (box[2] < y) & (y < box[3])).sum())
+
+
+def _overlap(box, other):
+    """Whether two boxes (left, right, low, high) overlap."""
+    return box[0] < other[1] and other[0] < box[1] and box[2] < other[3] and other[2] < box[3]
+
+
 def scale_bar(axes, size):
     """A bar of a round length at the lower right, with that length."""
-    from matplotlib.transforms import blended_transform_factory
-
     length = nice(size / 5)
     place = blended_transform_factory(axes.transData, axes.transAxes)
     right = axes.get_xlim()[1]
     axes.plot([right - length, right], [0.03, 0.03], color="#222222", lw=2.2, transform=place, solid_capstyle="butt")
-    axes.text(right - length / 2, 0.05, f"{short(length)} m", transform=place, ha="center", fontsize=7.5)
+    axes.text(right - length / 2, 0.05, quantity_text(length, "m"), transform=place, ha="center", fontsize=7.5)

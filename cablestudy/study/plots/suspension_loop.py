@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.control.pose_margins import grid
-from cablestudy.study.plots.style import BLUE, GREY, LIGHT, RED, SERIES, WIDTH, plain, styled
+from cablestudy.study.plots.style import BLUE, GREY, LIGHT, RED, SERIES, WIDTH, heading, plain, styled
+from cablestudy.study.plots.words import number, quantity_text
 
 TURN = 2 * np.pi
 POINTS = 1200  # of a curve, without those near poles
@@ -42,7 +43,7 @@ def suspension_loop(movement):
     body = movement.equilibrium.suspension.body_names[movement.body]
     count, held = len(movement.winches), ", ".join(movement.measured)
     winches = f"{count} winch{'es' * (count != 1)}"
-    figure.suptitle(f"Loop that holds {body} ({held}) by {winches}", x=0.01, ha="left", fontsize=10)
+    heading(figure, f"Loop that holds {body} ({held}) by {winches}")
     return figure
 
 
@@ -76,8 +77,8 @@ def _singular_values(axes, frequency, gain, slope):
     if len(crossed) and crossed[-1] + 1 < len(frequency):
         place = crossed[-1]
         axes.plot(frequency[place], 1.0, "o", color=RED, ms=5, zorder=5)
-        axes.annotate(f"below 1 from {frequency[place]:.3g} Hz", (frequency[place], 1.0), (6, 5), color=RED, fontsize=8,
-                      textcoords="offset points")  # fmt: skip
+        text, look = f"below 1 from {quantity_text(frequency[place], 'Hz')}", {"color": RED, "fontsize": 8}
+        axes.annotate(text, (frequency[place], 1.0), (6, 5), textcoords="offset points", **look)
     axes.set_xlim(frequency[0], frequency[-1])
     axes.set_ylim(SHOWN[0], 2 * SHOWN[1])
     axes.set_ylabel("singular values of\nthe loop gain [-]")
@@ -90,9 +91,8 @@ def _sensitivity(axes, frequency, gain, peak):
     axes.loglog(frequency, sensitivity, color=BLUE, label="largest singular value")
     axes.axhline(1.0, color=GREY, lw=0.8)
     place = int(np.argmax(sensitivity))
-    axes.plot(
-        frequency[place], peak, "o", color=RED, ms=5, zorder=5, label=f"peak {peak:.3g} at {frequency[place]:.3g} Hz"
-    )
+    text = f"peak {number(peak)} at {quantity_text(frequency[place], 'Hz')}"
+    axes.plot(frequency[place], peak, "o", color=RED, ms=5, zorder=5, label=text)
     axes.set_ylim(min(0.1, sensitivity.min() / 1.5), 2 * peak)
     axes.set_ylabel("sensitivity [-]")
     axes.set_xlabel("frequency [Hz]")
@@ -106,7 +106,7 @@ def _determinant(axes, gain):
     _curve(axes, curve, BLUE, None)
     axes.plot(0, 0, "+", color=RED, ms=10, mew=2, zorder=5, label="critical point 0")
     turned = radius * np.exp(1j * np.linspace(0, TURN, 181))
-    axes.plot(turned.real, turned.imag, color=RED, lw=0.9, ls="--", label=f"nearest, at {radius:.3g}")
+    axes.plot(turned.real, turned.imag, color=RED, lw=0.9, ls="--", label=f"nearest, at {number(radius)}")
     _near(axes, 0.8, "det(I + L)")
 
 
@@ -120,7 +120,7 @@ def _characteristic(axes, gain, movement):
     if limit:
         factor = limit / movement.loop.gain
         margin = 20 * np.log10(factor)
-        text = f"gain margin {margin:.3g} dB\n(unstable from {limit:.3g} rad/s)".replace("-", "−")
+        text = f"gain margin {quantity_text(margin, 'dB')}\n(unstable from {quantity_text(limit, 'rad/s')})"
         axes.plot(-1 / factor, 0, "o", color=RED, ms=5, zorder=5, label=text)
     _near(axes, -0.9, "eigenvalues of L")
 

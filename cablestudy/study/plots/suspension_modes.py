@@ -8,9 +8,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from cablestudy.study.plots.deflection import between_nodes
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, nice, styled
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, heading, nice, styled
 from cablestudy.study.plots.suspension import Perspective, drawing_of, scale_bar
-from cablestudy.study.table import short
+from cablestudy.study.plots.words import quantity_text, shortened
 
 PANELS = 6  # modes in one picture
 COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
@@ -126,12 +126,12 @@ def suspension_modes(case, modes, listed=None):
     shown = [displaced(case, modes, drawing, k) for k in range(count)]
     flat = np.concatenate([view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)])
     low, high = flat.min(axis=0), flat.max(axis=0)
-    low[1] -= 0.1 * max(high[1] - low[1], 0.3 * (high[0] - low[0]))  # room for the scale
+    low[1] -= 0.16 * max(high[1] - low[1], 0.3 * (high[0] - low[0]))  # room for the scale
     middle, half = (low + high) / 2, 0.53 * (high - low)
     half = np.maximum(half, [half[1] / TALL, 0.4 * half[0]])
     columns = 1 if count == 1 else 2 if count < 5 else 3
     tall, rows = half[1] / half[0], -(-count // columns)
-    width = WIDTH if columns == 1 else min(3.3, max(2.3, 4.0 / tall))
+    width = WIDTH if columns == 1 else WIDTH / columns
     figure = Figure(figsize=(columns * width, rows * (width * tall + 0.35) + 0.4), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1)
     for k, axes in enumerate(figure.subplots(rows, columns, squeeze=False).ravel()):
@@ -148,7 +148,7 @@ def suspension_modes(case, modes, listed=None):
         if one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size:
             _enlarge(axes, view, one, factor)
     which = f"First {count} of {listed} modes" if count < listed else f"{count} mode{'s' if count > 1 else ''}"
-    figure.suptitle(f"{which} beside the static form (grey), displacements enlarged", x=0.01, ha="left", fontsize=10)
+    heading(figure, f"{which} beside the static form (grey), displacements enlarged")
     return figure
 
 
@@ -160,9 +160,9 @@ def _outline(view, one, factor):
 
 def _name(axes, modes, k, one, factor):
     """Number, frequency, what moves, and the largest displacement drawn."""
-    axes.set_title(f"{k + 1}   {short(float(modes.frequency[k]))} Hz", loc="left", weight="bold")
-    axes.set_title(modes.moves[k], loc="right", fontsize=8, color=COLOURS[one.kind])
-    peak = f"largest displacement {factor * one.largest:.2g} m"
+    axes.set_title(f"{k + 1}   {quantity_text(modes.frequency[k], 'Hz')}", loc="left", weight="bold")
+    axes.set_title(shortened(modes.moves[k], 24), loc="right", fontsize=7.5, color=COLOURS[one.kind])
+    peak = f"largest displacement {quantity_text(float(f'{factor * one.largest:.2g}'), 'm')}"
     axes.text(0.99, -0.02, peak, transform=axes.transAxes, ha="right", va="top", fontsize=7, color=GREY)
 
 
@@ -212,7 +212,7 @@ def _enlarge(axes, view, one, factor):
         lines = [view(line + scale * shift) for line, shift in one.cables]
         inset.add_collection(LineCollection(lines, colors=look, linewidths=0.7, zorder=zorder))
         _body(inset, view(places + scale * moved), look, zorder)
-    inset.set_title(one.body, fontsize=7, color=colour, pad=2)
+    inset.set_title(shortened(one.body, 16), fontsize=7, color=colour, pad=2)
 
 
 def _corner(axes, flat):

@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, plain, styled
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
+from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, AT_ONCE, CLOSED, Response
@@ -88,12 +89,12 @@ def suspension_wind(case):
         shared = upper
         lower = figure.add_subplot(grid[1, columns], sharex=shared)
         _spectra(upper, frequency, states, found, scale, high)
-        upper.set_ylabel(f"{what} [{unit}²/Hz]")
-        _variance(lower, frequency, states, found, f"{{:.3g}} {unit} RMS", scale)
+        upper.set_ylabel(f"spectrum of\n{what}s [{unit}²/Hz]")
+        _variance(lower, frequency, states, found, unit, scale)
         figure.align_ylabels([upper, lower])
     _ellipses(figure, grid, states, movement, place)
     wind = movement.scene.wind
-    figure.suptitle(f"Wind at {wind.speed:.4g} m/s on {body}", x=0.01, ha="left", fontsize=10)
+    heading(figure, f"Wind at {quantity_text(wind.speed, 'm/s')} on {body}")
     return figure
 
 
@@ -208,12 +209,12 @@ def _spectra(axes, frequency, states, names, scale, high):
     axes.legend(loc="lower left")
 
 
-def _variance(axes, frequency, states, names, text, scale):
+def _variance(axes, frequency, states, names, unit, scale):
     for state in states:
         spectrum, rms = state.together(names)
         step = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2
         below = np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
-        label = f"{state.label}: {text.format(scale * rms)}"
+        label = f"{state.label}: {quantity_text(scale * rms, unit)} RMS"
         axes.semilogx(frequency, below, color=state.colour, ls=state.dashes, label=label)
     axes.set_ylabel("share of the\nvariance below")
     axes.set_xlabel("frequency [Hz]")
@@ -226,9 +227,14 @@ def _ellipses(figure, grid, states, movement, place):
     """From above, and in the vertical plane of the mean wind: the extent in any direction is the RMS in it."""
     velocity = movement.drag.velocity
     along = velocity / np.sqrt((velocity**2).sum())
+    place = shortened(place, 32)
     planes = (
         (np.eye(3)[:2], ("x [mm]", "y [mm]"), f"{place} from above"),
-        (np.stack([along, [0.0, 0.0, 1.0]]), ("along the wind [mm]", "z [mm]"), f"{place} from the side"),
+        (
+            np.stack([along, [0.0, 0.0, 1.0]]),
+            ("along the wind [mm]", "z [mm]"),
+            f"{place} from the side",
+        ),
     )
     half = 1.25 * MM * np.sqrt(max(np.linalg.eigvalsh(state.covariance)[-1] for state in states))
     half = half or 1.0  # a place that only turns

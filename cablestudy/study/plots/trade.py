@@ -1,15 +1,29 @@
 """Error against time, one panel for each column."""
 
 import re
-import textwrap
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, PINK, RED, SKY, styled
-from cablestudy.study.table import short
+from cablestudy.study.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    PINK,
+    RED,
+    SKY,
+    WIDTH,
+    heading,
+    legend_below,
+    styled,
+    wrapped,
+)
+from cablestudy.study.plots.words import column_words, number, quantity_text
 
 BLACK = "#000000"
 # family: colour, marker, line
@@ -27,8 +41,8 @@ LOOK = {
     "uniform grid": (SKY, "+", ":"),
     "log grid": (GREEN, "+", ":"),
 }
-APART = 0.06  # distance of labels, share of a panel's height
-WORDS = {"error control": "accuracy", "high order": "1 element, order"}
+MARKED = {"fontsize": 7, "path_effects": [withStroke(linewidth=2, foreground="white")]}  # text over lines
+WORDS = {"error control": "accuracy", "high order": "1 element of order"}
 BAND = 0.09  # height of the band below the reference's own error, share of a panel's height
 CAPTION = (
     "Each mark is one model, asked for this column alone. Grey line: the Pareto front, than which nothing is both "
@@ -42,7 +56,9 @@ def trade_plot(trade, title):
     count = len(trade.columns)
     side = 1 if count == 1 else 2
     rows = -(-count // side)
-    figure = Figure(figsize=(5.6 * side, 3.2 * rows + 0.8), layout="constrained")
+    entries = _legend(trade)
+    tall = (2.9 if side == 1 else 2.3) * rows
+    figure = Figure(figsize=(WIDTH, tall + 1.1 + 0.08 * len(entries)), layout="constrained")
     grid = figure.subplots(rows, side, squeeze=False).ravel()
     for axes in grid[count:]:
         axes.set_axis_off()
@@ -52,15 +68,44 @@ def trade_plot(trade, title):
         axes.set_xlabel("time [ms]")
     for axes in grid[::side]:
         axes.set_ylabel("relative error")
-    figure.supxlabel(textwrap.fill(CAPTION, int(15 * figure.get_figwidth())), x=0.01, ha="left", fontsize=8, color=GREY)
-    figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), x=0.01, ha="left", fontsize=10)
+    legend = legend_below(figure, entries, 8)
+    if legend:
+        legend.set_title(wrapped(CAPTION, WIDTH - 0.5, 7.5), {"size": 7.5})
+        legend.get_title().set_color(GREY)
+    heading(figure, title)
     return figure
+
+
+def _legend(trade):
+    """Each family of models with its mark, and the numbers of its first and last model: list of (artist, str)."""
+    families, entries = {}, []
+    for entry in trade.entries:
+        if set(entry.times) & {column.name for column in trade.columns}:
+            families.setdefault(entry.family, []).append(entry.name)
+    for family, names in families.items():
+        words = WORDS.get(family, family)
+        numbers = [re.findall(r"\d+(?:e-\d+)?", name)[-1:] for name in names]
+        if family == "several of high order":
+            words = "2 or 4 elements of high order"
+        elif family != "closed form" and all(numbers):
+            first, last = (number(float(one[0])) for one in (numbers[0], numbers[-1]))
+            words += f"{'' if family in WORDS else ','} {first}{f' … {last}' if len(names) > 1 else ''}"
+        entries.append((Line2D([], [], **_look(family), lw=1.1), words))
+    return entries
+
+
+def _look(family):
+    """Colour, mark and line of a family."""
+    colour, marker, line = LOOK[family]
+    size = {"*": 8, "P": 7, "2": 8, "+": 6, "x": 5.5}.get(marker, 4.5)
+    return {"color": colour, "marker": marker, "ms": size, "linestyle": line}
 
 
 def _panel(axes, trade, column):
     """Draws the models of one column."""
     name, own = column.name, trade.reference.errors[column.name]
-    axes.set_title(f"{name.replace('_', ' ')}: {short(trade.reference.values[name])} {column.unit}", loc="left")
+    value = quantity_text(trade.reference.values[name], column.unit)
+    axes.set_title(wrapped(f"{column_words(name)}: {value}", 0.4 * WIDTH, 9), loc="left")
     curves = {}  # family -> its models, in the order of the table
     for entry in trade.entries:
         if name in entry.times:
@@ -81,13 +126,13 @@ def _panel(axes, trade, column):
     )  # fmt: skip
     for family, entries in curves.items():
         time, error = np.transpose([_point(entry, name) for entry in entries])
-        colour, marker, line = LOOK[family]
-        size = {"*": 8, "P": 7, "2": 8, "+": 6, "x": 5.5}.get(marker, 4.5)
-        axes.plot(time, error, color=colour, marker=marker, ms=size, linestyle=line, lw=1.1, label=family, zorder=2)
-    _name_curves(axes, curves, name)
+        axes.plot(time, error, **_look(family), lw=1.1, label=family, zorder=2)
+        if family == "closed form":
+            for entry in entries:
+                axes.annotate(entry.name, _point(entry, name), (6, 5), textcoords="offset points", zorder=4, **MARKED)
     spread = np.log10(times.max() / times.min())
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if spread < 2.2 else (1,), numticks=20))
-    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if spread < 1.5 else (1,), numticks=20))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_locator(NullLocator())
@@ -96,39 +141,3 @@ def _panel(axes, trade, column):
 def _point(entry, name):
     """Time [ms] and error of a model in a column."""
     return 1e3 * entry.times[name], entry.errors[name]
-
-
-def _name_curves(axes, curves, name):
-    """Labels each curve on the right, at the height of its last point where there is room; closed forms at their marks.
-
-    The label of a curve of several models has the numbers of the first and the last.
-    """
-    places = []
-    for family, entries in curves.items():
-        if family == "closed form":
-            for entry in entries:
-                axes.annotate(
-                    entry.name, _point(entry, name), (6, 5), textcoords="offset points", fontsize=7.5, zorder=4,
-                    path_effects=[withStroke(linewidth=2, foreground="white")],
-                )  # fmt: skip
-            continue
-        first, last = (re.findall(r"\d+(?:e-\d+)?", entries[k].name)[-1] for k in (0, -1))
-        if family == "several of high order":
-            words = "2 or 4 elements of high order"
-        else:
-            words = f"{WORDS.get(family, family)}, {first} … {last}" if len(entries) > 1 else entries[0].name
-        height = axes.transLimits.transform(np.log10(_point(entries[-1], name)))[1]
-        places.append((height, words, LOOK[family]))
-    places.sort(key=lambda place: -place[0])
-    for height, (_, words, (colour, marker, _)) in zip(_spread([place[0] for place in places]), places, strict=True):
-        axes.plot(1.03, height, color=colour, marker=marker, ms=5, transform=axes.transAxes, clip_on=False)
-        axes.text(1.06, height, words, color=colour, fontsize=7.5, va="center", transform=axes.transAxes)
-
-
-def _spread(heights):
-    """Descending heights, moved as little as possible to be APART and within the panel."""
-    found = []
-    for k, height in enumerate(heights):
-        below = (len(heights) - 1 - k) * APART  # room for the labels that follow
-        found.append(min(max(height, below + 0.02), found[-1] - APART if found else 0.98))
-    return found

@@ -6,14 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, styled
+from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, heading, styled
+from cablestudy.study.plots.words import quantity_text
 from cablestudy.study.windrms import cable_force_of, combine, force_of, spectra_of
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 POINTS = 4000
 RANGE = (1e-3, 1e2)  # of the pictures [Hz]
-WHAT = {"gondola": "a gondola of {mass:.4g} kg", "cable": "the cable of a gondola of {mass:.4g} kg",
-        "both": "a gondola of {mass:.4g} kg and its cable"}  # fmt: skip
+WHAT = {"gondola": "a gondola of {mass}", "cable": "the cable of a gondola of {mass}",
+        "both": "a gondola of {mass} and its cable"}  # fmt: skip
 
 
 @styled
@@ -57,8 +58,8 @@ def wind_response(case, on="gondola"):
     axes[2].set_xlim(*RANGE)
     figure.align_ylabels(axes)
     wind = case.scene.wind
-    what = WHAT[on].format(mass=case.scene.gondola.mass)
-    figure.suptitle(f"Wind at {wind.speed:.4g} m/s on {what}", fontsize=10)
+    what = WHAT[on].format(mass=quantity_text(case.scene.gondola.mass, "kg"))
+    heading(figure, f"Wind at {quantity_text(wind.speed, 'm/s')} on {what}")
     return figure
 
 
@@ -84,7 +85,7 @@ def _speed(axes, case, frequency, on):
     if wind.admittance != "none" and on != "cable":
         share = admittance(frequency, wind.speed, case.scene.gondola.area, wind.admittance)
         axes.loglog(frequency, bare * share, color=BLUE, ls="--", label="averaged over the gondola")
-    axes.set_ylabel("wind speed\n[(m/s)²/Hz]")
+    axes.set_ylabel("spectrum of the\nwind speed [(m/s)²/Hz]")
     axes.legend()
 
 
@@ -92,14 +93,14 @@ def _displacement(axes, case, frequency, alone, held):
     axes.loglog(frequency, 1e6 * alone, color=GREY, label="winch at rest")
     if case.loop.gain:
         axes.loglog(frequency, 1e6 * held, color=RED, label="winch loop closed")
-    axes.set_ylabel("gondola\n[mm²/Hz]")
+    axes.set_ylabel("spectrum of the gondola's\ndisplacement [mm²/Hz]")
 
 
 def _variance(axes, frequency, lines):
     for spectrum, colour, total, label in lines:
         step = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2
         below = np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
-        axes.semilogx(frequency, below, color=colour, label=f"{label}: {1e3 * total:.3g} mm RMS")
+        axes.semilogx(frequency, below, color=colour, label=f"{label}: {quantity_text(1e3 * total, 'mm')} RMS")
     axes.set_ylabel("share of the\nvariance below")
     axes.set_ylim(0, 1.02)
-    axes.legend()
+    axes.legend(loc="upper left")

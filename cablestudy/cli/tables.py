@@ -1,0 +1,111 @@
+"""Tables on standard output: the options --format, --columns and --top, and the width of a terminal."""
+
+import shutil
+import sys
+from functools import wraps
+from math import isfinite
+
+import click
+
+from cablestudy.errors import NoSolutionError, SceneError
+
+STYLES = ("md", "csv", "json", "jsonl")
+
+
+class Style(str):
+    """The format of a table, one of STYLES, and which part of the table is shown.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        Names of the columns shown, with or without units; empty for all of them.
+    top : int or None
+        How many rows are shown.
+    """
+
+    def __new__(cls, style, columns=(), top=None):
+        """See the class."""
+        made = super().__new__(cls, style)
+        made.columns, made.top = tuple(columns), top
+        return made
+
+
+def _names(context, parameter, text):
+    """The names in the text of --columns, each once; None without the option."""
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise click.BadParameter("expected names joined by commas")
+    return tuple(dict.fromkeys(names))
+
+
+FORMAT = click.option("--format", "style", type=click.Choice(STYLES), default="md", help="Default: md.")
+COLUMNS = click.option("--columns", metavar="A,B,...", callback=_names, help="Show only these columns, in this order.")
+TOP = click.option("--top", type=click.IntRange(min=1), metavar="N", help="Show only the first N rows.")
+
+
+def format_options(command):
+    """Decorator: the options --format, --top and, unless the command has its own, --columns, together as `style`."""
+    own = [name for option in getattr(command, "__click_params__", ()) for name in option.opts]
+
+    @wraps(command)
+    def styled(*arguments, style, top, columns=None, **parameters):
+        return command(*arguments, style=Style(style, columns or (), top), **parameters)
+
+    for option in (TOP, *(() if "--columns" in own else (COLUMNS,)), FORMAT):
+        styled = option(styled)
+    return styled
+
+
+def show(table, style):
+    """Print a table on standard output; as Markdown on a terminal, so that its lines fit.
+
+    Parameters
+    ----------
+    table : Table
+    style : Style
+
+    Raises
+    ------
+    NoSolutionError
+        A cell is not finite. Rows that are computed as they are printed are not looked at.
+    SceneError
+        The table has no such column.
+    """
+    for row in table.rows if isinstance(table.rows, list) else ():
+        for name, value in row.items():
+            if isinstance(value, float) and not isfinite(value):
+                raise NoSolutionError(f"{name} is not a finite number")
+    table = table.chosen(style.columns, style.top)
+    if style == "md" and sys.stdout.isatty():
+        _show_fitted(table)
+    else:
+        sys.stdout.writelines(table.pieces(style))
+
+
+def show_tables(answer, style):
+    """Print the tables of a suspension: as Markdown one below the other, else as one object."""
+    if style.columns:
+        raise SceneError(f"--columns: one table at a time: give --table {', '.join(answer.tables)}")
+    answer = answer.chosen(style.top)
+    if style == "md" and sys.stdout.isatty():
+        for place, (name, table) in enumerate((name, table) for name, table in answer.tables.items() if table.rows):
+            click.echo(f"{'' if place == 0 else chr(10)}## {name}\n")
+            _show_fitted(table)
+    else:
+        click.echo(answer.render(style), nl=False)
+
+
+def _show_fitted(table):
+    """Print a table as wide as the terminal, and a note on the columns that are left out."""
+    from cablestudy.study.markdown import fitted
+
+    width = shutil.get_terminal_size().columns
+    text, left_out = fitted(table, width)
+    sys.stdout.write(text)
+    sys.stdout.flush()
+    context = click.get_current_context(silent=True)
+    if left_out and not (context and context.params.get("quiet")):
+        names = ", ".join(left_out)
+        click.echo(f"wider than this terminal, left out: {names} (--columns A,B,... chooses)", err=True)

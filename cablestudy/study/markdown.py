@@ -1,0 +1,297 @@
+"""Tables as Markdown: whole, or laid out to the width of a terminal."""
+
+import re
+from itertools import chain, zip_longest
+from textwrap import wrap
+from typing import NamedTuple
+from unicodedata import combining, east_asian_width
+
+DIGITS = 4
+MOST_DIGITS = 17  # of a float
+MOST_ROWS = 1000  # of a table
+FEW_ROWS = 4  # which stand side by side where their columns do not
+UNIT = re.compile(r"\[.*\]")  # at the end of a head
+RULES = {"left": ":{}-", "right": "-{}:", "": "-{}-"}  # below the head of a column
+NARROWEST = 24  # width to which a column of long texts is wrapped
+
+
+class Grid(NamedTuple):
+    """The texts of a table: column heads, `left` or `right` of each column, and rows of cells."""
+
+    heads: list
+    sides: list
+    body: list
+
+    def columns(self, places):
+        """The Grid of some columns."""
+        heads, sides, *body = ([row[place] for place in places] for row in (self.heads, self.sides, *self.body))
+        return Grid(heads, sides, body)
+
+    def widths(self):
+        """Width of each column, as wide as its widest cell."""
+        return [max(map(text_width, column)) for column in zip(self.heads, *self.body, strict=True)]
+
+
+def whole(table):
+    """Yield a table as text, four significant digits in each number, first and last rows of a long one."""
+    fields = [field for field in table.fields if not field.hidden]
+    left_out = 0
+    if table.single:
+        grid = _one_row(fields, table.rows[0])
+    elif table.across:
+        grid = _side_by_side([field for field in fields if field.name != table.across], table.rows, table.across)
+    else:
+        rows, left_out = _ends(table.rows)
+        grid = _rows(fields, rows, left_out)
+    yield rendered(grid, padding=2)
+    if left_out:
+        yield _note_on_rows(table, left_out)
+
+
+def fitted(table, width):
+    """A table as text that is no wider than a terminal, and the columns that are left out of it.
+
+    A status that is ok in all rows is hidden, and long texts are wrapped. Up to four rows are shown as columns if the
+    table is too wide. Of more rows the heads are wrapped too, onto a line below the rule, and then columns are left out
+    from the right, printed values first.
+
+    Parameters
+    ----------
+    table : Table
+    width : int
+        Characters of a line.
+
+    Returns
+    -------
+    text : str
+    left_out : list of str
+        Names of columns, without units; "printed values" for all of these.
+    """
+    rows, omitted = _ends(table.rows)
+    fields = [field for field in table.fields if not field.hidden and not _says_nothing(field, rows)]
+    if table.single:
+        return _beside(_one_row(fields, rows[0]), width), []
+    if table.across:
+        fields = [field for field in fields if field.name != table.across]
+        return _beside(_side_by_side(fields, rows, table.across), width), []
+    grid = _rows(fields, rows, omitted)
+    fitting = wrapped(grid, width)
+    if fitting is None and 0 < len(rows) <= FEW_ROWS:
+        names = fields[0].name if _names_rows(fields[0], rows) else ""
+        return _beside(_side_by_side([field for field in fields if field.name != names], rows, names), width), []
+    fitting, places = fitting or wrapped(grid, width, heads=True), list(range(len(fields)))
+    for place in sorted(places[1:], key=lambda place: (not fields[place].beside, bool(fields[place].unless), -place)):
+        if fitting is None:  # why a row failed is left out last
+            places.remove(place)
+            fitting = wrapped(grid.columns(places), width, heads=True)
+    text = rendered(fitting or grid.columns(places)) + (_note_on_rows(table, omitted) if omitted else "")
+    left_out = [field for place, field in enumerate(fields) if place not in places]
+    return text, list(dict.fromkeys("printed values" if field.beside else field.plain for field in left_out))
+
+
+def _says_nothing(field, rows):
+    """Whether all cells of a column are the text with which it need not be shown."""
+    return field.unless and all(row.get(field.name) == field.unless for row in rows)
+
+
+def _names_rows(field, rows):
+    """Whether the texts of a column tell the rows apart."""
+    names = {row.get(field.name) for row in rows}
+    return len(names) == len(rows) and all(isinstance(name, str) for name in names)
+
+
+def _ends(rows):
+    """The rows shown, first and last ones of many, and how many are left out between them."""
+    left_out, half = max(0, len(rows) - MOST_ROWS), MOST_ROWS // 2
+    return ([*rows[:half], *rows[-half:]] if left_out else list(rows)), left_out
+
+
+def _note_on_rows(table, left_out):
+    total, half = len(table.rows), MOST_ROWS // 2
+    return (
+        f"\n{left_out} of {total} rows are left out here, from {half + 1} to {total - half}"
+        "; csv, json and jsonl have them all.\n"
+    )
+
+
+# ------------------------------------------------------------------------------------------------------- layouts
+
+
+def _rows(fields, rows, left_out):
+    """One line for each row."""
+    heads = [f"{field.title} [{field.unit}]" if field.unit else field.title for field in fields]
+    body = _cells(fields, rows)
+    if left_out:
+        body.insert(MOST_ROWS // 2, ["…"] * len(fields))
+    return Grid(heads, [_side(field.name, rows) for field in fields], body)
+
+
+def _one_row(fields, row):
+    """One line for each quantity of a row that has a value."""
+    known = [field for field in fields if row.get(field.name) is not None]
+    body = [[field.title, cell, field.unit] for field, (cell,) in zip(known, _columns(known, [row]), strict=True)]
+    return Grid(["quantity", "value", "unit"], ["left", "right", "left"], body)
+
+
+def _side_by_side(fields, rows, names):
+    """One line for each quantity and one column for each row; `names` is the field of their heads, or empty."""
+    known = [field for field in fields if any(row.get(field.name) is not None for row in rows)]
+    columns = zip(known, _columns(known, rows), strict=True)
+    heads = [str(row[names]) if names else f"row {place}" for place, row in enumerate(rows, 1)]
+    return Grid(
+        ["quantity", *heads, "unit"],
+        ["left", *["right"] * len(rows), "left"],
+        [[field.title, *cells, field.unit] for field, cells in columns],
+    )
+
+
+def _columns(fields, rows):
+    """The cells of each field."""
+    return [[row[place] for row in _cells(fields, rows)] for place in range(len(fields))]
+
+
+def _cells(fields, rows):
+    """The cells of each row."""
+    digits = [_digits([row.get(field.name) for row in rows]) if field.distinct else DIGITS for field in fields]
+    return [[_cell(field, row, count) for field, count in zip(fields, digits, strict=True)] for row in rows]
+
+
+def _side(name, rows):
+    """On which side the cells of a column stand: numbers on the right."""
+    return "left" if not rows or any(isinstance(row.get(name), str) for row in rows) else "right"
+
+
+def _beside(grid, width):
+    """A Grid with one line for each quantity as text, its rows in as many tables as the width needs."""
+    values = range(1, len(grid.heads) - 1)
+    for parts in range(1, len(values) + 1):
+        count = -(-len(values) // parts)
+        blocks = [(0, *values[begin : begin + count], len(grid.heads) - 1) for begin in range(0, len(values), count)]
+        fitting = [wrapped(grid.columns(places), width, NARROWEST // 2) for places in blocks]
+        if all(fitting):
+            break
+    return "\n".join(rendered(block or grid.columns(places)) for block, places in zip(fitting, blocks, strict=True))
+
+
+def wrapped(grid, width, narrowest=NARROWEST, heads=False):
+    """The Grid with texts on several lines, so that it is no wider than a terminal; None where it cannot be.
+
+    Parameters
+    ----------
+    grid : Grid
+    width : int
+        Of the terminal.
+    narrowest : int
+        Width below which no column of texts is wrapped.
+    heads : bool
+        Whether heads may go on in a row of their own below the rule.
+    """
+    whole_units = [UNIT.sub(lambda unit: unit[0].replace(" ", "\xa0"), head) for head in grid.heads]
+    longest = map(_on_two_lines, whole_units) if heads else grid.heads
+    columns = list(zip(*grid.body, strict=True)) or [()] * len(grid.heads)
+    widths = grid.widths()
+    narrowest = min(narrowest, width // 3)
+    least = [_least_width(*column, narrowest) for column in zip(longest, columns, strict=True)]
+    for _ in range(sum(widths) + 3 * len(widths) + 1 - width):
+        widest = max(range(len(widths)), key=lambda place: (widths[place] > least[place], widths[place]))
+        if widths[widest] == least[widest]:
+            return None
+        widths[widest] -= 1
+    first, *more = ([head.replace("\xa0", " ") for head in line] for line in _lines_of(whole_units, widths))
+    return Grid(first, grid.sides, [*more, *chain.from_iterable(_lines_of(row, widths) for row in grid.body)])
+
+
+def _least_width(head, cells, narrowest):
+    """The least width of a column whose texts may be wrapped, but no numbers."""
+    own = max(map(text_width, cells), default=0)
+    return max(text_width(head), min(own, narrowest) if any(map(_is_text, cells)) else own)
+
+
+def _is_text(cell):
+    """Whether a cell is neither empty nor a number."""
+    try:
+        float(cell or 0)
+    except ValueError:
+        return True
+    return False
+
+
+def _on_two_lines(head):
+    """The longer half of a head that is divided between two words, as short as can be."""
+    words = head.split(" ")
+    halves = [max(" ".join(words[:place]), " ".join(words[place:]), key=text_width) for place in range(1, len(words))]
+    return min((head, *halves), key=text_width)
+
+
+def _lines_of(row, widths):
+    """The cells of a row on as many lines as their widths need: list of rows."""
+    lines = [wrap(cell, own) if text_width(cell) > own else [cell] for cell, own in zip(row, widths, strict=True)]
+    return [list(cells) for cells in zip_longest(*lines, fillvalue="")]
+
+
+def rendered(grid, padding=0):
+    """A Grid as text, without line breaks in its cells; columns are at least `padding` wider than their heads."""
+    heads, *body = ([" ".join(cell.splitlines()).strip() for cell in row] for row in (grid.heads, *grid.body))
+    widths = Grid([head + " " * padding for head in heads], grid.sides, body).widths()
+    sides = grid.sides if body else [""] * len(heads)
+    rules = [RULES[side].format("-" * own) for own, side in zip(widths, sides, strict=True)]
+    lines = [_line(heads, widths, sides), f"|{'|'.join(rules)}|"]
+    return "\n".join([*lines, *(_line(row, widths, sides) for row in body)]) + "\n"
+
+
+def _line(cells, widths, sides):
+    """One line of a table."""
+    padded = [
+        " " * (own - text_width(cell)) + cell if side == "right" else cell + " " * (own - text_width(cell))
+        for cell, own, side in zip(cells, widths, sides, strict=True)
+    ]
+    return f"| {' | '.join(padded)} |"
+
+
+def text_width(text):
+    """Characters that a text takes on a terminal."""
+    if text.isascii():
+        return len(text)
+    return sum(0 if combining(one) else 2 if east_asian_width(one) in "WF" else 1 for one in text)
+
+
+# --------------------------------------------------------------------------------------------------------- cells
+
+
+def _digits(values):
+    """The fewest significant digits, DIGITS or more, with which different numbers are different texts."""
+    numbers = {value for value in values if isinstance(value, float)}
+    counts = range(DIGITS, MOST_DIGITS)
+    return next((count for count in counts if len({short(n, count) for n in numbers}) == len(numbers)), MOST_DIGITS)
+
+
+def _cell(field, row, digits):
+    """A cell; of a difference from a printed value, both."""
+    if not field.beside:
+        return short(row.get(field.name), digits).replace("|", "\\|")
+    printed, difference = row.get(field.beside), row.get(field.name)
+    if printed is None:
+        return ""
+    return f"{printed:.12g}" if difference is None else f"{printed:.12g} ({signed(difference)})"
+
+
+def short(value, digits=DIGITS):
+    """A cell with so many significant digits, without an exponent from 1e-4 to 1e8."""
+    if value is None:
+        return ""
+    if not isinstance(value, float):
+        return str(value)
+    if value == 0:
+        return "0"
+    text = f"{value:.{digits}g}"
+    if "e" in text and 1e-4 <= abs(value) < 1e8:
+        text = f"{float(text):.0f}" if abs(value) >= 1 else f"{float(text):f}"
+    return text
+
+
+def signed(value):
+    """A difference with its sign, two significant digits."""
+    if value == 0:
+        return "0"
+    text = f"{value:+.2g}"
+    return f"{float(text):+.0f}" if "e" in text and 1 <= abs(value) < 1e6 else text

@@ -1,0 +1,130 @@
+"""A column as colour over two others: a heat map over two varied keys, else coloured points."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from cablestudy.study.plots.quantity import quantities_varied, quantity_named
+from cablestudy.study.plots.series import series_of
+from cablestudy.study.plots.style import (
+    WIDTH,
+    colour_bar,
+    colours_over,
+    heading,
+    log_axis,
+    panels,
+    plain_axis,
+    spans_decades,
+    wrapped,
+)
+from cablestudy.study.plots.words import number, shortened
+
+PANELS = 6  # in one picture
+CELLS = 9  # along a side, up to which each cell has its number
+MANY = 3000  # cells or points from which they are drawn as an image in a file of lines, else far larger
+EMPTY = "#f0f0f0"  # cells without a value
+
+
+def colour_map(study, every, rows):
+    """Figure of `plot.color` as colour over `plot.x` and each of `plot.y`; one panel for each series of the study.
+
+    Where each place of the grid of two varied keys has one row it is a heat map, with the numbers in the cells where
+    there are few; a grey cell has no answer.
+
+    Parameters
+    ----------
+    study : Study
+    every, rows : list of dict
+        The rows of its table, and those with an answer.
+    """
+    plot = study.plot
+    x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
+    entries, sample = quantities_varied(study, every), study.sample_entry if study.sample else None
+    shown = []
+    for name in plot.y:
+        y = quantity_named(study, name, every)
+        shown += [(y, one) for one in series_of(entries, sample, rows, x, y, colour)[0]]
+    known = [value for row in rows if (value := colour.value(row)) is not None]
+    side = 1 if len(shown) == 1 else 2
+    count = min(len(shown), PANELS)
+    lines = -(-count // side)
+    figure = Figure(figsize=(WIDTH, lines * (4.4 if side == 1 else 3.0) + 0.6), layout="constrained")
+    mappable = colours_over(known or [0.0], logarithmic=None if colour.categories is None else False)
+    grid = panels(figure, count, side)
+    for axes, (y, one) in zip(grid, shown, strict=False):
+        _panel(axes, (x, y, colour), one.rows, mappable, (plot.logx, plot.logy), annotated=side == 1)
+        axes.set_ylabel(wrapped(y.label, 2.6, 9))
+        axes.set_title(wrapped(one.label, 0.38 * WIDTH if side == 2 else 0.8 * WIDTH, 8.5), loc="left", fontsize=8.5)
+    for axes in grid[-side:]:
+        axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
+    ticks, names = (), ()
+    if colour.categories is not None:
+        ticks = range(len(colour.categories))
+        names = [shortened(colour.level(place), 24) for place in ticks]
+    colour_bar(figure, mappable, colour.label, grid, ticks, names, aspect=30)
+    left_out = f" (first {count} of {len(shown)} panels)" if count < len(shown) else ""
+    if study.title or left_out:
+        heading(figure, f"{study.title}{left_out}")
+    return figure
+
+
+def _panel(axes, quantities, rows, mappable, logarithmic, annotated):
+    """Draws the rows of one series."""
+    places = [tuple(quantity.value(row) for quantity in quantities) for row in rows]
+    places = [place for place in places if None not in place[:2]]
+    x, y, c = (np.array([place[k] for place in places], dtype=float) for k in range(3))
+    across, up = np.unique(x), np.unique(y)
+    gridded = all(quantity.key for quantity in quantities[:2]) and len({*zip(x, y, strict=True)}) == len(x)
+    if gridded and 1 < len(across) * len(up) <= 4 * len(x):
+        for which, quantity, values, wish in zip("xy", quantities, (across, up), logarithmic, strict=False):
+            _axis(axes, which, quantity, values, wish)
+        _heat(axes, (across, up), (x, y, c), mappable, annotated)
+        return
+    known = np.isfinite(c)
+    axes.scatter(x[known], y[known], c=mappable.to_rgba(c[known]), s=22, lw=0.4, ec="white", rasterized=len(x) > MANY)
+    axes.plot(x[~known], y[~known], "x", color="#888888", ms=4)
+    for which, quantity, values, wish in zip("xy", quantities, (across, up), logarithmic, strict=False):
+        _axis(axes, which, quantity, values, wish)
+
+
+def _axis(axes, which, quantity, values, logarithmic):
+    axis = getattr(axes, f"{which}axis")
+    if quantity.categories is not None:
+        axis.set_ticks(range(len(quantity.categories)), [quantity.level(k) for k in range(len(quantity.categories))])
+        axis.set_tick_params(rotation=30 if which == "x" else 0)
+        return
+    if (logarithmic or spans_decades(values[0], values[-1])) and values[0] > 0:
+        log_axis(axis, values[0], values[-1], 7, values if len(values) <= 6 else ())
+    else:
+        plain_axis(axis, 7)
+
+
+def _heat(axes, sides, places, mappable, annotated):
+    across, up = sides
+    x, y, c = places
+    cells = np.full((len(up), len(across)), np.nan)
+    cells[np.searchsorted(up, y), np.searchsorted(across, x)] = c
+    edges = [_edges(values, axes, which) for values, which in zip(sides, "xy", strict=True)]
+    axes.set_facecolor(EMPTY)
+    axes.grid(visible=False)
+    look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY}
+    axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
+    axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+    if annotated and max(cells.shape) <= CELLS:
+        for (row, column), value in np.ndenumerate(cells):
+            if np.isfinite(value):
+                dark = np.dot(mappable.to_rgba(value)[:3], (0.3, 0.6, 0.1)) < 0.5
+                look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": "white" if dark else "black"}
+                axes.text(across[column], up[row], number(float(f"{value:.3g}")), **look)
+
+
+def _edges(values, axes, which):
+    """Edges of cells about values: half-way between them, on the scale of the axis."""
+    logarithmic = getattr(axes, f"get_{which}scale")() == "log"
+    scaled = np.log10(values) if logarithmic else values
+    if len(values) == 1:
+        half = 0.5 * abs(scaled[0]) or 0.5
+        edges = np.array([scaled[0] - half, scaled[0] + half])
+    else:
+        middle = (scaled[1:] + scaled[:-1]) / 2
+        edges = np.concatenate([[2 * scaled[0] - middle[0]], middle, [2 * scaled[-1] - middle[-1]]])
+    return 10.0**edges if logarithmic else edges

@@ -1,0 +1,78 @@
+"""Sobol's indices of the columns of a study: a picture of `sweep --sensitivity`."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from cablestudy.study.all_columns import find_header
+from cablestudy.study.plots.style import BLUE, ORANGE, WIDTH, heading, legend_below, styled, wrapped
+from cablestudy.study.plots.words import column_words, key_words, value_text
+
+PANELS = 12  # in one picture
+KINDS = {
+    "first_order": {"color": BLUE, "marker": "o", "label": "first order: of the key alone"},
+    "total": {"color": ORANGE, "marker": "s", "mfc": "white", "label": "total: with all that it interacts in"},
+}
+LIMITS = (-0.05, 1.05)  # that are always shown
+
+
+@styled
+def sensitivity_plot(study, table):
+    """Figure of Sobol's indices of first order and in total, with their intervals; one panel for each column.
+
+    Parameters
+    ----------
+    study : Study
+    table : Table
+        From `Sensitivity.table`: rows with `column`, `parameter`, the indices and the ends of their intervals.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    fixed = ("column", "parameter", *(f"{kind}{end}" for kind in KINDS for end in ("", "_low", "_high")))
+    others = [field for field in table.fields if field.name not in fixed]
+    groups = {}
+    for row in table.rows:
+        groups.setdefault((*(row[field.name] for field in others), row["column"]), []).append(row)
+    count = min(len(groups), PANELS)
+    side = 1 if count == 1 else 2
+    keys = max((len(rows) for rows in groups.values()), default=1)
+    lines = -(-count // side)
+    figure = Figure(figsize=(WIDTH, lines * (0.75 + 0.36 * keys) + 0.9), layout="constrained")
+    grid = figure.subplots(lines, side, squeeze=False, sharex=True, sharey=True).ravel()
+    for axes in grid[count:]:
+        axes.set_axis_off()
+    for place, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
+        _panel(axes, rows)
+        varied = [f"{key_words(field.title)} {value_text(value)}" for field, value in zip(others, group, strict=False)]
+        title = ", ".join([column_words(find_header(group[-1]).name), *varied])
+        axes.set_title(wrapped(title, 0.38 * WIDTH if side == 2 else 0.7 * WIDTH, 9), loc="left", weight="bold")
+        axes.tick_params(labelbottom=place + side >= count, labelleft=place % side == 0)
+        if place + side >= count:
+            axes.set_xlabel("share of the variance")
+    drawn = [row[name] for row in table.rows for name in fixed[2:] if row.get(name) is not None]
+    grid[0].set_xlim(min([LIMITS[0], *drawn]) - 0.02, max([LIMITS[1], *drawn]) + 0.02)
+    legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in KINDS.values()])
+    left_out = f" (first {count} of {len(groups)} panels)" if count < len(groups) else ""
+    heading(figure, f"{study.title or 'Sensitivity'}: Sobol's indices{left_out}")
+    return figure
+
+
+def _panel(axes, rows):
+    """Draws the indices of one column; a note where it has none."""
+    names = [key_words(row["parameter"]) for row in rows]
+    places = np.arange(len(rows))
+    for (kind, look), aside in zip(KINDS.items(), (-0.13, 0.13), strict=True):
+        for place, row in zip(places, rows, strict=True):
+            if row[kind] is None:
+                continue
+            low, high = row.get(f"{kind}_low"), row.get(f"{kind}_high")
+            if low is not None and high is not None:
+                axes.plot([low, high], [place + aside] * 2, color=look["color"], lw=1.6)
+            axes.plot(row[kind], place + aside, ms=5, ls="none", **look)
+    if all(row[kind] is None for row in rows for kind in KINDS):
+        axes.text(0.5, 0.5, "no indices", transform=axes.transAxes, ha="center", va="center", color="#555555")
+    axes.set_yticks(places, [wrapped(name, 1.5, 8.5) for name in names], fontsize=8.5)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.grid(visible=False, axis="y")

@@ -1,0 +1,115 @@
+"""What a study can draw along an axis or as a colour: a column, or a varied key."""
+
+from dataclasses import dataclass
+
+from cablestudy.scene.scene import quantity_of
+from cablestudy.scene.units import split, to_si
+from cablestudy.study.find import column_named
+from cablestudy.study.plots.words import axis_label, column_words, key_words, quantity_text, unit_text, value_text
+from cablestudy.study.prepare import SHOWN_BY, beside
+from cablestudy.study.varied_keys import varied_key
+
+SI = (0.0, 1.0)  # scale of a quantity that is shown in the unit of its cells
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column or a varied key of a study's table.
+
+    Attributes
+    ----------
+    name : str
+        Of the cells in rows.
+    words, unit : str
+        What it is, and the unit in which it is shown.
+    scale : tuple of float
+        The cell of 0 and that of 1 in this unit.
+    printed : str or None
+        Name of the printed values.
+    categories : tuple of str or None
+        Its values where they are no numbers.
+    key : str or None
+        The varied key, if it is one.
+    """
+
+    name: str
+    words: str
+    unit: str
+    scale: tuple = SI
+    printed: str | None = None
+    categories: tuple | None = None
+    key: str | None = None
+
+    @property
+    def label(self):
+        """Label of an axis."""
+        return axis_label(self.words, self.unit)
+
+    def value(self, row, printed=False):
+        """Its number in a row, of categories their position; None where the row has none."""
+        cell = row.get(self.printed) if printed and self.printed else None
+        cell = row.get(self.name) if cell is None else cell
+        if cell is None:
+            return None
+        if self.categories is not None:
+            return float(self.categories.index(str(cell)))
+        if isinstance(cell, str):
+            return None
+        low, high = self.scale
+        return float(cell) if self.scale == SI else float(f"{(cell - low) / (high - low):.12g}")
+
+    def text(self, row):
+        """Its value in a row as text."""
+        cell = row.get(self.name)
+        if cell is None:
+            return "none"
+        return value_text(cell) if self.categories is not None else quantity_text(self.value(row), self.unit)
+
+    def level(self, position):
+        """One of its values, as `value` gives them, as text."""
+        if self.categories is None:
+            return quantity_text(position, self.unit)
+        return value_text(self.categories[int(position)])
+
+
+def quantity_named(study, name, rows):
+    """The `Quantity` of a column or varied key, with or without its unit."""
+    known = varied_key(study, name)
+    return _column(study, name) if known is None else _varied(study, known, rows)
+
+
+def quantities_varied(study, rows):
+    """The `Quantity` of each varied key, entry by entry of the study: list of lists."""
+    return [[quantity_named(study, key, rows) for key in entry.keys] for entry in study.entries]
+
+
+def _column(study, name):
+    column = column_named(study, name)
+    if column.needs == "find":
+        return Quantity(column.header, key_words(column.name), column.unit)
+    return Quantity(column.header, column_words(column.name), column.unit, printed=beside(column.header, "printed"))
+
+
+def _varied(study, known, rows):
+    """A varied key in the unit in which its first value is written; from a column that shows it, if it has no cells."""
+    key = known.key
+    if rows and known.header not in rows[0]:
+        shown = [column_named(study, name) for name in SHOWN_BY.get(key, ())]
+        column = next((column for column in shown if column.header in rows[0]), None)
+        if column:
+            return Quantity(column.header, key_words(key), column.unit, key=key)
+    cells = [row[known.header] for row in rows if row.get(known.header) is not None]
+    if any(isinstance(cell, str) for cell in cells) or (known.unit is None and quantity_of(key)):
+        return Quantity(known.header, key_words(key), "", categories=tuple(dict.fromkeys(map(str, cells))), key=key)
+    unit, scale = _written_unit(study, known)
+    return Quantity(known.header, key_words(key), unit_text(unit), scale, key=key)
+
+
+def _written_unit(study, known):
+    """Unit of the first value of a key as the study has it, and the cells of 0 and 1 in this unit."""
+    first = next(values[0] for entry in study.entries for key, values, _ in entry.columns if key == known.key)
+    unit = known.unit or ""
+    if not isinstance(first, str) or unit == "%":
+        return unit, SI
+    written = split(first)[1]
+    return written, (to_si(f"0 {written}", unit), to_si(f"1 {written}", unit))

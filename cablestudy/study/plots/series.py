@@ -1,0 +1,217 @@
+"""The rows of a study as series, each with a look of its own: colour, mark and dashes, or a place on a colour bar."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.lines import Line2D
+
+from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_over
+from cablestudy.study.plots.words import shortened
+
+MARKS = "os^DvP"
+MARKED_DASHES = (*DASHES, (0, (1, 3)))  # of lines with these marks
+LABEL = 80  # characters of an entry of a legend
+NAMED = len(SERIES)  # series that are told apart by a legend of their own
+MANY = 12  # series from which lines are thin
+TICKS = 24  # names beside a colour bar
+
+
+@dataclass
+class Series:
+    """Rows that belong together.
+
+    Attributes
+    ----------
+    rows : list of dict
+    levels : tuple
+        Of each other entry of the study: the place of its value among those that there are.
+    label : str
+    look : dict
+        Colour, mark and dashes of a line.
+    """
+
+    rows: list
+    levels: tuple
+    label: str
+    look: dict = field(default_factory=dict)
+
+
+@dataclass
+class Bar:
+    """What a colour bar shows: a mappable, its label, and places and names of ticks where they are no numbers."""
+
+    mappable: ScalarMappable
+    label: str
+    ticks: tuple = ()
+    names: tuple = ()
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One entry of a study that tells series apart: the quantities that do so, and its levels in the table."""
+
+    quantities: list
+    levels: list
+
+    @property
+    def words(self):
+        """What varies."""
+        return ", ".join(quantity.words for quantity in self.quantities)
+
+    def text(self, level):
+        """One of its levels, without words."""
+        return ", ".join(q.level(value) for q, value in zip(self.quantities, self.levels[level], strict=True))
+
+    @property
+    def numbers(self):
+        """The levels as numbers; None where they are none."""
+        if len(self.quantities) > 1 or self.quantities[0].categories is not None:
+            return None
+        return np.array([level[0] for level in self.levels])
+
+
+def series_of(entries, sample, rows, *drawn):
+    """The series of a table, and the factors that tell them apart.
+
+    Parameters
+    ----------
+    entries : list of list of Quantity
+        What varies in each entry of the study.
+    sample : int or None
+        Which of them is a sample.
+    rows : list of dict
+        Those with an answer.
+    drawn : Quantity
+        What is drawn along x and perhaps y: the entries that it belongs to are within a series, and so are samples. Of
+        columns alone the last entry is within a series.
+
+    Returns
+    -------
+    series : list of Series
+    factors : list of Factor
+    """
+    names = {quantity.name for quantity in drawn}
+    keys = {quantity.key for quantity in drawn}
+    within = [entry for entry in entries if any(q.name in names or q.key in keys for q in entry)]
+    if sample is not None:
+        within.append(entries[sample])
+    across = [entry for entry in entries if entry not in (within or entries[-1:])]
+    factors = [found for found in (_factor(entry, rows) for entry in across) if len(found.levels) > 1]
+    places = [{level: place for place, level in enumerate(factor.levels)} for factor in factors]
+    groups, seen = {}, Counter()
+    for row in rows:
+        levels = tuple(place[_level(factor.quantities, row)] for factor, place in zip(factors, places, strict=True))
+        x = drawn[0]
+        turn = 0
+        if x.categories is not None and len(drawn) == 1:  # a category that comes again begins another series
+            turn = seen[levels, row.get(x.name)]
+            seen[levels, row.get(x.name)] += 1
+        groups.setdefault((levels, turn), []).append(row)
+    again = any(turn for _, turn in groups)
+    companions = [q for entry in within for q in entry if again and q.key and q.key not in keys]
+    found = []
+    for (levels, _), members in groups.items():
+        parts = [f"{factor.words} {factor.text(level)}" for factor, level in zip(factors, levels, strict=True)]
+        parts += [_common(quantity, members) for quantity in companions[:2]]
+        found.append(Series(members, levels, shortened(", ".join(parts), LABEL)))
+    return found, factors
+
+
+def _level(quantities, row):
+    return tuple(quantity.value(row) for quantity in quantities)
+
+
+def _factor(entry, rows):
+    """The first keys of an entry that tell its steps apart, and their levels in order of appearance."""
+    whole = len({_level(entry, row) for row in rows})
+    for count in range(1, len(entry) + 1):
+        levels = list(dict.fromkeys(_level(entry[:count], row) for row in rows))
+        if len(levels) == whole:
+            break
+    return Factor(entry[:count], levels)
+
+
+def _common(quantity, rows):
+    values = {quantity.text(row) for row in rows}
+    return f"{quantity.words} {values.pop()}" if len(values) == 1 else f"each with its own {quantity.words}"
+
+
+def give_looks(series, factors, joined):
+    """Give each series its look.
+
+    Up to NAMED series have a colour and a mark each. Of more, the factor with most levels is the colour, on a colour
+    bar where they are many, and the next one the mark and the dashes. Further ones are stated, not told apart.
+
+    Returns
+    -------
+    entries : list of (artist, str)
+        Of a legend.
+    bar : Bar or None
+    """
+    many = len(series) > MANY
+    for one in series:
+        one.look = {"ms": 3.0 if many else 4.5, "lw": 1.0 if many else 1.6, "marker": "o", "ls": "-"}
+    if len(series) <= NAMED:
+        for k, one in enumerate(series):
+            one.look |= {"color": SERIES[k], "marker": MARKS[k]}
+        return [(Line2D([], [], **_shown(one.look, joined)), one.label or "computed") for one in series], None
+    order = sorted(range(len(factors)), key=lambda k: -len(factors[k].levels))
+    main, marked, rest = order[:1], order[1:2], order[2:]
+    if marked and len(factors[marked[0]].levels) > len(MARKS):
+        marked, rest = [], order[1:]
+    entries, bar = _colours(series, factors, main[0]) if main else _turns(series)
+    for k in marked:
+        look = {"color": GREY, "ms": 4.5}
+        for level, (mark, dashes) in enumerate(zip(MARKS, MARKED_DASHES, strict=True)):
+            for one in series:
+                if one.levels[k] == level:
+                    one.look |= {"marker": mark, "ls": dashes}
+            if level < len(factors[k].levels):
+                sample = Line2D([], [], **look, **_shown({"marker": mark, "ls": dashes}, joined))
+                entries.append((sample, _named(factors[k], level)))
+    entries += [(Line2D([], [], ls="none"), _not_told_apart(factors[k])) for k in rest]
+    return entries, bar
+
+
+def _shown(look, joined):
+    """A look, without the line where points are not joined."""
+    return look if joined else look | {"ls": "none"}
+
+
+def _named(factor, level):
+    return shortened(f"{factor.words} {factor.text(level)}", LABEL)
+
+
+def _not_told_apart(factor):
+    first, last = factor.text(0), factor.text(len(factor.levels) - 1)
+    return shortened(f"one for each {factor.words}: {first} … {last}", LABEL)
+
+
+def _colours(series, factors, k):
+    """Entries of a legend or a colour bar for a factor, whose levels are the colours of the series."""
+    factor, numbers = factors[k], factors[k].numbers
+    count = len(factor.levels)
+    if count <= NAMED:
+        colours, bar = SERIES, None
+        entries = [(Line2D([], [], color=SERIES[level], lw=3), _named(factor, level)) for level in range(count)]
+    elif numbers is not None and None not in numbers:
+        bar, entries = Bar(colours_over(numbers), factor.quantities[0].label), []
+        colours = bar.mappable.to_rgba(numbers)
+    else:
+        ticks, entries = range(0, count, -(-count // TICKS)), []
+        names = [shortened(factor.text(place), 24) for place in ticks]
+        bar = Bar(colours_over(np.arange(count), logarithmic=False), shortened(factor.words), ticks, names)
+        colours = bar.mappable.to_rgba(np.arange(count))
+    for one in series:
+        one.look["color"] = colours[one.levels[k]]
+    return entries, bar
+
+
+def _turns(series):
+    """A colour bar for series that begin where a category comes again."""
+    mappable = colours_over(np.arange(1, len(series) + 1), logarithmic=False)
+    for place, one in enumerate(series, 1):
+        one.look["color"] = mappable.to_rgba(place)
+    return [], Bar(mappable, "which time the name comes")

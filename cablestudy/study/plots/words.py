@@ -1,0 +1,122 @@
+"""Texts in pictures: numbers of at most four significant digits, units, names of columns and keys."""
+
+import json
+import math
+import re
+
+from cablestudy.scene.layers import split_key
+from cablestudy.scene.units import split
+from cablestudy.study.table import short
+
+LONGEST = 40  # characters of a name or value in a picture
+# tables of the scene whose entries have names that the user gives: the name says more than the table
+NAMED = ("bodies", "cables", "points", "actuators", "winches", "cases", "anchors")
+LISTED = {"loads": "load", "ends": "end"}  # tables without names: counted from 1
+SPECIAL = {"case": "load case", "model.elements": "number of elements", "model.order": "order of the elements"}
+AXES = ("x", "y", "z")
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number(value):
+    """A number of at most four significant digits as text: `−0.1211`, `1.9·10⁻⁵`, `10⁶`."""
+    text = short(float(value))
+    size, _, power = text.partition("e")
+    if power:
+        text = f"{size}·10{_raised(int(power))}"
+        text = re.sub(r"^(-?)1·", r"\1", text)
+    return text.replace("-", "−")
+
+
+def power_text(value):
+    """A number of one digit as text, with a power of ten where it is large or small."""
+    if 1e-3 <= abs(value) < 1e5:
+        return number(value)
+    power = math.floor(math.log10(value) + 1e-9)
+    size = number(value / 10.0**power)
+    return f"{'' if size == '1' else f'{size}·'}10{_raised(power)}"
+
+
+def _raised(power):
+    return str(power).translate(RAISED)
+
+
+def unit_text(unit):
+    """A unit with raised powers: `kg/m²`."""
+    raised = re.sub(r"\^(-?\d)", lambda power: _raised(power[1]), unit)
+    return re.sub(r"\bu(?=m\b|rad\b)", "µ", raised)
+
+
+def axis_label(name, unit=""):
+    """Label of an axis: what it shows and its unit in brackets."""
+    return f"{name} [{unit_text(unit)}]" if unit else name
+
+
+def quantity_text(value, unit=""):
+    """A number with its unit."""
+    return f"{number(value)} {unit_text(unit)}".rstrip()
+
+
+def shortened(text, most=LONGEST):
+    """A text of at most so many characters, with an ellipsis in the middle where it is longer."""
+    if len(text) <= most:
+        return text
+    return f"{text[: most - most // 3 - 1].rstrip()}…{text[-(most // 3) :].lstrip()}"
+
+
+def column_words(name):
+    """What a column shows: its owner in a suspension, and its name with spaces."""
+    owner, _, own = name.rpartition(".")
+    own = re.sub(r"\brms\b", "RMS", own.replace("_", " "))
+    return shortened(f"{owner.replace('.', ' ')} {own}".strip(), 2 * LONGEST)
+
+
+def key_words(key):
+    """What a dotted key of a scene is, with the table that it belongs to: `wind.speed` is "wind speed"."""
+    if key in SPECIAL:
+        return SPECIAL[key]
+    parts, words = list(split_key(key)), []
+    owner = parts.pop(1) if parts[0] in NAMED and len(parts) > 2 else ""
+    for before, part in zip(["", *parts], parts, strict=False):
+        if part.isdigit() and before in LISTED:
+            words[-1] = f"{LISTED[before]} {int(part) + 1}"
+        elif part.isdigit() and int(part) < len(AXES):
+            words.append(AXES[int(part)])
+        else:
+            words.append(part.replace("_", " "))
+    last = words[-3:] if words[-1] in AXES else words[-2:]
+    if owner:
+        last = [owner, *(last[1:] if last[0] in NAMED else last)]
+    return shortened(" ".join(last), 2 * LONGEST)
+
+
+def value_text(value):
+    """A value of a study as it is shown: numbers rounded, tables and lists without brackets and quotes."""
+    if isinstance(value, str) and (value[:1] in ("{", "[") or value in ("null", "true", "false")):
+        try:
+            value = json.loads(value)
+        except ValueError:
+            return shortened(value)
+    if isinstance(value, dict):
+        return shortened(", ".join(f"{_plain(key)} {value_text(part)}" for key, part in value.items()))
+    if isinstance(value, list):
+        texts = [value_text(part) for part in value]
+        units = {text.partition(" ")[2] for text in texts if text != "0"}
+        if len(units) == 1 and all(isinstance(part, (int, float, str)) for part in value):
+            texts = [text.partition(" ")[0] for text in texts]
+            return shortened(f"({', '.join(texts)}) {units.pop()}".rstrip())
+        return shortened(f"({', '.join(texts)})")
+    if isinstance(value, bool) or value is None:
+        return {True: "yes", False: "no", None: "none"}[value]
+    if isinstance(value, (int, float)):
+        return number(value)
+    try:
+        size, unit = split(value)
+    except ValueError:
+        return shortened(value)
+    if unit and not re.search(r"\d\s|%", value):  # a name that begins with a digit
+        return shortened(value)
+    return quantity_text(float(size), unit)
+
+
+def _plain(name):
+    return str(name).replace("_", " ")

@@ -1,0 +1,226 @@
+"""Markdown laid out to the width of a terminal, and the options --columns and --top."""
+
+import fcntl
+import os
+import pty
+import struct
+import subprocess
+import sys
+import termios
+from itertools import pairwise
+
+import pytest
+from command import CARLINA, CONFIGS, rows_of, run, study_file, table_of
+
+from cablestudy.study.markdown import fitted, text_width, whole
+from cablestudy.study.table import Field, Table
+
+STATUS = Field("status", "status", unless="ok")
+LENGTHS = tuple(Field(f"length_of_part_{k}_m", f"length of part {k}", "m") for k in range(1, 7))
+ROWS = [{**{field.name: 1.5 + k for field in LENGTHS}, "status": "ok"} for k in range(6)]
+WIDE = Table((*LENGTHS, STATUS), ROWS)
+WIDTHS = range(30, 200, 7)
+
+
+def cells(line):
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
+def columns_of(text):
+    """Head and cells of each column of a Markdown table; rows without a first cell go on with the row above."""
+    first, _, *lines = text.splitlines()
+    heads, rows = cells(first), []
+    for line in lines:
+        own = cells(line)
+        if own[0] or (not rows and own[-1] not in ("[m]",)):
+            rows.append(own)
+        else:
+            target = rows[-1] if rows else heads
+            target[:] = [f"{above} {below}".strip() for above, below in zip(target, own, strict=True)]
+    return {head: list(column) for head, column in zip(heads, zip(*rows, strict=True), strict=True)}
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_no_line_is_wider_than_the_terminal_and_what_is_left_out_is_named(width):
+    text, left_out = fitted(WIDE, width)
+    assert max(map(text_width, text.splitlines())) <= width
+    names = [f"length_of_part_{k}" for k in range(1, 7)]
+    shown = names[: text.splitlines()[0].count("|") - 1]
+    assert left_out == names[len(shown) :]  # from the right
+    body = text.splitlines()[-6:]
+    assert [cells(line) for line in body] == [[f"{1.5 + k:g}"] * len(shown) for k in range(6)]
+
+
+def test_wider_terminals_show_more():
+    counts = [len(fitted(WIDE, width)[1]) for width in WIDTHS]
+    assert all(more >= fewer for more, fewer in pairwise(counts))
+    assert (counts[0], counts[-1]) == (4, 0)  # "part 1 [m]": two of them in 30 characters
+
+
+def test_a_status_is_hidden_while_all_rows_are_ok_and_kept_when_one_is_not():
+    assert "status" not in fitted(WIDE, 200)[0]
+    failed = Table(WIDE.fields, [*ROWS[:-1], {**ROWS[-1], "status": "the cable without weight has no definite form"}])
+    text, left_out = fitted(failed, 60)
+    assert "status" not in left_out
+    found = columns_of(text)
+    assert found["status"][-1] == "the cable without weight has no definite form"
+    assert max(map(len, text.splitlines())) <= 60
+
+
+def test_few_rows_stand_side_by_side_where_they_fit_better():
+    named = Table((Field("cable", "cable"), *LENGTHS), [{"cable": "left", **ROWS[0]}, {"cable": "right", **ROWS[1]}])
+    lines = fitted(named, 60)[0].splitlines()
+    assert cells(lines[0]) == ["quantity", "left", "right", "unit"]
+    assert cells(lines[2]) == ["length of part 1", "1.5", "2.5", "m"]
+    assert len(lines) == 2 + 6
+    assert fitted(named, 60)[1] == []
+    unnamed = fitted(Table(LENGTHS, ROWS[:2]), 60)[0]
+    assert cells(unnamed.splitlines()[0]) == ["quantity", "row 1", "row 2", "unit"]
+    assert fitted(Table(LENGTHS, ROWS[:2]), 200)[0].startswith("| length of part 1 [m] |")
+
+
+def test_cases_side_by_side_are_divided_into_tables_that_fit():
+    rows = [{"case": name, "sag_m": 1.0 + k, "status": "ok"} for k, name in enumerate("abcde")]
+    table = Table((Field("case", "case"), Field("sag_m", "sag", "m"), STATUS), rows, across="case")
+    blocks = fitted(table, 34)[0].split("\n\n")
+    assert [cells(block.splitlines()[0])[1:-1] for block in blocks] == [["a", "b", "c"], ["d", "e"]]
+    assert len(fitted(table, 80)[0].split("\n\n")) == 1
+
+
+def test_long_texts_are_wrapped_and_numbers_are_not():
+    meaning = "mean tension of the cable over its unstretched length, in the reference state"
+    table = Table((Field("column", "column"), Field("n", "n"), Field("meaning", "meaning")),
+                  [{"column": f"c{k}", "n": 0.1234, "meaning": meaning} for k in range(5)])  # fmt: skip
+    text, left_out = fitted(table, 50)
+    assert left_out == []
+    assert columns_of(text) == {"column": [f"c{k}" for k in range(5)], "n": ["0.1234"] * 5, "meaning": [meaning] * 5}
+    assert max(map(len, text.splitlines())) <= 50
+
+
+def test_printed_values_are_left_out_first():
+    fields = (LENGTHS[0], Field("printed_m", "printed", "m", hidden=True),
+              Field("difference_m", "printed (Δ)", "", beside="printed_m"), *LENGTHS[1:4])  # fmt: skip
+    table = Table(fields, [{**row, "printed_m": 1.0, "difference_m": 0.5} for row in ROWS])
+    assert fitted(table, 60)[1] == ["printed values"]
+    assert fitted(table, 200)[1] == []
+
+
+def test_wide_characters_count_as_two():
+    assert text_width("abü") == 3
+    assert text_width("ケーブル") == 8
+    assert text_width("e\N{COMBINING ACUTE ACCENT}") == 1
+    lines = "".join(whole(Table((Field("a", "a"), Field("b", "b")), [{"a": "ケ", "b": 1}, {"a": "xy", "b": 2}])))
+    assert len({text_width(line) for line in lines.splitlines()}) == 1
+
+
+def on_terminal(width, *arguments):
+    """What a command prints on a terminal of some width, and its notes."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, width, 0, 0))
+    environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+    command = [sys.executable, "-m", "cablestudy", *map(str, arguments)]
+    with subprocess.Popen(command, stdout=theirs, stderr=subprocess.PIPE, env=environment, text=True) as done:
+        os.close(theirs)
+        text = b""
+        try:
+            while piece := os.read(ours, 65536):
+                text += piece
+        except OSError:  # Linux: the command has closed its end
+            pass
+        os.close(ours)
+        return text.decode().replace("\r\n", "\n"), done.stderr.read()
+
+
+def test_a_terminal_gets_what_fits_and_a_pipe_everything():
+    study = CONFIGS / "preload.yaml"
+    text, notes = on_terminal(80, "sweep", study, "--no-write")
+    assert max(map(len, text.splitlines())) <= 80
+    assert notes.startswith("wider than this terminal, left out: ")
+    assert "gondola_frequency" in notes
+    assert "--columns" in notes
+    assert "status" not in text
+    assert on_terminal(80, "sweep", study, "--no-write", "--quiet") == (text, "")
+    whole_table, _ = on_terminal(400, "sweep", study, "--no-write")
+    piped = run("sweep", study, "--no-write").out
+    assert [cells(line)[:-1] for line in piped.splitlines()[2:]] == [
+        cells(line) for line in whole_table.splitlines()[2:]
+    ]
+    assert on_terminal(20, "sweep", study, "--no-write", "--format", "csv")[0] == (
+        run("sweep", study, "--no-write", "--format", "csv").out
+    )
+
+
+@pytest.mark.parametrize("style", ["csv", "json", "jsonl"])
+def test_columns_and_top(style):
+    options = ("--columns", "end_stiffness,sag_m", "--top", 2, "--format", style)
+    rows = rows_of(run("sweep", CONFIGS / "preload.yaml", "--no-write", *options).out, style)
+    whole_table = table_of("sweep", CONFIGS / "preload.yaml", "--no-write")
+    names = ["end_stiffness_N_per_m", "sag_m"]
+    assert [list(row) for row in rows] == [names] * 2
+    assert rows == [{name: row[name] for name in names} for row in whole_table[:2]]
+
+
+def test_columns_of_markdown_and_of_one_row():
+    lines = run("static", CARLINA, "--columns", "sag,preload_N").out.splitlines()
+    assert [cells(line)[0] for line in lines] == ["quantity", ":-----------", "sag", "preload"]
+    (row,) = table_of("static", CARLINA, "--columns", "sag")
+    assert list(row) == ["sag_m"]
+    lines = run("sweep", CONFIGS / "preload.yaml", "--no-write", "--columns", "sag_printed_m,status").out.splitlines()
+    assert cells(lines[0]) == ["printed [m]", "status"]
+
+
+def test_every_table_takes_them(folder):
+    study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg, 7 kg]}]\ncolumns: [mass]\n")
+    for command in (
+        ["modes", CARLINA, "--columns", "number,frequency"],
+        ["columns", "--columns", "column,unit"],
+        ["materials", "--columns", "material,density"],
+        ["sweep", "study.yaml", "--dry-run", "--columns", "case,gondola.mass"],
+        ["sweep", "study.yaml", "--columns", "gondola.mass_kg,mass"],
+        ["find", CARLINA, "sag = 1 m", "--by", "cable.preload", "--columns", "mass,status"],
+    ):
+        rows = table_of(*command, "--top", 2)
+        assert len(rows) == min(2, 1 if command[0] == "find" else 2)
+        assert len(rows[0]) == (4 if command[0] == "find" else 2)  # there --columns are those beside key and goal
+    (row,) = table_of("validate", "study.yaml", "--columns", "cases")
+    assert row == {"cases": 3}
+
+
+def test_a_column_that_the_study_does_not_list_is_computed(folder):
+    study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass]\n")
+    outcome = run("sweep", "study.yaml", "--columns", "gondola.mass,sag", "--format", "json")
+    assert [list(row) for row in rows_of(outcome.out, "json")] == [["gondola.mass_kg", "sag_m"]] * 2
+    assert outcome.err == "not written: the study does not list sag\n"
+    assert run("sweep", "study.yaml", "--columns", "mass,status").err.startswith("written: results/study.csv")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["static", CARLINA, "--columns", "sagg"], "--columns: the table has no column 'sagg' (did you mean sag?)"),
+        (["modes", CARLINA, "--columns", "xyz"],
+         "--columns: the table has no column 'xyz' (it has number, type, symmetry, frequency, participation)"),
+        (["sweep", CONFIGS / "preload.yaml", "--columns", "sagg,sag"],
+         "--columns: unknown column 'sagg' (did you mean sag?)"),
+        (["sweep", CONFIGS / "preload.yaml", "--check", "--top", "3"], "--check and --top exclude each other"),
+        (["static", CONFIGS / "suspensions" / "fast.yaml", "--columns", "sag"],
+         "--columns: one table at a time: give --table bodies, points, cables, stiffness"),
+        (["static", CARLINA, "--columns", "sag,"],
+         "cablestudy static: Invalid value for '--columns': expected names joined by commas "
+         "('cablestudy static --help' shows how)"),
+        (["static", CARLINA, "--top", "0"],
+         "cablestudy static: Invalid value for '--top': 0 is not in the range x>=1 "
+         "('cablestudy static --help' shows how)"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(arguments, message):
+    outcome = run(*arguments, code=2)
+    assert outcome.out == ""
+    assert [line.replace("main ", "cablestudy ") for line in outcome.lines] == [message]
+
+
+def test_the_stored_table_is_whole(folder):
+    study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass, sag]\n")
+    run("sweep", "study.yaml", "--columns", "sag", "--top", 1)
+    stored = rows_of((folder / "results" / "study.csv").read_text(encoding="utf-8"), "csv")
+    assert [list(row) for row in stored] == [["gondola.mass_kg", "mass_kg", "sag_m", "status"]] * 2

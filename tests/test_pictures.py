@@ -1,0 +1,228 @@
+"""Every kind of picture: nothing is clipped, no text stands over another, every number is rounded."""
+
+import pytest
+from command import CONFIGS, study_file
+from matplotlib.figure import Figure
+from picture import faults
+from scenes import computed
+
+from cablestudy.interface import load
+from cablestudy.scene.scene import load_scene
+from cablestudy.scene.study import read_study
+from cablestudy.study import case_modes, plots
+from cablestudy.study.case import Case
+from cablestudy.study.prepare import fields_of, prepare
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.table import Table
+from cablestudy.sweeps.rows import cases_table
+
+SUSPENSIONS = CONFIGS / "suspensions"
+
+
+def case_of(name, *sets):
+    return Case(load_scene(str(CONFIGS / f"{name}.yaml"), sets)[1])
+
+
+def suspension_of(name, *sets):
+    return SuspensionCase(load_scene(str(SUSPENSIONS / f"{name}.yaml"), sets)[1])
+
+
+# ------------------------------------------------------------------------------------------------------ the check
+
+
+def broken(draw):
+    figure = Figure(figsize=(5, 3), layout="none")
+    axes = figure.add_axes((0.3, 0.3, 0.6, 0.6))
+    axes.plot([0, 1], [0, 1], label="one")
+    draw(figure, axes)
+    return faults(figure)
+
+
+@pytest.mark.parametrize(
+    ("draw", "fault"),
+    [
+        (lambda figure, axes: figure.legend([*axes.lines] * 2, ["a name, far too long for it " * 5] * 2), "outside"),
+        (lambda figure, axes: axes.set_ylabel("a label that is far too long for this axis"), "outside"),
+        (lambda figure, axes: axes.text(0.5, 0.5, "sag 4.087089 m"), "not rounded"),
+        (lambda figure, axes: [axes.text(0.5, 0.5, name) for name in ("first", "second")], "over"),
+        (lambda figure, axes: [axes.legend(loc="center"), axes.text(0.5, 0.5, "hidden")], "behind a legend"),
+    ],
+)  # fmt: skip
+def test_faults_are_found(draw, fault):
+    assert any(fault in found for found in broken(draw))
+
+
+def test_a_good_picture_has_no_faults():
+    assert broken(lambda figure, axes: axes.set_title("12 names: up4, 154500 N, −0.1234")) == []
+
+
+# ------------------------------------------------------------------------------------------------------- one cable
+
+LOADS = "[{at: 40 m, force: [3, 0, 0]}, {at: 90 m, force: [0, 2, -1]}, {at: 100 m, force: [0, 0, -1234.5678]}]"
+STATIC = {
+    "taut": ("carlina", []),
+    "slack": ("slack", []),
+    "inclined": ("carlina-inclined", []),
+    "loaded": ("zipline", []),
+    "three loads": ("carlina", [f"cable.loads={LOADS}"]),
+    "vertical": ("carlina", ["cable.ends=[[0, 0, 0], [0, 0, 100]]", "cable.unstretched_length=99.9 m"]),
+    "deep": ("slack", ["cable.unstretched_length=557.4 m"]),
+    "high above the sea": ("guy", ["cable.ends=[[0, 0, 4321.5], [60, 0, 4400]]"]),
+    "steep": ("slack", ["cable.ends=[[0, 0, 0], [1, 0, 100]]", "cable.unstretched_length=110 m"]),
+}
+
+
+@pytest.mark.parametrize(("name", "sets"), STATIC.values(), ids=STATIC)
+def test_static_forms(name, sets):
+    assert faults(plots.static_form(case_of(name, *sets))) == []
+
+
+def test_forms_of_load_cases():
+    names = ("everyday", "cold", "hot", "ice", "storm")
+    assert faults(plots.case_forms({name: case_of("line", f"case={name}") for name in names})) == []
+    case = case_of("guy", "case=ice")
+    many = {f"Über-{name} of the long winter of 2026, {place}": case for place, name in enumerate("abcdefghijkl")}
+    assert faults(plots.case_forms(many)) == []
+
+
+@pytest.mark.parametrize("count", [1, 3, 12, 20])
+def test_mode_shapes(count):
+    case, found, *_ = case_modes.modes(case_of("slack"), count)
+    assert faults(plots.mode_shapes(case, found)) == []
+
+
+def test_wind_response():
+    assert faults(plots.wind_response(case_of("carlina", "gondola.mass=54.321987 kg", "wind.speed=6.54321 m/s"))) == []
+
+
+# ----------------------------------------------------------------------------------------------------- suspensions
+
+LONG = "a-cabin-with-a-name-that-is-much-too-long"
+
+
+@pytest.mark.parametrize(
+    ("name", "sets"),
+    [
+        ("fast", []),
+        ("fast", ["bodies.cabin.at=[54.72 m, 0, 149.65 m]"]),
+        ("carlina-balloon", []),
+        ("mast-guys", []),
+        ("net-2x2", []),
+        ("carlina-net", []),
+        ("cogiro", []),
+    ],
+)
+def test_views_of_suspensions(name, sets):
+    assert faults(plots.suspension_views(suspension_of(name, *sets))) == []
+
+
+NAMES = """
+gravity: 9.81
+cable: {elastic_modulus: 100 GPa, area: 1 mm^2, density: 1440 kg/m^3}
+bodies:
+  Gondel-mit-Übergewicht-und-langem-Namen:
+    {at: [2, 0, 1], mass: 3 kg, inertia: [1, 1, 1], attachments: {ö: [0, 0, 0.1]}, free: [x, y, z]}
+points: {Stütze-im-Süden-des-Tales: [0, 0, 3], башня: [6, 0, 3], башня-2: [6, 0.01, 3], x: [2, 3, 3]}
+cables:
+  линия-1: {from: Stütze-im-Süden-des-Tales, to: Gondel-mit-Übergewicht-und-langem-Namen.ö, preload: 100 N}
+  линия-2: {from: башня, to: Gondel-mit-Übergewicht-und-langem-Namen.ö, preload: 100 N}
+  линия-3: {from: башня-2, to: Gondel-mit-Übergewicht-und-langem-Namen.ö, preload: 100 N}
+  линия-4: {from: x, to: Gondel-mit-Übergewicht-und-langem-Namen.ö, preload: 100 N}
+"""
+
+
+def test_long_names_in_other_alphabets(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(NAMES, encoding="utf-8")
+    case = SuspensionCase(load_scene(str(path))[1])
+    assert faults(plots.suspension_views(case)) == []
+    assert faults(load(path).plot("modes")) == []
+
+
+@pytest.mark.parametrize("name", ["carlina-balloon", "mast-guys", "net-2x2"])
+def test_modes_of_suspensions(name):
+    figure = load(str(SUSPENSIONS / f"{name}.yaml")).plot("modes")
+    assert faults(figure) == []
+
+
+# ---------------------------------------------------------------------------------------------------------- studies
+
+
+def made_up(study, *functions):
+    """A table of a study with cells that functions of the number of the row make up, one for each column."""
+    columns, _ = prepare(study)
+    rows = []
+    for place, row in enumerate(cases_table(study).rows):
+        values = [function(place) for function in functions]
+        cells = {column.header: value for column, value in zip(columns, values, strict=True)}
+        rows.append({**row, **cells, "status": "ok" if None not in values else "it has no answer"})
+    return Table(fields_of(study, columns, []), rows)
+
+
+def drawn(folder, text, *functions, base="carlina"):
+    """The figure of a study whose cells are made up."""
+    study = read_study(study_file(folder, text, CONFIGS / f"{base}.yaml"))
+    return plots.study_plot(study, made_up(study, *functions))
+
+
+MASSES = "{gondola.mass: {from: 10 kg, to: 300 kg, count: %d}}"
+PRELOADS = "{cable.preload: {from: 100 N, to: 2 kN, count: 4, spacing: log}}"
+MATERIALS = ("aramid", "nylon", "polyester", "polypropylene", "steel", "aramid-high", "steel-high")
+NAMED = f"{{cable.material: [{', '.join(f'paper/{name}' for name in MATERIALS)}]}}"
+TITLE = (
+    "title: " + "A study with a heading that takes far more than the one line which there is for it in a picture " * 2
+)
+
+STUDIES = {
+    "30 series of a number": (f"vary: [{MASSES % 30}, {PRELOADS}]", [lambda k: 1.0 + k // 4 + k % 4]),
+    "200 series of a number": (f"vary: [{MASSES % 200}, {PRELOADS}]", [lambda k: 1.0 + k % 7]),
+    "7 materials": (f"vary: [{NAMED}, {PRELOADS}]", [lambda k: 1e3 * (k % 4) + k]),
+    "3 x 7 series": (
+        f"vary: [{NAMED}, {{wind.speed: [3 m/s, 6 m/s, 9.87654321 m/s]}}, {PRELOADS}]",
+        [lambda k: float(k % 4) + k / 17],
+    ),
+    "5 x 7 x 3 series": (
+        f"vary: [{NAMED}, {{wind.speed: [3 m/s, 6 m/s, 9 m/s]}}, {MASSES % 5}, {PRELOADS}]",
+        [lambda k: float(k % 4) + k / 17],
+    ),
+    "categories": (f"vary: [{NAMED}]", [lambda k: k + 0.123456789]),
+    "one row": ("vary: [{gondola.mass: [12.3456789 kg]}]", [lambda k: 4.087089075910004]),
+    "failed rows": (f"vary: [{MASSES % 9}]", [lambda k: None if k % 3 else 1.0 + k]),
+    "no answer": (f"vary: [{MASSES % 9}]", [lambda k: None]),
+    "equal values": (f"vary: [{MASSES % 9}]", [lambda k: 1344.7654321]),
+    "nearly equal values": (f"vary: [{MASSES % 9}]", [lambda k: 1344.7654321 + 1e-4 * k]),
+    "zeros": (f"vary: [{MASSES % 9}]", [lambda k: 0.0]),
+    "tiny differences": (f"vary: [{MASSES % 9}]", [lambda k: 0.71875 + 1e-6 * k]),
+    "12 decades": (f"vary: [{MASSES % 13}]", [lambda k: 10.0 ** (k - 6)]),
+    "25 decades": (f"vary: [{MASSES % 26}]", [lambda k: 3 * 10.0 ** (k - 13)]),
+    "negative": (f"vary: [{MASSES % 9}]", [lambda k: -123456.789 * k]),
+    "crowded numbers along x": ("vary: [{gondola.mass: [1 kg, 100 kg, 100.5 kg, 101 kg]}]", [lambda k: 1.0 + k]),
+    "temperatures": (
+        "set: {case: hot, cable.expansion: 1e-5 1/K}\n"
+        "vary: [{cases.hot.temperature: [-30 degC, 15 degC, 80 degC]}]",
+        [lambda k: 1.0 + k],
+    ),
+    "samples": (
+        "sample: {method: sobol, count: 64, over: {gondola.mass: {from: 10 kg, to: 20 kg}}}",
+        [lambda k: 1.0 + k % 7],
+    ),
+    "positions": (
+        "vary: [{cable.loads: [[], [{at: 40.123456 m, force: [0, 0, -1.23456789]}], [{at: 50 m, mass: 12 kg}]]}]",
+        [lambda k: 1.0 + k],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("two", [False, True], ids=["one panel", "with a title and a second panel"])
+@pytest.mark.parametrize(("vary", "functions"), STUDIES.values(), ids=STUDIES)
+def test_awkward_studies(tmp_path, vary, functions, two):
+    columns = "[end_stiffness, gondola_rms_velocity_open_loop]" if two else "[end_stiffness]"
+    figure = drawn(tmp_path, f"{TITLE if two else ''}\n{vary}\ncolumns: {columns}\n", *functions * (1 + two))
+    assert faults(figure) == []
+    assert figure.get_figwidth() == 7.5
+
+
+@pytest.mark.parametrize("name", ["preload", "zipline-ropes", "guy-preload", "material", "extremes"])
+def test_studies_of_the_configs(name):
+    study = read_study(str(CONFIGS / f"{name}.yaml"))
+    assert faults(plots.study_plot(study, computed(study))) == []
