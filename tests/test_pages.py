@@ -14,7 +14,7 @@ from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
 from cablestudy.study.table import Field, Table
 
 VOID = {"meta", "br", "wbr", "link", "img", "input"}
-GUY, ZIPLINE, LINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline", "line"))
+GUY, ZIPLINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline"))
 TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")
 HYSTERETIC = ("--set", "cable.damping={model: hysteretic, loss_factor: 0.02}", "--set", "model={accuracy: 1e-3}")
 
@@ -146,15 +146,13 @@ def test_the_numbers_are_those_of_the_commands_and_each_has_its_error(folder):
 
 
 def test_load_cases_stand_side_by_side_and_one_can_be_chosen(folder):
-    page, _ = report(folder, GUY)
+    page, _ = report(folder, GUY, "--case", "all")
     assert page.quantities("Statics in each load case")["quantity"][:3] == ["everyday", "cold", "hot"]
     assert "estimated error, at most" in page.quantities("Statics in each load case")
     one, _ = report(folder, GUY, "--case", "storm")
     assert "Load cases" not in one.texts["h2"]
     storm = page.quantities("Statics in each load case")["max tension"][4]
     assert one.quantities("Statics, load case storm")["max tension"][0] == storm
-    every, _ = report(folder, LINE, "--case", "all")
-    assert "Load cases" in every.texts["h2"]
 
 
 def test_a_suspension_has_its_load_cases_too(folder):
