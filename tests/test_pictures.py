@@ -1,7 +1,7 @@
 """Every kind of picture: nothing is clipped, no text stands over another, every number is rounded."""
 
 import pytest
-from command import CONFIGS, study_file
+from command import CONFIGS, run, study_file
 from matplotlib.figure import Figure
 from picture import faults
 from scenes import computed
@@ -15,6 +15,7 @@ from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.table import Table
 from cablestudy.sweeps.rows import cases_table
+from cablestudy.sweeps.sensitivity import Sensitivity
 
 SUSPENSIONS = CONFIGS / "suspensions"
 
@@ -213,9 +214,12 @@ STUDIES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("two", [False, True], ids=["one panel", "with a title and a second panel"])
-@pytest.mark.parametrize(("vary", "functions"), STUDIES.values(), ids=STUDIES)
-def test_awkward_studies(tmp_path, vary, functions, two):
+@pytest.mark.parametrize(
+    ("place", "vary", "functions"), [(k, *one) for k, one in enumerate(STUDIES.values())], ids=STUDIES
+)
+def test_awkward_studies(tmp_path, place, vary, functions):
+    """Every other one with a long title and a second panel."""
+    two = place % 2
     columns = "[end_stiffness, gondola_rms_velocity_open_loop]" if two else "[end_stiffness]"
     figure = drawn(tmp_path, f"{TITLE if two else ''}\n{vary}\ncolumns: {columns}\n", *functions * (1 + two))
     assert faults(figure) == []
@@ -226,3 +230,76 @@ def test_awkward_studies(tmp_path, vary, functions, two):
 def test_studies_of_the_configs(name):
     study = read_study(str(CONFIGS / f"{name}.yaml"))
     assert faults(plots.study_plot(study, computed(study))) == []
+
+
+MAP = "vary: [{cable.preload: {from: 100 N, to: 3.2 kN, count: %d, spacing: log}}, {gondola.mass: %s}%s]\n"
+PLOTTED = "columns: [end_stiffness]\nplot: {x: cable.preload, y: gondola.mass, color: end_stiffness, logx: true}\n"
+MAPS = {
+    "few cells": (MAP % (6, "[20 kg, 50.123456 kg, 100 kg]", ""), lambda k: 1234.5678 * k),
+    "many cells": (MAP % (40, "{from: 1 kg, to: 300 kg, count: 50}", ""), lambda k: 10.0 ** (k % 13)),
+    "four panels": (MAP % (6, "[20 kg, 50 kg]", ", {wind.speed: [3 m/s, 6 m/s, 7 m/s, 9 m/s]}"), lambda k: 1.0 + k),
+    "nine panels": (
+        MAP % (6, "[20 kg, 50 kg]", ", {wind.speed: {from: 3 m/s, to: 11 m/s, count: 9}}"),
+        lambda k: 1.0 + k,
+    ),
+    "gaps": (MAP % (6, "[20 kg, 50 kg]", ""), lambda k: None if k == 3 else 1.0 + k),
+    "equal": (MAP % (6, "[20 kg, 50 kg]", ""), lambda k: 7.0),
+    "one row": (MAP % (2, "[20 kg]", ""), lambda k: 1.0),
+    "no answer": (MAP % (2, "[20 kg]", ""), lambda k: None),
+}
+
+
+@pytest.mark.parametrize(("vary", "function"), MAPS.values(), ids=MAPS)
+def test_maps_of_colours(tmp_path, vary, function):
+    assert faults(drawn(tmp_path, vary + PLOTTED, function)) == []
+
+
+@pytest.mark.parametrize(
+    "plot",
+    [
+        "{x: cable.material, y: gondola.mass, color: end_stiffness}",
+        "{x: end_stiffness, y: gondola.mass, color: cable.material}",
+        "{x: end_stiffness, y: [gondola.mass, gondola.mass_kg], color: gondola.mass}",
+        "{x: gondola.mass, y: cable.material}",
+    ],
+)
+def test_maps_and_points_of_names(tmp_path, plot):
+    text = f"vary: [{NAMED}, {MASSES % 5}]\ncolumns: [end_stiffness]\nplot: {plot}\n"
+    assert faults(drawn(tmp_path, text, lambda k: 1000.0 + k)) == []
+
+
+def test_indices_of_sensitivity(tmp_path):
+    text = (
+        "sample: {method: saltelli, count: 16, over: {cable.preload: {from: 1 kN, to: 5 kN},"
+        " cable.elastic_modulus: {from: 60 GPa, to: 130 GPa}}}\n"
+        "vary: [{gondola.mass: [20 kg, 30.123456 kg, 40 kg]}]\ncolumns: [mass, sag, end_stiffness]\n"
+    )
+    study = read_study(study_file(tmp_path, text))
+    table, _ = Sensitivity(study).table(computed(study))
+    assert faults(plots.sensitivity_plot(study, table)) == []
+
+
+COMMANDS = {
+    "gondola": ["ssm", "carlina.yaml", "--with", "gondola", "--response", "0.01Hz:100Hz:200"],
+    "closed loop": ["ssm", "carlina.yaml", "--with", "loop", "--response", "0.01Hz:100Hz:200"],
+    "margins": ["loop", "carlina.yaml"],
+    "wind on both": [
+        "windrms",
+        "carlina.yaml",
+        "--on",
+        "both",
+        "--set",
+        "cable.damping={loss_factor: 0.02, viscous: 0.02}",
+    ],
+    "time": ["trade", "carlina.yaml", "--columns", "sag,end_stiffness", "--repeats", "1"],
+    "indices": ["sweep", "sensitivity.yaml", "--sensitivity", "--no-write", "--jobs", "1"],
+}
+
+
+@pytest.mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
+def test_pictures_of_commands(monkeypatch, arguments):
+    figures = []
+    monkeypatch.setattr(plots, "save", lambda figure, path: figures.append(figure))
+    command, name, *options = arguments
+    run(command, CONFIGS / name, *options, "--plot", "picture.png", "--quiet")
+    assert [faults(figure) for figure in figures] == [[]]

@@ -12,7 +12,9 @@ from cablestudy.scene.study import read_study
 from cablestudy.study import case_modes, plots, report
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
+from cablestudy.study.plots.words import key_words, number, unit_text, value_text
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.sweeps.sensitivity import Sensitivity
 
 MAGIC = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
 VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 100]]"
@@ -304,6 +306,132 @@ def test_materials_are_categories_and_what_has_no_answer_is_left_out(tmp_path):
     assert labels == ["paper/polypropylene", "steel", "aramid"]
     assert list(figure.axes[0].lines[0].get_xdata()) == [0, 2]
     assert list(figure.axes[0].lines[0].get_ydata()) == [row["sag_m"] for row in table.rows[::2]]
+
+
+PLANE = "vary: [{cable.preload: [500 N, 1 kN]}, {gondola.mass: [20 kg, 50 kg, 80 kg]}]\ncolumns: [end_stiffness, sag]\n"
+
+
+@pytest.mark.parametrize("name", ["gondola.mass", "gondola.mass_kg"])
+def test_varied_keys_are_drawn_along_both_axes(tmp_path, name):
+    _, figure = drawn_study(tmp_path, f"{PLANE}plot: {{x: {name}, y: [cable.preload, sag]}}\n")
+    preload, _ = figure.axes
+    assert preload.get_ylabel() == "cable preload [N]"
+    assert figure.axes[-1].get_xlabel() == "gondola mass [kg]"
+    assert [list(line.get_xdata()) for line in preload.lines] == [[20, 50, 80]] * 2
+    assert [list(line.get_ydata()) for line in preload.lines] == [[500] * 3, [1000] * 3]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["cable preload 500 N", "cable preload 1000 N"]
+
+
+def test_a_varied_key_is_drawn_in_the_unit_in_which_it_is_written(tmp_path):
+    text = "vary: [{cable.diameter: [1.85 mm, 0.37 cm]}]\ncolumns: [sag]\nplot: {x: cable.diameter, y: sag}\n"
+    _, figure = drawn_study(tmp_path, f"set: {{cable.preload: 1 kN}}\n{text}")
+    (line,) = figure.axes[0].lines
+    assert list(line.get_xdata()) == [1.85, 3.7]
+    assert figure.axes[0].get_xlabel() == "cable diameter [mm]"
+
+
+def test_two_varied_numbers_are_a_heat_map_of_the_third(tmp_path):
+    table, figure = drawn_study(tmp_path, f"{PLANE}plot: {{x: gondola.mass, y: cable.preload, color: sag}}\n")
+    axes, bar = figure.axes
+    (mesh,) = axes.collections
+    sags = [row["sag_m"] for row in table.rows]  # the mass runs fastest
+    np.testing.assert_allclose(mesh.get_array().ravel(), sags)
+    np.testing.assert_allclose(mesh.get_coordinates()[0, :, 0], [5, 35, 65, 95])
+    np.testing.assert_allclose(mesh.get_coordinates()[:, 0, 1], [250, 750, 1250])
+    assert {float(text.get_text()) for text in axes.texts} == {float(f"{sag:.3g}") for sag in sags}
+    assert bar.get_ylabel() == "sag [m]"
+
+
+def test_samples_are_coloured_points(tmp_path):
+    sample = "sample: {method: sobol, count: 8, over: {gondola.mass: {from: 10 kg, to: 20 kg}}}\n"
+    text = f"{sample}columns: [gondola_frequency_static]\nplot: {{x: gondola_frequency_static, y: gondola.mass, %s}}\n"
+    table, figure = drawn_study(tmp_path, text % "color: gondola.mass")
+    (points,) = figure.axes[0].collections
+    cells = [(row["gondola_frequency_static_Hz"], row["gondola.mass_kg"]) for row in table.rows]
+    np.testing.assert_allclose(points.get_offsets(), cells)
+    assert len({tuple(colour) for colour in points.get_facecolors()}) == 8
+
+
+def test_more_series_than_colours_have_a_colour_bar(tmp_path):
+    masses = "{gondola.mass: {from: 10 kg, to: 300 kg, count: 7}}"
+    text = f"vary: [{masses}, {{cable.preload: [500 N, 1 kN]}}]\ncolumns: [end_stiffness]\n"
+    _, figure = drawn_study(tmp_path, f"{text}plot: {{x: cable.preload, y: end_stiffness}}\n")
+    axes, bar = figure.axes
+    assert not figure.legends
+    assert bar.get_ylabel() == "gondola mass [kg]"
+    assert bar.get_ylim() == pytest.approx((10, 300))
+    assert len({tuple(line.get_color()) for line in axes.lines}) == 7
+
+
+def test_two_factors_are_told_apart_by_colours_and_marks(tmp_path):
+    materials = "{cable.material: [paper/aramid, paper/nylon, paper/polyester]}"
+    masses, preloads = "{gondola.mass: [10 kg, 20 kg, 30 kg, 40 kg]}", "{cable.preload: [500 N, 1 kN]}"
+    text = f"vary: [{materials}, {masses}, {preloads}]\ncolumns: [end_stiffness]\n"
+    _, figure = drawn_study(tmp_path, f"{text}plot: {{x: cable.preload, y: end_stiffness}}\n")
+    looks = [(line.get_color(), line.get_marker()) for line in figure.axes[0].lines]
+    assert len(set(looks)) == len(looks) == 12
+    assert [len({look[k] for look in looks}) for k in (0, 1)] == [4, 3]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[0] == "gondola mass 10 kg"
+    assert labels[-1] == "cable material paper/polyester"
+    assert len(labels) == 7
+
+
+@pytest.mark.parametrize(
+    ("text", "x", "y"),
+    [
+        # of a grid the first number; what shows it, what the scene states and how it was computed are left out
+        ("vary: [{cable.material: [paper/aramid, paper/nylon]}, {cable.preload: [500 N, 1 kN]}]\n"
+         "columns: [preload, density, iterations, sag, end_stiffness, dof]", "cable preload [N]",
+         ["sag [m]", "end stiffness [N/m]"]),
+        # of keys that go together one that tells the steps apart
+        ("vary: [{gondola.mass: [1 kg, 1 kg, 2 kg], cable.preload: [100 N, 200 N, 300 N]}]\ncolumns: [sag]",
+         "cable preload [N]", ["sag [m]"]),
+        ("vary: [{gondola.mass: [1 kg, 1 kg, 2 kg], cable.preload: [100 N, 200 N, 100 N]}]\ncolumns: [sag]",
+         "row of the table", ["sag [m]"]),
+        ("vary: []\ncolumns: [preload, sag]", "preload [N]", ["sag [m]"]),
+    ],
+)  # fmt: skip
+def test_what_a_study_draws_by_itself(tmp_path, text, x, y):
+    _, figure = drawn_study(tmp_path, text + "\n")
+    assert figure.axes[-1].get_xlabel() == x
+    assert [axes.get_ylabel() for axes in figure.axes] == y
+
+
+def test_indices_are_drawn_with_their_intervals(tmp_path):
+    over = "{gondola.mass: {from: 10 kg, to: 20 kg}, cable.preload: {from: 1 kN, to: 2 kN}}"
+    text = f"sample: {{method: saltelli, count: 16, over: {over}}}\ncolumns: [gondola_frequency_static, mass]\n"
+    study = read_study(study_file(tmp_path, text, CONFIGS / "carlina.yaml"))
+    indices, _ = Sensitivity(study).table(computed(study))
+    figure = draw(plots.sensitivity_plot(study, indices))
+    assert [axes.get_title("left") for axes in figure.axes] == ["gondola frequency static", "mass"]
+    for axes, rows in zip(figure.axes, (indices.rows[:2], indices.rows[2:]), strict=True):
+        places = sorted(line.get_xdata()[0] for line in axes.lines if line.get_marker() != "None")
+        assert places == sorted(row[kind] for row in rows for kind in ("first_order", "total"))
+        spans = sorted(tuple(line.get_xdata()) for line in axes.lines if line.get_marker() == "None")
+        assert spans == sorted((row[f"{k}_low"], row[f"{k}_high"]) for row in rows for k in ("first_order", "total"))
+    names = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert names == ["gondola mass", "cable preload"]
+
+
+def test_numbers_and_names_of_pictures():
+    numbers = {4.087089075910004: "4.087", -0.12111: "−0.1211", 154496.3: "154500", 1.9e-5: "1.9·10⁻⁵", 1e12: "10¹²"}
+    assert {value: number(value) for value in numbers} == numbers
+    units = {"kg/m^3": "kg/m³", "um": "µm", "N s/m^2": "N s/m²", "urad": "µrad", "um/s": "µm/s", "lumen": "lumen"}
+    assert {unit: unit_text(unit) for unit in units} == units
+    keys = {
+        "wind.speed": "wind speed", "cable.loads.0.fraction": "load 1 fraction", "points.up1.2": "up1 z",
+        "winch.controller.notch.frequency": "notch frequency", "case": "load case", "gravity": "gravity",
+        "bodies.gondola.wind.area": "gondola wind area", "cables.u4": "cables u4", "bodies.cabin.at.0": "cabin at x",
+    }  # fmt: skip
+    assert {key: key_words(key) for key in keys} == keys
+    values = {
+        "1344.7512 N": "1345 N", "6x36-iwrc": "6x36-iwrc", "5 %": "5 %", "null": "none", 0.123456: "0.1235",
+        '{"model": "modal", "loss_factor": 0.01}': "model modal, loss factor 0.01",
+        '["24.061 m", 0, "142.4312 m"]': "(24.06, 0, 142.4) m",
+    }  # fmt: skip
+    assert {value: value_text(value) for value in values} == values
 
 
 # ---------------------------------------------------------------------------------------------------------- files

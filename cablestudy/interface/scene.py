@@ -250,6 +250,9 @@ class Scene:
         upto: str | None = None,
         error: float | None = None,
         wind: bool = False,
+        proper: bool = False,
+        input: str | None = None,
+        output: str | None = None,
     ) -> StateSpace:
         """The cable as a linear system of first order: `control.statespace.StateSpace`.
 
@@ -265,11 +268,17 @@ class Scene:
             Keep the fewest that leave out this share of the inertia. [-]
         wind : bool
             Whether forces on the nodes of the cable are inputs too.
+        proper : bool
+            Whether accelerations are inputs where they act on outputs at once, with positions and velocities as
+            states, so that D1 and D2 are zero.
+        input, output : str, optional
+            The only input, the only output.
         """
         from cablestudy.study import ssm
 
-        options = ssm.Options(count=modes, upto=upto, error=error, attached=with_, wind=wind)
-        return self._choose(options).system()
+        names = {"input": input, "output": output, "proper": proper}
+        options = ssm.Options(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
+        return ssm.exported(self._choose(options).system(), options)
 
     def _choose(self, options):
         from cablestudy.study import ssm

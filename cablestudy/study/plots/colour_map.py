@@ -11,14 +11,15 @@ from cablestudy.study.plots.style import (
     colours_over,
     heading,
     log_axis,
+    name_axis,
     panels,
     plain_axis,
-    spans_decades,
     wrapped,
 )
 from cablestudy.study.plots.words import number, shortened
 
 PANELS = 6  # in one picture
+SPARSE = 4  # places of a grid over rows, above which it is no grid
 CELLS = 9  # along a side, up to which each cell has its number
 MANY = 3000  # cells or points from which they are drawn as an image in a file of lines, else far larger
 EMPTY = "#f0f0f0"  # cells without a value
@@ -51,7 +52,7 @@ def colour_map(study, every, rows):
     mappable = colours_over(known or [0.0], logarithmic=None if colour.categories is None else False)
     grid = panels(figure, count, side)
     for axes, (y, one) in zip(grid, shown, strict=False):
-        _panel(axes, (x, y, colour), one.rows, mappable, (plot.logx, plot.logy), annotated=side == 1)
+        _panel(axes, (x, y, colour), one.rows, mappable, plot, side == 1)
         axes.set_ylabel(wrapped(y.label, 2.6, 9))
         axes.set_title(wrapped(one.label, 0.38 * WIDTH if side == 2 else 0.8 * WIDTH, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
@@ -67,38 +68,37 @@ def colour_map(study, every, rows):
     return figure
 
 
-def _panel(axes, quantities, rows, mappable, logarithmic, annotated):
-    """Draws the rows of one series."""
+def _panel(axes, quantities, rows, mappable, plot, alone):
+    """Draws the rows of one series in a panel that is alone or one of two side by side."""
     places = [tuple(quantity.value(row) for quantity in quantities) for row in rows]
     places = [place for place in places if None not in place[:2]]
     x, y, c = (np.array([place[k] for place in places], dtype=float) for k in range(3))
     across, up = np.unique(x), np.unique(y)
+    room = (WIDTH - 2.0) / (1 if alone else 2)
     gridded = all(quantity.key for quantity in quantities[:2]) and len({*zip(x, y, strict=True)}) == len(x)
-    if gridded and 1 < len(across) * len(up) <= 4 * len(x):
-        for which, quantity, values, wish in zip("xy", quantities, (across, up), logarithmic, strict=False):
-            _axis(axes, which, quantity, values, wish)
-        _heat(axes, (across, up), (x, y, c), mappable, annotated)
+    gridded = gridded and 1 < len(across) * len(up) <= SPARSE * len(x)
+    _axis(axes, "x", quantities[0], across, plot.logx, room)
+    _axis(axes, "y", quantities[1], up, plot.logy, room)
+    if gridded:
+        _heat(axes, (across, up), (x, y, c), mappable, alone)
         return
     known = np.isfinite(c)
     axes.scatter(x[known], y[known], c=mappable.to_rgba(c[known]), s=22, lw=0.4, ec="white", rasterized=len(x) > MANY)
     axes.plot(x[~known], y[~known], "x", color="#888888", ms=4)
-    for which, quantity, values, wish in zip("xy", quantities, (across, up), logarithmic, strict=False):
-        _axis(axes, which, quantity, values, wish)
 
 
-def _axis(axes, which, quantity, values, logarithmic):
+def _axis(axes, which, quantity, values, logarithmic, room):
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
-        axis.set_ticks(range(len(quantity.categories)), [quantity.level(k) for k in range(len(quantity.categories))])
-        axis.set_tick_params(rotation=30 if which == "x" else 0)
+        name_axis(axes, which, [quantity.level(k) for k in range(len(quantity.categories))], room)
         return
-    if (logarithmic or spans_decades(values[0], values[-1])) and values[0] > 0:
+    if logarithmic and len(values) and values[0] > 0:
         log_axis(axis, values[0], values[-1], 7, values if len(values) <= 6 else ())
     else:
         plain_axis(axis, 7)
 
 
-def _heat(axes, sides, places, mappable, annotated):
+def _heat(axes, sides, places, mappable, numbered):
     across, up = sides
     x, y, c = places
     cells = np.full((len(up), len(across)), np.nan)
@@ -109,7 +109,7 @@ def _heat(axes, sides, places, mappable, annotated):
     look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY}
     axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-    if annotated and max(cells.shape) <= CELLS:
+    if numbered and max(cells.shape) <= CELLS:
         for (row, column), value in np.ndenumerate(cells):
             if np.isfinite(value):
                 dark = np.dot(mappable.to_rgba(value)[:3], (0.3, 0.6, 0.1)) < 0.5

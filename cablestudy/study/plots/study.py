@@ -15,11 +15,11 @@ from cablestudy.study.plots.style import (
     heading,
     legend_below,
     log_axis,
+    name_axis,
     panels,
     plain_axis,
     spans_decades,
     styled,
-    text_width,
     wrapped,
 )
 from cablestudy.study.plots.words import value_text
@@ -31,7 +31,6 @@ OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
 SELDOM = 0.5  # categories over rows, from which a name that comes again is drawn twice at one place
 HEIGHT = 1.75  # of a panel [in]
 MANY_POINTS = 3000  # from which they are drawn as an image in a file of lines, else far larger
-MOST_NAMES = 30  # categories along x that are named
 OWN_TICKS = 8  # values along a logarithmic x axis that are themselves its ticks
 PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
 
@@ -162,7 +161,7 @@ def _scale(axes, which, quantity, logarithmic, lines):
     """Sets scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
-        _name_categories(axes, which, quantity.categories)
+        name_axis(axes, which, [value_text(name) for name in quantity.categories], WIDTH - 1.0)
         return
     values = _values(lines, which)
     axes.margins(**{which: 0.08 if which == "x" else 0.15})
@@ -185,23 +184,3 @@ def _scale(axes, which, quantity, logarithmic, lines):
 def _values(lines, which):
     """Distinct values of lines along one axis, ascending."""
     return np.unique([value for line in lines for value in line.get_data()["xy".index(which)]])
-
-
-def _name_categories(axes, which, categories):
-    """Names categories along an axis: below each other's width in lines, else at an angle; of very many only some."""
-    count = len(categories)
-    places = range(0, count, -(-count // MOST_NAMES))
-    names = [value_text(categories[place]) for place in places]
-    limits = {f"{which}lim": (-0.5, count - 0.5)}
-    axes.set(**limits)
-    if which == "y":
-        axes.set_yticks(list(places), names, fontsize=7.5)
-        return
-    room = 0.8 * (WIDTH - 1.0) / len(names)
-    inline = [wrapped(name, room, 8) for name in names]
-    if all(text_width(word, 8) <= room for name in names for word in name.split()) and len(names) <= 12:
-        axes.set_xticks(list(places), inline, fontsize=8)
-    else:
-        angle = {"rotation": 30, "ha": "right"} if len(names) <= 18 else {"rotation": 90, "ha": "right", "va": "center"}
-        axes.set_xticks(list(places), names, fontsize=8, rotation_mode="anchor", **angle)
-    axes.tick_params(axis="x", length=0 if count > 1 else 3)

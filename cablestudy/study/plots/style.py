@@ -40,6 +40,8 @@ STYLE = {
 }
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH = 7.5  # of a picture [in]
+MOST_NAMES = 30  # along an axis
+STEEP = 2.8  # names per inch from which they stand upright
 TALL = 0.75  # height over width of the tallest panel
 SHADES = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)), "shades")  # of numbers
 DEEP = 0.1  # sag over chord from which a cable is drawn true to scale
@@ -270,3 +272,30 @@ def wrapped(text, room, size):
         else:
             lines.append(word)
     return "\n".join(lines)
+
+
+def name_axis(axes, which, names, room):
+    """Names the places 0, 1, 2, ... along an axis; of very many only some.
+
+    Names along x stand in lines below their places where they fit, else at an angle.
+
+    Parameters
+    ----------
+    which : {"x", "y"}
+    room : float
+        Length of the axis, about. [in]
+    """
+    step = -(-len(names) // MOST_NAMES)
+    places, shown = range(0, len(names), step), names[::step]
+    axes.set(**{f"{which}lim": (-0.5, len(names) - 0.5)})
+    if which == "y":
+        axes.set_yticks(places, [wrapped(name, 1.5, 7.5) for name in shown], fontsize=7.5)
+        return
+    axes.tick_params(axis="x", length=0)
+    width = 0.8 * room / len(shown)
+    if all(text_width(word, 8) <= width for name in shown for word in name.split()):
+        axes.set_xticks(places, [wrapped(name, width, 8) for name in shown], fontsize=8)
+    else:
+        steep = len(shown) > STEEP * room
+        angle = {"rotation": 90, "va": "center"} if steep else {"rotation": 30}
+        axes.set_xticks(places, shown, fontsize=8, ha="right", rotation_mode="anchor", **angle)
