@@ -22,7 +22,7 @@ SUSPENSIONS ?= 1000
 .PHONY: study test tables docs site trade kills bench extremes clean
 
 study: $(VENV)/.study
-	$(BIN)/cablestudy sweep configs/preload.yaml
+	$(BIN)/cablestudy sweep configs/preload.yaml --restart
 
 test: $(VENV)/.test
 	$(BIN)/ruff check .

@@ -4,6 +4,7 @@ from pygments.lexer import RegexLexer, bygroups
 from pygments.token import Generic, Keyword
 
 from cablestudy import __version__
+from cablestudy.cli.help import examples
 
 project = "cablestudy"
 author = "the cablestudy authors"
@@ -15,6 +16,7 @@ nitpicky = True
 # types of docstrings in words ("sequence of str") are no references
 nitpick_ignore_regex = [("py:.*", ".*")]
 
+smartquotes = False  # two hyphens are an option
 myst_heading_anchors = 4  # links to headings as code hosts make them
 myst_links_external_new_tab = False
 suppress_warnings = ["myst.xref_ambiguous"]
@@ -53,6 +55,12 @@ class Console(RegexLexer):
     tokens = {"root": [(r"(\$ )(.*\n)", bygroups(Generic.Prompt, Keyword.Namespace)), (r".*\n", Generic.Output)]}  # noqa: RUF012
 
 
+def show_examples(app, context, lines):
+    """Put the examples of a command into a block of code."""
+    lines[:] = [".. code-block:: bash", "", *(f"   {line}" for line in examples(context.command.name))]
+
+
 def setup(app):
     """Called by Sphinx."""
     app.add_lexer("console", Console)
+    app.connect("sphinx-click-process-epilog", show_examples)

@@ -5,6 +5,7 @@ import re
 from cablestudy.cli import main as program
 from cablestudy.cli.help import GROUPS
 from cablestudy.scene.keys import keys_of
+from cablestudy.study.markdown import short
 from cablestudy.study.materials import materials_table
 from cablestudy.study.report import columns_table
 
@@ -96,11 +97,14 @@ def columns_page():
 def materials_page():
     """The table of the command `materials`."""
     table = materials_table(())
-    heads = [field.title + (f" [{field.unit}]" if field.unit else "") for field in table.fields]
-    cells = [[str(row.get(field.name, "") or "") for field in table.fields] for row in table.rows]
+    fields = [field for field in table.fields if field.name != "source"]
+    heads = [field.title + (f" [{field.unit}]" if field.unit else "") for field in fields]
+    cells = [[short(row.get(field.name)) for field in fields] for row in table.rows]
+    sources = [[row["material"], row["source"]] for row in table.rows]
     return (
         "# Materials and ropes\n\nWhat `cable.material` may name, as `cablestudy materials` prints it; "
-        "[Files](files.md#materials-and-ropes) says how to add your own.\n\n" + table_of(heads, cells)
+        "[Files](files.md#materials-and-ropes) says how to add your own.\n\n"
+        f"{table_of(heads, cells)}\n## Sources\n\n{table_of(('material', 'source'), sources)}"
     )
 
 

@@ -1,6 +1,7 @@
 """The Python interface: the numbers, names and errors of the commands."""
 
 import inspect
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -157,8 +158,9 @@ def test_the_command_and_the_function_agree_on_a_trade():
     assert len(frame) == len(rows_of(printed.out, "csv"))
 
 
-def test_the_page_runs_as_it_is_written(monkeypatch, capsys):
-    monkeypatch.chdir(CONFIGS.parent)
+def test_the_page_runs_as_it_is_written(monkeypatch, capsys, tmp_path):
+    shutil.copytree(CONFIGS, tmp_path / "configs")
+    monkeypatch.chdir(tmp_path)
     text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = text.split("```python\n")[1:]
     assert len(blocks) == 7

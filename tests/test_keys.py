@@ -1,11 +1,18 @@
 """The reference of keys: complete, described, with units."""
 
-import pytest
-from command import run, table_of
+import sys
 
+import pytest
+from command import ROOT, run, table_of
+
+from cablestudy.cli.help import COMMANDS
 from cablestudy.scene.keys import KINDS, NO_UNIT, REQUIRED, keys_of
 from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
 from cablestudy.scene.units import DIMENSIONS
+from cablestudy.study.report import columns_table
+
+sys.path.insert(0, str(ROOT / "docs"))
+import reference
 
 SCHEMAS = {"scene": scene_schema, "suspension": suspension_schema, "study": study_schema}
 UNITS_OF_COLUMNS = ("find.value", "find.between")  # in the unit of a column or key
@@ -74,3 +81,33 @@ def test_an_unknown_key():
     done = run("keys", "scene", "cable.diametre", code=2)
     assert done.lines == ["cable.diametre: unknown key (did you mean cable.diameter?)"]
     assert "'bridge' is not one of" in run("keys", "bridge", code=2).err
+
+
+def test_the_pages_of_the_reference_have_all_keys_columns_and_commands():
+    pages = reference.pages()
+    for kind in KINDS:
+        page = pages[f"keys-{kind}.md"]
+        for key in keys_of(kind):
+            assert f"`{key.key.rpartition('.')[2]}`" in page
+            assert reference.plain(key.meaning) in page
+    for row in columns_table().rows:
+        assert f"| `{row['column']}` | " in pages["columns.md"]
+        assert row["meaning"]
+    for name in COMMANDS:
+        assert f"\n   :prog: cablestudy {name}\n" in pages["options.rst"]
+    assert ":members:" in pages["interface.rst"]
+
+
+def test_the_meaning_of_a_column_is_understood_alone():
+    """It says what it is before it says of what, and points to no other line of the table."""
+    for row in columns_table().rows:
+        first = row["meaning"].split()[0]
+        assert first not in ("of", "at", "by", "in", "on", "with", "where", "that", "the", "its", "it"), row["column"]
+        assert " of it " not in row["meaning"], row["column"]
+
+
+def test_tables_of_the_reference_keep_what_is_written():
+    table = reference.table_of(("a", "b"), [["`x|y`", "K_E <1> [m] | 2*3"]])
+    assert table.splitlines()[-1] == r"| `x|y` | K\_E \<1\> \[m\] \| 2\*3 |"
+    assert reference.name_of("cases", {"cases.NAME": []}) == "[`cases`](#casesname)"
+    assert reference.name_of("cable.sag", {"cable": []}) == "`sag`"

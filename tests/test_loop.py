@@ -7,7 +7,7 @@ import control
 import numpy as np
 import pytest
 import scipy.integrate
-from command import CARLINA, process, rows_of, run, table_of
+from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
 from scenes import scene
 from test_encirclements import encirclements, plant_of
@@ -252,3 +252,14 @@ def test_a_gain_of_zero_has_no_picture():
     done = process("loop", CARLINA, "--set", "winch.controller.gain=0", "--plot", "none.png")
     assert done.code == 3
     assert "the gain of the loop is zero" in done.err
+
+
+def test_the_example_for_python_control_agrees_with_the_loop(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
+    exec(text.split("```python\n")[1].partition("```")[0], {})
+    found, phase, expected = map(float, capsys.readouterr().out.split())
+    assert found == pytest.approx(expected, abs=0.01)  # dB, with the modes up to 25 Hz
+    assert phase == pytest.approx(
+        Case(scene(base=str(ROOT / "configs" / "carlina-pid.yaml"))).loop.phase_margin, rel=1e-4
+    )

@@ -264,7 +264,7 @@ def test_files_of_all_kinds_hold_the_same(folder):
     for kind in ("npz", "mat", "json"):
         done = run("ssm", BALLOON, "--modes", 5, "--out", f"m.{kind}")
         assert re.fullmatch(r"state space: 10 states, 12 inputs, 30 outputs; 5 of \d+ modes", done.lines[0])
-        assert done.lines[1] == f"written: m.{kind}"
+        assert done.lines[-1] == f"written: m.{kind}"
     first, *others = (read(folder / f"m.{kind}") for kind in ("npz", "mat", "json"))
     assert first["InputName"] == [
         *(f"winch.lower{k}" for k in (1, 2, 3)),
@@ -363,7 +363,7 @@ def test_what_is_assumed_is_said(folder):
         ("--response 1:2:3 --input winch.lower", "--input winch.lower: unknown (did you mean winch.lower"),
         ("--error 0.1 --output gondola.yaw", "--output gondola.yaw: unknown"),
         ("--error 0.1 --output 1", "allowed: gondola.x, gondola.y,"),
-        ("--input winch.lower1", "--input: no effect: for --response and --error only"),
+        ("--input winch.lower1", "--input: no effect: for --response, --error and --out only"),
         ("--with gondola", "--with gondola: no effect: the scene is a suspension"),
         ("--wind --kinds axial --no-residual", "--kinds, --no-residual, --wind: no effect: the scene is a suspension"),
         ("--modes 3 --upto 2Hz", "exclude each other"),

@@ -62,6 +62,11 @@ GROUPS = {
             "Compute a study: one row for each case.",
             ("sweep study.yaml --plot study.svg", "sweep study.yaml --where 'sag < 0.7 m' --sort utilisation"),
         ),
+        "show": (
+            "show",
+            "Show what is stored of a study; compute nothing.",
+            ("sweep study.yaml", "show study.yaml --where 'sag < 0.7 m' --top 5"),
+        ),
         "merge": (
             "sweep",
             "Join the shards of a study that ran on several machines.",

@@ -35,7 +35,7 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
     if duration is None:
         refuse({f"--{option}": value for option, value in timed.items()}, "for --time only")
     one_case(case, "a loop is that of one case: give --case NAME")
-    read_scene, options = load(scene, sets, case), {"response": span, "time": duration}
+    read_scene, options = load(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
     if not read_scene.is_suspension:
         refuse({"--table": name}, "the scene has one cable")
     elif span or duration:
@@ -43,5 +43,5 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
     else:
         check_one_table(name, style, TABLES)
         options["table"] = name
-    found = read_scene.compute("loop", estimate=explain or style == "json", **options, **timed)
+    found = read_scene.compute("loop", estimate=explain or style == "json", **options)
     return finish(scene, found, style, plot, explain, quiet)

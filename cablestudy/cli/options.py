@@ -42,6 +42,32 @@ STUDY = click.argument("study", metavar="STUDY", type=PATH)
 OUT = click.option("--out", default="results", metavar="DIR", help="Where the files of NAME go. Default: results.")
 
 
+SELECTION_OPTIONS = (
+    click.option("--where", metavar="CONDITION", help="Show only such rows, e.g. 'gondola_rms < 1 mm and sag < 0.5'."),
+    click.option(
+        "--sort",
+        metavar="COLUMN",
+        shell_complete=complete_column,
+        help="Show the rows in this order; -COLUMN: largest first.",
+    ),
+    click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'."),
+    click.option(
+        "--pareto",
+        metavar="'min A, max B'",
+        help="Show only the rows that no other beats in all of these columns: 'min COLUMN, max COLUMN, ...'.",
+    ),
+    click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows."),
+)
+SELECTION = ("--where", "--sort", "--best", "--pareto")
+
+
+def selection_options(command):
+    """Decorator: the options that choose rows of a study."""
+    for option in reversed(SELECTION_OPTIONS):
+        command = option(command)
+    return command
+
+
 def check_picture(path):
     """Refuse a picture of unknown kind, or in a folder that is not writable."""
     if path is None:

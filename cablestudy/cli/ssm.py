@@ -23,9 +23,16 @@ from cablestudy.errors import SceneError
 )
 @click.option("--wind", is_flag=True, help="Forces on the cable's nodes as inputs too.")
 @click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
-@click.option("--input", "input_", metavar="NAME", help="For --response and --error. Default: end_2_x, or the first.")
-@click.option("--output", metavar="NAME", help="A force of the cable, as end_2_x, or an output of a suspension.")
-def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output,
+@click.option(
+    "--input", "input_", metavar="NAME",
+    help="Of --response and --error (default: end_2_x, or the first); of --out: the only input.",
+)  # fmt: skip
+@click.option("--output", metavar="NAME", help="The same: a force of the cable, as end_2_x, or another output.")
+@click.option(
+    "--proper", is_flag=True,
+    help="Of --out: accelerations as inputs, positions and velocities as states, so that D1 and D2 are zero.",
+)  # fmt: skip
+def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output, proper,
         style, plot, explain, quiet):  # fmt: skip
     """A cable or a suspension as a state space: file, kept modes, frequency response."""
     from cablestudy.scene.scene import load_scene
@@ -34,12 +41,12 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
     from cablestudy.study.notes import reference_without_loads
 
     study.check_file(out)
-    options = study.Options(count, upto, error, kinds, not no_residual, attached, wind, input_, output)
+    options = study.Options(count, upto, error, kinds, not no_residual, attached, wind, input_, output, proper)
     span = study.read_span(span) if span else None
     sets = with_case(sets, case, "a state space is that of one case: give --case NAME")
     document, model = load_scene(scene, sets)
     several = isinstance(model, SuspensionScene)
-    _check(options, several, bool(span), plot)
+    _check(options, several, bool(span), plot, out)
     if several:
         from cablestudy.study.suspension import ssm as tables
 
@@ -51,7 +58,7 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
     echo_notes((*(choice.notes if explain else ()), *reference_without_loads(model)), quiet)
     echo_notes(choice.warnings, quiet)
     if out or not span:
-        _write(choice, out, quiet)
+        _write(choice, options, out, quiet)
     if span:
         _show_response(tables.curves(choice), span, style, plot)
     elif plot:
@@ -60,7 +67,7 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
         show(tables.mode_table(choice), style)
 
 
-def _check(options, several, responds, plot):
+def _check(options, several, responds, plot, out):
     """Refuse options that have no effect, or that need others.
 
     Parameters
@@ -70,7 +77,7 @@ def _check(options, several, responds, plot):
         Whether the scene is a suspension.
     responds : bool
         Whether a response is asked for.
-    plot : str or None
+    plot, out : str or None
     """
     attached = options.attached
     if plot and not responds and not (several and attached == "loop"):
@@ -82,20 +89,22 @@ def _check(options, several, responds, plot):
         refuse({"--error": options.error if attached else None}, lowest)
     else:
         refuse({"--with actuators": attached == "actuators"}, "the scene has one cable")
-    if options.error is None and (not responds or (attached and not several)):
-        use = "--with shows the response of the gondola" if responds else "for --response and --error only"
+    refuse({"--proper": options.proper and not out}, "it changes the file of --out")
+    if not out and options.error is None and (not responds or (attached and not several)):
+        use = "--with shows the response of the gondola" if responds else "for --response, --error and --out only"
         refuse({"--input": options.input, "--output": options.output}, use)
 
 
-def _write(choice, out, quiet):
+def _write(choice, options, out, quiet):
     """Report the size of the state space and, where a file is given, write it."""
     from cablestudy.study import ssm as study
 
     system = choice.system()
+    system = study.exported(system, options) if out else system
     echo_notes([study.size_line(choice, system)], quiet)
     if out:
         study.write(system, out)
-        echo_notes([f"written: {out}"], quiet)
+        echo_notes([*study.improper_note(system), f"written: {out}"], quiet)
 
 
 def _show_response(curves, span, style, plot):

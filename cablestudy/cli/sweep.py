@@ -5,7 +5,15 @@ import itertools
 import click
 
 from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, interruptible, show
-from cablestudy.cli.options import EXPLAIN, complete_column, exclude, refuse, save_plot, study_command
+from cablestudy.cli.options import (
+    EXPLAIN,
+    SELECTION,
+    exclude,
+    refuse,
+    save_plot,
+    selection_options,
+    study_command,
+)
 
 MOST_DIFFERENCES = 1000  # that a check shows one by one
 WRITES_NOTHING = ("--check", "--no-write", "--row")
@@ -19,27 +27,14 @@ EXCLUSIVE = (
     (("--check",), ("--row",)),
     (("--dry-run",), ("--plot", "--row")),
     (("--check", "--shard"), ("--columns", "--top")),
-    (INSTEAD, ("--where", "--sort", "--best", "--pareto")),
+    (INSTEAD, SELECTION),
     *(((one,), (other,)) for one, other in itertools.combinations(INSTEAD, 2)),
 )
 
 
 @study_command
 @click.option("--dry-run", is_flag=True, help="Print the cases; compute and write nothing.")
-@click.option("--where", metavar="CONDITION", help="Show only such rows, e.g. 'gondola_rms < 1 mm and sag < 0.5'.")
-@click.option(
-    "--sort",
-    metavar="COLUMN",
-    shell_complete=complete_column,
-    help="Show the rows in this order; -COLUMN: largest first.",
-)
-@click.option("--best", metavar="'min COLUMN'", help="Show the best row only: 'min COLUMN' or 'max COLUMN'.")
-@click.option(
-    "--pareto",
-    metavar="'min A, max B'",
-    help="Show only the rows that no other beats in all of these columns: 'min COLUMN, max COLUMN, ...'.",
-)
-@click.option("--sensitivity", is_flag=True, help="Show Sobol's indices of the columns instead of the rows.")
+@selection_options
 @click.option("--no-write", is_flag=True, help="Print only.")
 @click.option("--check", is_flag=True, help="Compare with the stored NAME.csv instead of writing it.")
 @click.option(
@@ -82,11 +77,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         echo_notes(requested.notes, quiet)
         if dry_run:
             return print_cases(requested, style)
-        if style.columns and not sensitivity:
-            from cablestudy.sweeps.variable import ask_columns
-
-            ask_columns(requested, style.columns)
-        select = selection_of(requested, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
+        select = selection_of(requested, style, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
         if requested.asked and keep:
             keep = False
             echo_notes([f"not written: the study does not list {', '.join(requested.asked)}"], quiet)
@@ -114,12 +105,19 @@ def print_cases(study, style):
     show(cases_table(study), style)
 
 
-def selection_of(study, sensitivity, **options):
-    """What is shown of a study's table: Table -> Table and notes; None for all of it."""
+def selection_of(study, style, sensitivity, **options):
+    """What is shown of a study's table: Table -> Table and notes; None for all of it.
+
+    Columns that the options name and the study does not have are added to it.
+    """
     if sensitivity:
         from cablestudy.sweeps.sensitivity import Sensitivity
 
         return Sensitivity(study).table
+    if style.columns:
+        from cablestudy.sweeps.variable import ask_columns
+
+        ask_columns(study, style.columns)
     if set(options.values()) == {None}:
         return None
     from cablestudy.sweeps.select import read_selection

@@ -106,6 +106,7 @@ def loop_response(loop, place, components, time):
     found = []
     for model in (cable, cable.select(kept)):
         plant = statespace.coupled(model, loop.mass, loop.location, damping=loop.damping)
-        driven = Driven(plant, (0,), [loop.filtering], loop.shares, 0, place)
+        filtering, _ = loop.filter_to(loop.plant.right_up_to(model.omega))
+        driven = Driven(plant, (0,), [filtering], loop.shares, 0, place)
         found.append(driven.responses(components, time))
     return compared(*found)

@@ -84,7 +84,7 @@ def delay_margin(omega, phase):
 
 
 def sensitivity_peak(loop):
-    """Largest |S| over all frequencies [-], and the frequency of the peak [rad/s]."""
+    """Largest |S| over all frequencies [-], and the frequency of the peak [rad/s]: 1 and None where none is above."""
 
     def size(omega):
         with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode |L| is infinite
@@ -93,6 +93,8 @@ def sensitivity_peak(loop):
 
     omega = response_frequencies(loop)
     value = size(omega)
+    if value.max() <= 1:
+        return 1.0, None
     slope = np.diff(value, prepend=-np.inf, append=-np.inf)
     tops = np.flatnonzero((slope[:-1] >= 0) & (slope[1:] <= 0))
     tops = tops[np.argsort(value[tops])[-PEAKS:]]

@@ -4,8 +4,9 @@ With x the gondola's place, u the winch's and F a force on the gondola:
 
     (M s^2 + c s + k_xx) x + k_xu u = F,    u = -C(s) x on the ground,  u = +C(s) x on the gondola
 
-C = (gain/s) N(s), c viscous damping by the air. On the ground the winch moves end 1; on the gondola end 2 stands at
-x + u, so that k_xu = k_xx. Either way the loop gain is L = gain L1 with L1 = C1 G, G(0) = 1.
+C = gain C1(s) N(s), C1 the control law (`law`), 1/s of an integrator, c viscous damping by the air. On the ground
+the winch moves end 1; on the gondola end 2 stands at x + u, so that k_xu = k_xx. Either way the loop gain is
+L = gain L1 with L1 = C1 N G, G(0) = 1.
 """
 
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.gondola import gondola_mode
+from cablestudy.control.law import INTEGRATOR, Law, series
 from cablestudy.control.stability import UNDAMPED, Limit, judge, largest_gain, limit_near
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import assemble, upper
@@ -61,9 +63,6 @@ class Notch:
         return a, np.array([0.0, w2]), np.array([first, second]), passed
 
 
-NO_NOTCH = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0
-
-
 @dataclass(frozen=True)
 class Plant:
     """Gondola, cable and what filters the winch.
@@ -87,6 +86,8 @@ class Plant:
         it: verdicts do not depend on the level, and the largest gain of one is near that of another.
     damping : float
         Viscous, on the gondola. [N s/m]
+    law : Law
+        What the winch does with what the notch passes.
     """
 
     cable: Superelement
@@ -98,6 +99,7 @@ class Plant:
     resolved: Callable | None = field(default=None, compare=False)
     known: dict = field(default_factory=dict, repr=False, compare=False)
     damping: float = 0.0
+    law: Law = INTEGRATOR
 
     @property
     def winch_end(self):
@@ -142,17 +144,47 @@ class Plant:
 
     def controller(self, s):
         """C over its gain. [s]"""
-        return (1 / s) if self.notch is None else self.notch(s) / s
+        if self._integrator:
+            return (1 / s) if self.notch is None else self.notch(s) / s
+        return self.law(s) if self.notch is None else self.law(s) * self.notch(s)
 
-    @property
-    def filtering(self):
-        """s C as a state space: a, b, c, d."""
-        return self.notch.state_space if self.notch else NO_NOTCH
+    def filter_to(self, highest):
+        """s C over its gain as a state space, and the names of its states.
 
-    @property
-    def filter_names(self):
-        """Names of its states: list of str."""
-        return ["notch_1", "notch_2"] if self.notch else []
+        Parameters
+        ----------
+        highest : float
+            Up to where the delay is right. [rad/s]
+
+        Returns
+        -------
+        filtering : tuple of 4 ndarray
+            a, b, c, d.
+        names : list of str
+        """
+        own, names = self.law.state_space(highest)
+        if self.notch is None:
+            return own, names
+        return series(self.notch.state_space, own), ["notch_1", "notch_2", *names]
+
+    @cached_property
+    def _integrator(self):
+        return self.law == INTEGRATOR
+
+    def right_up_to(self, omega):
+        """Up to where a delay is right in a state space with modes of some frequencies. [rad/s]"""
+        return min(max(omega.max(initial=0.0), NEAR * self.main), self.law.reach) if self.law.delay else 0.0
+
+    def said(self, gain, digits=6):
+        """The gain of the controller in words."""
+        law, parts = self.law, []
+        if law.integrates_only:
+            return f"a gain of {gain:.{digits}g} rad/s"
+        kinds = ("integral", "rad/s"), ("proportional", ""), ("derivative", "s")
+        for (kind, unit), weight in zip(kinds, law.weights, strict=True):
+            if weight:
+                parts.append(f"{gain * weight:.{digits}g}{' ' * bool(unit)}{unit} ({kind})")
+        return f"gains of {', '.join(parts)}" if len(parts) > 1 else f"a gain of {parts[0]}"
 
     def system_of(self, cable):
         """`LinearSystem` of the gondola on a model of the cable, driven by the winch."""
@@ -164,13 +196,14 @@ class Plant:
         damping[-1, -1] += self.damping
         return replace(system, damping=damping)
 
-    def closed_of(self, cable):
-        """A of the closed loop with a model of the cable, as A0 + gain A1."""
-        return self._feedback(self.system_of(cable))
+    def closed_of(self, cable, highest=None):
+        """A of the closed loop with a model of the cable, as A0 + gain A1; see `filter_to` for `highest`."""
+        return self._feedback(self.system_of(cable), highest)
 
-    def _feedback(self, system):
+    def _feedback(self, system, highest=None):
         measured = np.array([[1.0 if self.location == "gondola" else -1.0]])
-        return system.feedback(measured, self.filtering)
+        highest = self.right_up_to(np.zeros(0)) if highest is None else highest
+        return system.feedback(measured, self.filter_to(highest)[0])
 
     def balance_of(self, cable, s, gain):
         """M s^2 + c s + k_xx + C k_xu, with the sign of the loop, which is zero at its poles, shape (m,). [N/m]"""

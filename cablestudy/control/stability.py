@@ -26,7 +26,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.margins import crossing_gains
+from cablestudy.control.margins import crossing_gains, frequencies
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
 
@@ -38,6 +38,7 @@ SAFETY = 4  # divides the guaranteed decay in the bound for the modes that are n
 HALVED = 5.0  # phase of waves along a segment beyond which masses at its ends have at most half of the modal mass
 FEWEST = 5  # modes up to so many times the gondola's frequency are always candidates
 MOST_MODES = 300  # more are refused: one eigenvalue problem of some 600 states takes about a second
+SMALL = 0.3  # loop gain from which down a delay and its approximant cannot encircle -1: less than a third
 NEEDED = 1e-4  # relative error of the poles by the other modes
 EXACT = 0.1  # the same where a pole decides, relative to the tolerance of the response
 TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed with more modes; at most so many poles
@@ -174,7 +175,7 @@ def judge(plant, gain):
     Raises
     ------
     NoSolutionError
-        The gain could drive too many modes.
+        The gain could drive too many modes, or the delay is too long.
     """
     gain = min(gain, MOST * plant.main)  # beyond it nothing changes
     return ResolvedLoop(plant, gain).verdict(gain)
@@ -195,9 +196,11 @@ class ResolvedLoop:
         self.plant, self.gain = plant, gain
         chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
         if chosen.sum() > MOST_MODES:
-            raise too_many(gain, int(chosen.sum()), float(whole.omega[chosen].max()))
+            raise too_many(plant.said(gain, 4), int(chosen.sum()), float(whole.omega[chosen].max()))
         self._whole, self._chosen, self._exact = whole, chosen, {}
         self._own = plant.resolved is not None or not np.isin(np.flatnonzero(chosen), plant.pole_modes).all()
+        self._own = self._own or plant.law.delay > 0
+        _ = self._highest  # raises NoSolutionError
 
     @cached_property
     def cable(self):
@@ -208,7 +211,32 @@ class ResolvedLoop:
     @cached_property
     def _closed(self):
         """A of the closed loop as A0 + gain A1."""
-        return self.plant.closed_of(self.cable) if self._own else self.plant.closed
+        return self.plant.closed_of(self.cable, self._highest) if self._own else self.plant.closed
+
+    @cached_property
+    def _highest(self):
+        """Frequency beyond which the loop gain is below SMALL: up to there a delay must be right. [rad/s]
+
+        Raises
+        ------
+        NoSolutionError
+            The delay is too long for that.
+        """
+        plant = self.plant
+        if not plant.law.delay:
+            return 0.0
+        omega = frequencies(plant, np.concatenate([self.open_poles, self.cable.poles]))
+        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
+            value = self.gain * np.abs(plant.unit_gain_of(self.cable, 1j * omega))
+        large = omega[~(value < SMALL)]
+        highest = float(large[-1]) if len(large) else plant.main
+        if highest > plant.law.reach:
+            raise NoSolutionError(
+                f"stability with a delay of {plant.law.delay:.4g} s is not judged at {plant.said(self.gain, 4)}: the "
+                f"loop gain is above {SMALL:g} up to {highest / (2 * np.pi):.4g} Hz, and a delay is approximated up to "
+                f"{plant.law.reach / (2 * np.pi):.4g} Hz"
+            )
+        return highest
 
     @cached_property
     def open_poles(self):
@@ -303,14 +331,15 @@ def largest_gain(plant):
             if verdict.stable:
                 continue
             if verdict.undamped:
-                raise undamped(verdict.pole, verdict.open_ratio, f"no largest gain: at {higher:.4g} rad/s ")
+                said = plant.said(higher, 4).removeprefix("a gain of ")
+                raise undamped(verdict.pole, verdict.open_ratio, f"no largest gain: at {said} ")
             return _polished(found, verdict.pole, higher)
         low, gain = gain, WIDER * gain
     return None
 
 
 def _resolved(plant, low, gain):
-    """The closed loop for gains up to the one given, or to a lower one where that drives too many modes."""
+    """The closed loop for gains up to the one given, or to a lower one where that is beyond what is judged."""
     while True:
         try:
             return ResolvedLoop(plant, gain)
@@ -322,7 +351,7 @@ def _resolved(plant, low, gain):
 
 def _first_guess(plant):
     """A gain a little above the least crossing of the imaginary axis, with the modes that hardly any gain needs."""
-    found = ResolvedLoop(plant, 1e-3 * plant.main)
+    found = _resolved(plant, 0.0, 1e-3 * plant.main)
     crossings = crossing_gains(plant, found.cable, found.open_poles)
     return float(np.clip(1.2 * crossings.min(initial=plant.main), 1e-3 * plant.main, 1e3 * plant.main))
 
@@ -404,10 +433,10 @@ def undamped(pole, ratio, begin=""):
     )
 
 
-def too_many(gain, count, omega):
-    """The error for a gain that could drive too many modes."""
+def too_many(said, count, omega):
+    """The error for a gain, in words, that could drive too many modes."""
     return NoSolutionError(
-        f"a gain of {gain:.4g} rad/s could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
+        f"{said} could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
         f"more than are resolved ({MOST_MODES}): cable.damping.viscous or a lower roll-off of the notch bounds them"
     )
 
@@ -415,7 +444,7 @@ def too_many(gain, count, omega):
 def complaint(plant, gain, verdict):
     """Why a gain is refused, with the largest stable one where it is known."""
     pole = verdict.pole
-    text = f"unstable loop at a gain of {gain:.6g} rad/s: a motion of {abs(pole.imag) / (2 * np.pi):.4g} Hz "
+    text = f"unstable loop at {plant.said(gain)}: a motion of {abs(pole.imag) / (2 * np.pi):.4g} Hz "
     text += f"grows by {pole.real:.3g} 1/s; "
     if verdict.undamped:
         return text + str(undamped(pole, verdict.open_ratio))
@@ -423,7 +452,11 @@ def complaint(plant, gain, verdict):
         limit = plant.largest_gain
     except NoSolutionError as error:
         return text + str(error)
-    return text + (f"the largest stable gain is {limit:.6g} rad/s" if limit else "there is no largest stable gain")
+    if limit is None:
+        return text + "there is no largest stable gain"
+    if plant.law.integrates_only:
+        return text + f"the largest stable gain is {limit:.6g} rad/s"
+    return text + f"it is stable with all gains less than {limit / gain:.6g} times as large"
 
 
 def unstable_poles(plant, gain):

@@ -16,6 +16,7 @@ these derivatives are known and D1 and D2 are zero. Where derivatives of an inpu
 quantity less a multiple of the input; outputs are never shifted.
 """
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,16 +74,33 @@ class StateSpace:
         """List of str."""
         return [name for name, _ in self.outputs]
 
+    @property
+    def improper(self):
+        """Inputs whose velocity or acceleration acts on an output at once (D1, D2): list of str."""
+        acting = np.concatenate(self.derivatives).any(axis=0)
+        return [name for name, does in zip(self.input_names, acting, strict=True) if does]
+
+    def _warn_improper(self, method):
+        """Warn that A, B, C, D are not all of it."""
+        if self.improper:
+            warnings.warn(
+                f"{method}: A, B, C, D lack D1 and D2, what the derivatives of {first_of(self.improper)} add to the "
+                f"outputs at once; state_space(proper=True) has them, with accelerations as inputs",
+                stacklevel=3,
+            )
+
     def to_scipy(self):
-        """A, B, C, D as scipy.signal.StateSpace; D1 and D2 are left out."""
+        """A, B, C, D as scipy.signal.StateSpace; where there are D1 and D2 a warning says that they are left out."""
         from scipy.signal import StateSpace as System
 
+        self._warn_improper("to_scipy")
         return System(self.a, self.b, self.c, self.d)
 
     def to_control(self):
-        """A, B, C, D as control.StateSpace of python-control, with its names; D1 and D2 are left out."""
+        """A, B, C, D as control.StateSpace of python-control, with its names; warns as `to_scipy`."""
         import control
 
+        self._warn_improper("to_control")
         labels = {"states": self.state_names, "inputs": self.input_names, "outputs": self.output_names}
         return control.ss(self.a, self.b, self.c, self.d, **labels)
 
@@ -99,6 +117,11 @@ class StateSpace:
         s = np.asarray(s, dtype=complex)[:, None, None]
         value = self.c @ np.linalg.solve(s * np.eye(len(self.a)) - self.a, self.b.astype(complex)[None]) + self.d
         return value + s * self.derivatives[0] + s**2 * self.derivatives[1] if derivatives else value
+
+
+def first_of(names):
+    """The first of some names, and how many more there are."""
+    return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
 
 
 @dataclass(frozen=True)
@@ -175,7 +198,9 @@ def closed(loop, chosen=None, residual=True, forces=None):
         `coupled`, those of the controller's filter, as two of the notch where there is one, the winch (the integrator).
     """
     plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
-    fed = feedback(plant, [0], [loop.filtering], loop.shares)
+    omega = loop.cable.omega if chosen is None else loop.cable.omega[chosen]
+    filtering, names = loop.filter_to(loop.plant.right_up_to(omega))
+    fed = feedback(plant, [0], [filtering], loop.shares)
     n, size, rate = len(plant.a), len(fed.a), fed.a[-1]
     c = np.pad(plant.c, ((0, 1), (0, size - n)))
     c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
@@ -184,7 +209,7 @@ def closed(loop, chosen=None, residual=True, forces=None):
     d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
     c[:-1] += np.outer(d1, rate) + np.outer(d2, rate @ fed.a)
     d[:-1] += np.outer(d2, rate @ b)
-    states = (*plant.states, *((name, "m") for name in loop.filter_names), ("winch", "m"))
+    states = (*plant.states, *((name, "m") for name in names), ("winch", "m"))
     return StateSpace(
         fed.a, b, c, d, states, plant.inputs[1:], (*plant.outputs, ("winch", "m")), (np.zeros_like(d), np.zeros_like(d))
     )

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control import margins, stability
+from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.plant import Notch, Plant
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.superelement import Superelement
@@ -25,12 +26,14 @@ class Loop:
         Of the gondola. [kg]
     location : {"ground", "gondola"}
     gain : float
-        k_i of C = (k_i/s) N(s). [rad/s]
+        k_i of C = (k_i/s) N(s); of another law than an integrator what it is multiplied by. [rad/s]
     notch : Notch or None
     damping : float
         Viscous, on the gondola. [N s/m]
     plant : Plant or None
         All that does not depend on the gain, where it is known already; another one is taken if it is not of this loop.
+    law : Law
+        What the winch does with what the notch passes.
     """
 
     cable: Superelement
@@ -40,16 +43,18 @@ class Loop:
     notch: Notch | None = None
     damping: float = 0.0
     plant: Plant | None = field(default=None, repr=False, compare=False)
+    law: Law = INTEGRATOR
 
     def __post_init__(self):
-        plant, own = self.plant, {name: getattr(self, name) for name in ("mass", "location", "notch", "damping")}
+        names = "mass", "location", "notch", "damping", "law"
+        plant, own = self.plant, {name: getattr(self, name) for name in names}
         if plant is None or plant.cable is not self.cable or own != {name: getattr(plant, name) for name in own}:
             object.__setattr__(self, "plant", Plant(self.cable, **own))
 
     @classmethod
     def of(cls, plant, gain):
         """The loop of a plant with a gain. [rad/s]"""
-        return cls(plant.cable, plant.mass, plant.location, gain, plant.notch, plant.damping, plant)
+        return cls(plant.cable, plant.mass, plant.location, gain, plant.notch, plant.damping, plant, plant.law)
 
     @property
     def at_rest(self):
@@ -75,17 +80,12 @@ class Loop:
         return self.plant.gondola_pole
 
     @property
-    def filtering(self):
-        return self.plant.filtering
-
-    @property
     def shares(self):
         """Velocity of the winch per filtered position of the gondola, shape (1, 1). [1/s]"""
         return np.array([[self.gain if self.location == "gondola" else -self.gain]])
 
-    @property
-    def filter_names(self):
-        return self.plant.filter_names
+    def filter_to(self, highest):
+        return self.plant.filter_to(highest)
 
     def controller(self, s):
         return self.plant.controller(s)
@@ -133,6 +133,20 @@ class Loop:
         return found
 
     @property
+    def integral_gain(self):
+        """Of the controller. [rad/s]"""
+        return self.gain * self.law.integral
+
+    @property
+    def largest_integral_gain(self):
+        """With it, and proportional and derivative gain in proportion, the loop is on the limit of stability.
+
+        None where it is always stable, or does not integrate. [rad/s]
+        """
+        limit = self.largest_gain
+        return limit * self.law.integral if limit is not None and self.law.integral else None
+
+    @property
     def largest_gain(self):
         """Below it the loop is stable; None when it always is. [rad/s]
 
@@ -160,7 +174,7 @@ class Loop:
     def _crossovers(self):
         """See `margins.gain_crossovers`."""
         self.check_damped()
-        return margins.gain_crossovers(self)
+        return margins.gain_crossovers(self.whole)
 
     @property
     def phase_margin(self):
@@ -181,7 +195,7 @@ class Loop:
 
     @cached_property
     def sensitivity_peak(self):
-        """Largest |1/(1 + L)| over all frequencies [-], and where it is [Hz].
+        """Largest |1/(1 + L)| over all frequencies [-], and where it is [Hz]; None where it is 1, at infinity.
 
         Raises
         ------
@@ -189,8 +203,10 @@ class Loop:
             Of a stable loop: the peak is that of a mode as good as undamped.
         """
         self.check_damped()
-        peak, omega = margins.sensitivity_peak(self)
-        poles = np.concatenate([self.closed_poles, self.plant.responding.poles])
+        peak, omega = margins.sensitivity_peak(self.whole)
+        if omega is None:
+            return peak, None
+        poles = np.concatenate([self.closed_poles, self.plant.excited.poles])
         pole = complex(poles[np.argmin(np.abs(poles - 1j * omega))])
         if peak > 1 and -pole.real < stability.UNDAMPED * abs(pole):
             raise stability.undamped(pole, max(-pole.real / abs(pole), 0.0), "no peak of the sensitivity: ")
@@ -200,7 +216,7 @@ class Loop:
     def bandwidth(self):
         """Where the closed loop L/(1 + L) first falls to 1/sqrt(2); None when it never does. [Hz]"""
         self.check_damped()
-        return margins.bandwidth(self)
+        return margins.bandwidth(self.whole)
 
     @cached_property
     def verdict(self):

@@ -228,18 +228,18 @@ class Scene:
         return self.compute("loop", time=time, **timed).frame()
 
     def _loop_answer(self, response=None, time=None, estimate=False, **timed):
+        from cablestudy.study import loop_report
         from cablestudy.study.loop_in_time import time_case
-        from cablestudy.study.loop_report import loop_table, response_table
 
         span, asked = loop_options(response, time, timed)
-        answer = self._of_row(
-            *loop_table(self.document, self.model, estimate), lambda case, plots: plots.loop_margins(case, span)
-        )
-        if answer.failures:
-            return replace(answer, table=None) if asked or span else answer
-        if asked:
+        answer = self._of_row(*loop_report.loop_table(self.document, self.model, estimate), None)
+        if asked and not answer.failures:
             return in_time(answer, time_case(self.document, answer.case, asked))
-        return replace(answer, table=response_table(answer.case.loop, span)) if span else answer
+        if asked or not loop_report.has_loop(answer.case):
+            return replace(answer, table=None) if asked or span else answer
+        # an unstable loop too has a response over frequency
+        table = loop_report.response_table(answer.case.loop, span) if span else answer.table
+        return replace(answer, table=table, draw=lambda plots: plots.loop_margins(answer.case, span))
 
     # -------------------------------------------------------------------------------------------------- state space
 
@@ -250,6 +250,9 @@ class Scene:
         upto: str | None = None,
         error: float | None = None,
         wind: bool = False,
+        proper: bool = False,
+        input: str | None = None,
+        output: str | None = None,
     ) -> StateSpace:
         """The cable as a linear system of first order: `control.statespace.StateSpace`.
 
@@ -265,11 +268,17 @@ class Scene:
             Keep the fewest that leave out this share of the inertia. [-]
         wind : bool
             Whether forces on the nodes of the cable are inputs too.
+        proper : bool
+            Whether accelerations are inputs where they act on outputs at once, with positions and velocities as
+            states, so that D1 and D2 are zero.
+        input, output : str, optional
+            The only input, the only output.
         """
         from cablestudy.study import ssm
 
-        options = ssm.Options(count=modes, upto=upto, error=error, attached=with_, wind=wind)
-        return self._choose(options).system()
+        names = {"input": input, "output": output, "proper": proper}
+        options = ssm.Options(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
+        return ssm.exported(self._choose(options).system(), options)
 
     def _choose(self, options):
         from cablestudy.study import ssm

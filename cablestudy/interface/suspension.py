@@ -107,14 +107,18 @@ class Suspension(Scene):
         loop_report.check_control(self.document, self.model)
         case = self._solved(estimate)
         movement = case.in_wind.movement
-        tables = {} if span or asked else loop_report.loop_tables(case, table)
-        warnings = strength_warning(case)
-        answer = _answer(
-            table, tables, case, lambda: notes_of(case), warnings, lambda plots: plots.suspension_loop(movement)
+        answer = Answer(
+            explain=lambda: notes_of(case),
+            warnings=tuple(strength_warning(case)),
+            draw=lambda plots: plots.suspension_loop(movement),
+            case=case,
         )
         if asked:
             return in_time(answer, loop_report.time_case(self.document, case, asked))
-        return replace(answer, table=loop_report.response_table(movement, span)) if span else answer
+        if span:
+            return replace(answer, table=loop_report.response_table(movement, span))
+        tables = loop_report.loop_tables(case, table)
+        return replace(answer, table=tables[table]) if table else replace(answer, tables=tables)
 
     def _choose(self, options):
         from cablestudy.study.suspension import ssm

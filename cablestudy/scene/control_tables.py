@@ -58,7 +58,31 @@ class _Integrator(Table):
 
 
 class Controller(_Integrator):
-    """Integrator with notch that drives the winch of a cable."""
+    """PID controller with notch that drives the winch of a cable; without other gains an integrator."""
+
+    proportional_gain: Annotated[float, Quantity("", 0, 1e9)] = Field(
+        0.0, description="Movement of the winch per displacement of the gondola; needs winch.bandwidth"
+    )
+    derivative_gain: Annotated[float, Quantity("s", 0, 1e9)] = Field(
+        0.0, description="Movement of the winch per velocity of the gondola; needs derivative_filter, winch.bandwidth"
+    )
+    derivative_filter: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
+        None, description="Corner frequency of the low-pass filter of the derivative part"
+    )
+
+    def relations(self):
+        """A derivative is filtered, an integral part is there, and alone where its gain follows from a margin."""
+        filtered = (self.derivative_gain == 0) | (self.derivative_filter is not None)
+        integral = (self.proportional_gain == 0) & (self.derivative_gain == 0) | (not isinstance(self.gain, AutoGain))
+        message = "auto chooses an integral gain: not with proportional or derivative_gain"
+        yield [
+            (("derivative_filter",), filtered, lambda: "missing key: derivative_gain needs it"),
+            (("gain",), integral, lambda: message),
+        ]
+        if not isinstance(self.gain, AutoGain):
+            integrates = (self.gain > 0) | (self.proportional_gain == 0) & (self.derivative_gain == 0)
+            message = "must be above 0 with proportional or derivative_gain: a small one is as good as none"
+            yield [(("gain",), integrates, lambda: message)]
 
 
 class Allocation(Table):

@@ -36,6 +36,23 @@ class Winch(Table):
 
     location: Literal["ground", "gondola"] = Field("ground", description="ground (end 1) or gondola (end 2)")
     controller: Controller | None = Field(None, description="What drives the winch")
+    delay: Annotated[float, Quantity("s", 0, 1e6)] = Field(
+        0.0, description="From the measurement of the gondola to the movement of the winch, in the loop"
+    )
+    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
+        None, description="Of the drive, a lag of first order; without it the winch follows at once"
+    )
+    max_speed: Annotated[float, Quantity("m/s", 1e-12, 1e9)] | None = Field(
+        None, description="Largest speed of the winch: a loop that asks for more in the wind has no linear answer"
+    )
+
+    def relations(self):
+        """A winch that follows at once is driven by an integrator."""
+        controller = self.controller
+        if controller is not None and self.bandwidth is None:
+            integrates = (controller.proportional_gain == 0) & (controller.derivative_gain == 0)
+            message = "missing key: with proportional or derivative_gain a winch without lag would follow accelerations"
+            yield [(("bandwidth",), integrates, lambda: message)]
 
 
 class Scene(Table):

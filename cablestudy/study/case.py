@@ -9,7 +9,7 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.state import interpolate, sag
 from cablestudy.control import gondola
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import loops, windrms
 from cablestudy.study.cache import Cache, frozen, shared
 from cablestudy.study.models import MAX_MODES, model_of
@@ -19,11 +19,14 @@ from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 RESPONSES = ("response", "cable_response", "response_in_air")
-RESPONSES = (*RESPONSES, *(f"open_{name}" for name in RESPONSES), "cable_motion")
+RESPONSES = (*RESPONSES, *(f"open_{name}" for name in RESPONSES), "cable_motion", "winch_response")
 OF_EXCITED = ("coupled", "end_inertia", "end_model_along_x", "loop")  # results computed from `Case.excited`
 # modes above GONDOLA_MODES times the gondola's frequency, or more for high accuracies, are not summed one by one; the
 # error falls with the sixth power of that number n, as (OMITTED/n)^6, measured on random scenes
 GONDOLA_MODES, OMITTED = 20, 1.5
+# columns that depend on a frequency of the loop: whether it is that of the peak of the sensitivity, or where |L| = 1
+MARGINS = {"phase_margin": False, "gain_crossover": False, "delay_margin": False,
+           "sensitivity_peak": True, "sensitivity_frequency": True}  # fmt: skip
 SPARE = 1.2  # times as many modes as are expected below an axial one are computed at first
 # what the statics and undamped motion of the cable depend on, beside gravity and model
 CABLE = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
@@ -303,7 +306,12 @@ class Case:
     def notch_key(self):
         """What of the winch does not depend on the gain."""
         winch = self.scene.winch
-        return frozen(winch and (winch.location, winch.controller and (winch.controller.notch,)))
+        controller = winch and winch.controller
+        gains = controller and (controller.proportional_gain, controller.derivative_gain, controller.derivative_filter)
+        # with these gains the integral one is a part of the control law
+        gains = gains and (*gains, controller.gain if gains[0] or gains[1] else None)
+        drive = winch and (winch.delay, winch.bandwidth)
+        return frozen(winch and (winch.location, drive, controller and (controller.notch, gains)))
 
     @cached_property
     def plant_key(self):
@@ -339,6 +347,17 @@ class Case:
     def loop(self):
         """The winch loop: `control.winch.Loop`."""
         return loops.loop_of(self)
+
+    def margin_frequency(self, names):
+        """The highest frequency on which some columns of the loop depend; 0 where they cannot be had. [Hz]"""
+        found = [0.0]
+        for name, of_peak in MARGINS.items():
+            try:
+                if name in names and self.loop.stable:
+                    found.append((self.loop.sensitivity_peak[1] if of_peak else self.loop.gain_crossover) or 0.0)
+            except CablestudyError:  # which the column says
+                continue
+        return max(found)
 
     @cached_property
     def loop_in_air(self):
@@ -409,6 +428,33 @@ class Case:
         if self._stable("loop"):
             return self.response  # which holds both, from one integration
         return windrms.response_of(self, self.loop_at_rest)
+
+    @cached_property
+    def winch_response(self):
+        """The same as `response`, with velocity and acceleration of the winch among what is `imaged`."""
+        return windrms.winch_response_of(self, self.loop)
+
+    @cached_property
+    def winch_speed(self):
+        """Of the winch in the wind on the gondola: RMS, and the largest expected within the wind's duration. [m/s]"""
+        return windrms.winch_speed_of(self.winch_response, self.scene.wind)
+
+    def check_winch_speed(self):
+        """Refuse numbers of the loop in the wind that its winch is too slow for.
+
+        Raises
+        ------
+        NoSolutionError
+        """
+        winch = self.scene.winch
+        if winch is None or winch.controller is None or winch.max_speed is None or not self.loop.gain:
+            return
+        peak = self.winch_speed[1]
+        if peak > winch.max_speed:
+            raise NoSolutionError(
+                f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "
+                f"{1e3 * winch.max_speed:.4g} mm/s: the linear numbers do not hold"
+            )
 
     @cached_property
     def cable_response(self):

@@ -173,19 +173,21 @@ def _lowest_point(results):
 def _support_columns():
     """Yield the columns of what the two supports hold."""
     for end in (1, 2):
-        yield Column(f"tension_{end}", "N", f"at end {end}", "statics", _tension_at(end - 1))
+        yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", _tension_at(end - 1))
     for end in (1, 2):
         yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
                      "statics", _reaction(end - 1, "horizontal"))  # fmt: skip
-        yield Column(f"reaction_{end}_vertical", "N", "vertical part of it, upwards: negative where it holds the end "
-                     "down", "statics", _reaction(end - 1, "vertical"))  # fmt: skip
+        yield Column(f"reaction_{end}_vertical", "N", f"vertical part of the force of the support at end {end}, "
+                     "upwards: negative where it holds the end down", "statics",
+                     _reaction(end - 1, "vertical"))  # fmt: skip
     for end in (1, 2):
-        yield Column(f"angle_{end}", "deg", f"of the cable below the horizontal where it leaves end {end}", "statics",
-                     _angle(end - 1))  # fmt: skip
+        yield Column(f"angle_{end}", "deg", f"angle of the cable below the horizontal where it leaves end {end}",
+                     "statics", _angle(end - 1))  # fmt: skip
 
 
 def _peak(case):
     """Expected largest displacement of a gondola. [mm]"""
+    case.check_winch_speed()
     response, wind = case.response, case.scene.wind
     rate = response.velocity / (2 * np.pi * response.displacement)
     mean = abs(float(mean_displacement(case)))
@@ -194,7 +196,12 @@ def _peak(case):
 
 def _imaged(name, meaning, keys):
     """Column of what a telescope sees of the gondola's motion."""
-    return Column(name, "um", meaning, "wind", lambda case: 1e6 * case.response.imaged[name], f"{BODY}, {keys}")
+
+    def compute(case):
+        case.check_winch_speed()
+        return 1e6 * case.response.imaged[name]
+
+    return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
 
 
 def _shedding(name, meaning, place):
@@ -225,16 +232,19 @@ def _rms(part, where, sources):
     key = {"response": BODY, "cable_response": ON_CABLE}.get(sources[0], f"{BODY}, {DIAMETER}")
     loops = ("", "with the winch loop", f"{key}, winch.controller"), ("open_", "the winch at rest", key)
     for state, loop, keys in loops:
-        for quantity, unit, what in (("displacement", "mm", where), ("velocity", "mm/s", "of its velocity")):
+        for quantity, unit in (("displacement", "mm"), ("velocity", "mm/s")):
 
             def compute(case, state=state, attribute=state + quantity):
+                if not state:
+                    case.check_winch_speed()
                 total = 0.0
                 for source in sources:
                     total = hypot(total, getattr(getattr(case, state + source), attribute))
                 return 1e3 * total
 
             name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if state else "") + part
-            yield Column(name, unit, f"{what}, {loop}", "wind", compute, keys)
+            meaning = f"RMS {quantity} of the gondola along x {where}, {loop}"
+            yield Column(name, unit, meaning, "wind", compute, keys)
 
 
 COLUMNS = (
@@ -251,9 +261,9 @@ COLUMNS = (
     Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.given("cable.chord_length")),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
            lambda r: r.given("cable.section_mass") * r.reference_length),
-    Column("diameter", "mm", "outer, of the cross-section", "scene",
+    Column("diameter", "mm", "outer diameter of the cross-section", "scene",
            lambda r: 1e3 * r.given("cable.section_diameter"), DIAMETER),
-    Column("area", "mm^2", "metallic, of the cross-section", "scene",
+    Column("area", "mm^2", "metallic area of the cross-section", "scene",
            lambda r: 1e6 * r.given("cable.section_area"), METAL),
     Column("elastic_modulus", "GPa", "axial stiffness over area", "scene",
            lambda r: r.given("cable.section_elastic_modulus") / 1e9, "cable.section_elastic_modulus"),
@@ -261,7 +271,8 @@ COLUMNS = (
            lambda r: r.given("cable.section_density"), "cable.section_density"),
     Column("axial_stiffness", "N", "EA, tension per strain", "scene",
            lambda r: r.given("cable.section_axial_stiffness")),
-    Column("mass_per_length", "kg/m", "of the unstretched cable", "scene", lambda r: r.given("cable.section_mass")),
+    Column("mass_per_length", "kg/m", "mass per length of the unstretched cable", "scene",
+           lambda r: r.given("cable.section_mass")),
     Column("breaking_force", "N", "tension at which the cable breaks", "scene",
            lambda r: r.given("cable.section_breaking_force"), STRONG),
     Column("strain", "", "mean strain, mean tension over EA", "statics",
@@ -272,7 +283,7 @@ COLUMNS = (
            lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
            "statics", lambda c: _deflections(c)[0], LOADED, each=True),
-    Column("linear_deflection", "m", "the same by the tangent stiffness of the unloaded form", "statics",
+    Column("linear_deflection", "m", "deflection by the tangent stiffness of the unloaded form", "statics",
            lambda c: _deflections(c)[1], LOADED, each=True),
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
            each=True),
@@ -282,7 +293,7 @@ COLUMNS = (
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
            lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True),
-    Column("swing", "deg", "out of the vertical plane of the chord, at mid-span", "statics",
+    Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
            lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
            lambda r: r.end_stiffness_along(0)),
@@ -299,48 +310,57 @@ COLUMNS = (
            lambda r: r.gondola_frequency_static, "gondola.mass"),
     Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
            "gondola", lambda c: c.gondola_frequency, "gondola.mass"),
-    Column("gondola_share", "", "that share, phi^2/w^2 over 1/k", "gondola", lambda c: c.gondola_share, "gondola.mass"),
-    Column("gondola_damping_ratio", "", "of the coupled gondola mode, the winch at rest", "loop",
+    Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",
+           lambda c: c.gondola_share, "gondola.mass"),
+    Column("gondola_damping_ratio", "", "damping ratio of the coupled gondola mode, the winch at rest", "loop",
            lambda c: c.gondola_damping_ratio, "gondola.mass"),
     Column("gain", "rad/s", "integral gain of the winch, as stated or as it follows from a margin", "loop",
-           lambda c: c.loop.gain, WINCH),
-    Column("largest_gain", "rad/s", "of the winch, below which the loop is stable; empty when it always is", "loop",
-           lambda c: c.loop.largest_gain, WINCH),
+           lambda c: c.loop.integral_gain, WINCH),
+    Column("largest_gain", "rad/s", "integral gain below which the loop is stable, proportional and derivative gain in "
+           "proportion; empty when it always is", "loop",
+           lambda c: c.loop.largest_integral_gain, WINCH),
     Column("gain_margin", "dB", "largest stable gain over the gain; empty when there is no limit", "loop",
            lambda c: c.loop.gain_margin, WINCH),
-    Column("phase_crossover", "Hz", "where the largest gain puts a pole of the loop on the axis: that of the gain "
-           "margin", "loop", lambda c: c.loop.phase_crossover, WINCH),
+    Column("phase_crossover", "Hz", "frequency at which the largest gain puts a pole of the loop on the axis: "
+           "that of the gain margin", "loop", lambda c: c.loop.phase_crossover, WINCH),
     Column("phase_margin", "deg", "least angle to instability where the loop gain is one", "loop",
            lambda c: _stable_loop(c).phase_margin, WINCH),
-    Column("gain_crossover", "Hz", "where the loop gain is one: that of the phase margin", "loop",
+    Column("gain_crossover", "Hz", "frequency at which the loop gain is one: that of the phase margin", "loop",
            lambda c: _stable_loop(c).gain_crossover, WINCH),
     Column("delay_margin", "s", "least further delay in the loop that makes it unstable", "loop",
            lambda c: _stable_loop(c).delay_margin, WINCH),
     Column("sensitivity_peak", "", "largest value of the sensitivity |1/(1 + L)| of the loop over frequency", "loop",
            lambda c: _stable_loop(c).sensitivity_peak[0], WINCH),
-    Column("sensitivity_frequency", "Hz", "where that peak is", "loop",
+    Column("sensitivity_frequency", "Hz", "frequency of the largest sensitivity", "loop",
            lambda c: _stable_loop(c).sensitivity_peak[1], WINCH),
-    Column("bandwidth", "Hz", "where the closed loop first falls to 1/sqrt(2)", "loop",
+    Column("bandwidth", "Hz", "frequency at which the closed loop first falls to 1/sqrt(2)", "loop",
            lambda c: _stable_loop(c).bandwidth, WINCH),
-    *_rms("", "of the gondola along x in the wind", ("response",)),
+    *_rms("", "in the wind", ("response",)),
     *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
     *_rms("_all_wind", "by the wind on gondola and cable together", ("response_in_air", "cable_response")),
-    Column("mean_displacement", "mm", "of the gondola along x by the mean wind on it, the winch at rest; linear",
-           "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
+    Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
+           "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
+    Column("winch_rms_speed", "mm/s", "RMS of the speed of the winch in the wind on the gondola", "wind",
+           lambda c: 1e3 * c.winch_speed[0], f"{BODY}, winch.controller"),
+    Column("winch_peak_speed", "mm/s", "largest speed of the winch expected within wind.duration", "wind",
+           lambda c: 1e3 * c.winch_speed[1], f"{BODY}, winch.controller"),
     _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
             "exposure"),
-    _imaged("corrected", "RMS of it that the correcting mirror leaves", "correction"),
-    _imaged("corrected_exposure", "RMS of it within one exposure that the mirror leaves", "exposure, correction"),
-    Column("midspan_rms", "mm", "of a cable with fixed ends in the wind, at mid-span, in the direction that moves most",
-           "cable wind", lambda c: 1e3 * c.cable_motion.midspan, f"wind, {DIAMETER}", without="gondola"),
-    Column("tension_rms", "N", "of its tension, at the end where it is larger", "cable wind",
-           lambda c: c.cable_motion.tension, f"wind, {DIAMETER}", without="gondola"),
-    _shedding("shedding_frequency", "of vortices, 0.2 v/d at the mean wind speed", 1),
+    _imaged("corrected", "RMS of the gondola's motion that the correcting mirror leaves", "correction"),
+    _imaged("corrected_exposure", "RMS of the gondola's motion within one exposure that the mirror leaves",
+            "exposure, correction"),
+    Column("midspan_rms", "mm", "RMS displacement at mid-span of a cable with fixed ends in the wind, in the direction "
+           "that moves most", "cable wind", lambda c: 1e3 * c.cable_motion.midspan, f"wind, {DIAMETER}",
+           without="gondola"),
+    Column("tension_rms", "N", "RMS tension of a cable with fixed ends in the wind, at the end where it is larger",
+           "cable wind", lambda c: c.cable_motion.tension, f"wind, {DIAMETER}", without="gondola"),
+    _shedding("shedding_frequency", "frequency of vortices, 0.2 v/d at the mean wind speed", 1),
     _shedding("shedding_frequency_low",
-              "the same three standard deviations of the speed below the mean, 0 at least", 0),
-    _shedding("shedding_frequency_high", "the same three standard deviations of the speed above the mean", 2),
+              "frequency of vortices at three standard deviations of the speed below the mean, 0 at least", 0),
+    _shedding("shedding_frequency_high",
+              "frequency of vortices at three standard deviations of the speed above the mean", 2),
     Column("iterations", "", "Newton steps of the statics", "statics", lambda r: r.statics.iterations),
     Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
     Column("solve_time", "ms", "time that the row took", "run", None),

@@ -129,8 +129,10 @@ class TimeCase:
         Of the loop. [rad/s]
     name, unit : str
         Of what is measured; the unit mm or mrad.
-    winches : list of str
+    winches : tuple of str
         Their names.
+    remarks : tuple of str
+        What else is to be known.
     """
 
     options: TimeOptions
@@ -140,6 +142,7 @@ class TimeCase:
     name: str = "gondola"
     unit: str = "mm"
     winches: tuple = ("winch",)
+    remarks: tuple = ()
 
     @property
     def time(self):
@@ -164,6 +167,7 @@ class TimeCase:
             moved,
             f"{self.winches[winch]}: at most {self._largest(found.winch[:, winch], 'mm')}, and {speed:.4g} mm/s",
             f"estimated error by modes left out: {found.error:.1e} of the largest displacement",
+            *self.remarks,
         ]
 
     def _largest(self, value, unit=None):
@@ -204,10 +208,19 @@ def time_case(document, case, options):
     else:
         what = {"winch": "the winch moves", "reference": "the reference of the gondola moves"}[kind]
         asked, place = options.step(what), kind
-    loop = case.loop
+    loop, winch = case.loop, scene.winch
     components = time_response.scaled(asked.components, factor)
     found = loop_response.loop_response(loop, place, components, options.times)
-    return TimeCase(options, asked, found, loop.gain)
+    remarks, speed = [], np.abs(found.winch_speed).max()
+    if winch.delay:
+        right = loop.plant.right_up_to(loop.plant.responding.omega) / (2 * np.pi)
+        remarks.append(f"delay: Padé approximants, whose phase is right up to {right:.4g} Hz")
+    if winch.max_speed is not None and speed > winch.max_speed:
+        remarks.append(
+            f"warning: the winch would reach {MILLI * speed:.4g} mm/s, above its max_speed of "
+            f"{MILLI * winch.max_speed:.4g} mm/s: the linear response does not hold"
+        )
+    return TimeCase(options, asked, found, loop.integral_gain, remarks=tuple(remarks))
 
 
 def time_table(solved):

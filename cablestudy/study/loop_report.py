@@ -4,6 +4,7 @@ import numpy as np
 
 from cablestudy.control import margins
 from cablestudy.control.response import Phase
+from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
 from cablestudy.study.columns import STATUS, find, lacks
 from cablestudy.study.row import evaluate
@@ -52,6 +53,15 @@ def loop_table(document, scene, estimate=False):
     row = evaluate(scene, columns, estimate)
     fields = tuple(column.field for column in columns)
     return Table((*fields, STATUS), [dict(row.cells)], single=True, errors=row.known_errors), row
+
+
+def has_loop(case):
+    """Whether the loop of a case can be had, stable or not."""
+    try:
+        _ = case.loop
+    except CablestudyError:
+        return False
+    return True
 
 
 def frequencies_of(loop, span):

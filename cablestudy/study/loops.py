@@ -8,6 +8,7 @@ import numpy as np
 from cablestudy.cable.element import PER_WAVE
 from cablestudy.control.complex_stiffness import ComplexStiffness, damping_ratio
 from cablestudy.control.gondola import coupled_modes, gondola_mode
+from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.plant import Notch, Plant
 from cablestudy.control.stability import Waves, driven_up_to, too_many
 from cablestudy.control.winch import Loop
@@ -78,8 +79,9 @@ def loop_of(case):
     controller = _controller(case)
     if controller is None:
         return Loop.of(case.plant, 0.0)
-    if isinstance(controller.gain, float | int):
-        return Loop.of(case.plant, float(controller.gain))
+    gain = law_of(case)[1]
+    if gain is not None:
+        return Loop.of(case.plant, gain)
     return Loop.of(case.plant, 0.0).with_margin(controller.gain.auto.gain_margin)
 
 
@@ -112,7 +114,29 @@ def plant_of(case, rate=0.0):
         _resolution(case, rate) if accuracy else None,
         case.results.known_of_plants.setdefault((*case.plant_key, rate), {}),
         case.gondola_air_damping,
+        law_of(case)[0],
     )
+
+
+def law_of(case):
+    """The `Law` of the winch of a case, and what it is multiplied by [rad/s]; None where that follows from a margin.
+
+    With a proportional or derivative part the gain of the loop is K_i + K_p w + K_d w^2 at the gondola's frequency w on
+    the static end stiffness, which no refinement changes.
+    """
+    winch, controller = case.scene.winch, _controller(case)
+    if controller is None:
+        return INTEGRATOR, 0.0
+    drive = {"delay": winch.delay, "bandwidth": np.inf if winch.bandwidth is None else 2 * np.pi * winch.bandwidth}
+    if not isinstance(controller.gain, float | int):
+        return Law(**drive), None
+    if not (controller.proportional_gain or controller.derivative_gain):
+        return Law(**drive), float(controller.gain)
+    omega = 2 * np.pi * case.gondola_frequency_static
+    gains = controller.gain, controller.proportional_gain, controller.derivative_gain
+    whole = sum(gain * omega**order for order, gain in enumerate(gains))
+    corner = np.inf if controller.derivative_filter is None else 2 * np.pi * controller.derivative_filter
+    return Law(*(gain / whole for gain in gains), corner=corner, **drive), float(whole)
 
 
 def with_viscous(cable, rate):
@@ -250,7 +274,7 @@ def _resolution(case, rate):
         # in steps, so that gains that are alike share a model
         limit = float(plant.main * LIMIT_STEP ** np.ceil(np.log(limit / plant.main) / np.log(LIMIT_STEP)))
         if limit not in found:
-            found[limit] = with_viscous(_resolved(case, gain, limit, known[0].time_across), rate)
+            found[limit] = with_viscous(_resolved(case, plant.said(gain, 4), limit, known[0].time_across), rate)
         return found[limit], limit
 
     return resolved
@@ -269,13 +293,13 @@ def _waves(case):
     return Waves(float(across.max()), float(along.max()), float(case.results.travel_time[case.index]), time, part)
 
 
-def _resolved(case, gain, limit, time):
+def _resolved(case, said, limit, time):
     """The superelement of a case whose modes up to a frequency [rad/s] are resolved."""
     half_waves = limit / np.pi * time if np.isfinite(limit) else np.inf
     longest = float(case.results.longest_segment[case.index])
     orders = PER_WAVE * half_waves * longest
     if not orders <= MOST_ORDERS:
-        raise too_many(gain, int(min(half_waves, 1e9)), limit)
+        raise too_many(said, int(min(half_waves, 1e9)), limit)
     several = max(1, ceil(orders / (HIGHEST - RESERVE)))
     own = case.level[0] * case.level[1]
     total = orders + several * RESERVE
@@ -290,6 +314,4 @@ def _resolved(case, gain, limit, time):
         if errors.max(initial=0.0) <= RESOLVED:
             return finer.end_model_along_x
         total = ceil(FINER * total) + 2
-    raise NoSolutionError(
-        f"the modes that a gain of {gain:.4g} rad/s could drive, up to {limit / (2 * np.pi):.4g} Hz, are not resolved"
-    )
+    raise NoSolutionError(f"the modes that {said} could drive, up to {limit / (2 * np.pi):.4g} Hz, are not resolved")

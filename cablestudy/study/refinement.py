@@ -169,8 +169,11 @@ def needs_of(case, required):
     if required.cable_wind:
         waves = max(waves, SETTINGS.waves_in_wind)
 
+    names = {column.name for column in required.motion}
+
     def highest(finer, values):
         found = max([values.get(column.header, 0.0) for column in required.modes], default=0.0)
+        found = max(found, finer.margin_frequency(names))
         return max(found, finer.gondola_frequency) if body else found
 
     # Dunkerley: masses on the cable lower its axial mode k at most by this

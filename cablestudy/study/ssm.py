@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control import export, reduction, statespace
+from cablestudy.control.proper import channel, proper
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import missing
@@ -48,6 +49,7 @@ class Options:
     wind: bool = False  # whether forces on the nodes are inputs
     input: str | None = None  # input and output that errors and responses refer to, by name
     output: str | None = None
+    proper: bool = False  # whether the file has accelerations as inputs instead of derivatives of them
 
     def __post_init__(self):
         if sum(value is not None for value in (self.count, self.upto, self.error)) > 1:
@@ -75,12 +77,15 @@ class Options:
     @property
     def ends(self):
         """Of a single cable, names of the displaced end and of the end with the force."""
-        return self.input or END, self.output or END
+        if self.attached:  # names are those of the state space, for the file
+            return END, END
+        return self.input or END, (self.output or END).removeprefix("force_")
 
     @property
     def pair(self):
         """Indices of the force and of the displacement among the six ends of a single cable; SceneError."""
-        return number_of("--output", self.output or END, NAMES), number_of("--input", self.input or END, NAMES)
+        displaced, end = self.ends
+        return number_of("--output", end, NAMES), number_of("--input", displaced, NAMES)
 
 
 def number_of(option, name, names):
@@ -174,7 +179,8 @@ class Choice:
         ]
         if options.attached != "loop":
             notes.append(
-                "not in A, B, C, D: forces at a moved end by its own velocity and acceleration (D1 and D2 of the file)"
+                "not in A, B, C, D: forces at a moved end by its own velocity and acceleration (D1 and D2 of the file; "
+                "--proper takes the acceleration as input, and has them)"
             )
         if options.attached == "gondola" and case.scene.winch is None:
             notes.append("winch: on the ground, since the scene has no winch")
@@ -183,6 +189,9 @@ class Choice:
                 f"aerodynamic damping: {case.gondola_air_damping:.4g} N s/m on the gondola "
                 f"(wind.aerodynamic_damping: false leaves it out)"
             )
+        if options.attached == "loop" and case.loop.law.delay:
+            right = case.loop.plant.right_up_to(case.end_model.omega[self.chosen]) / (2 * np.pi)
+            notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz")
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
         return [*notes, *assumed_damping(case.scene), *DAMPING_NOTES[law]]
@@ -332,6 +341,38 @@ def nodal_forces(case, modes):
     transfer = both_frames.T @ (transfer @ frame).reshape(6, -1)
     labels = tuple((f"force_node_{k + 1}_{axis}", "N") for k in range(len(inner)) for axis in "xyz")
     return statespace.Forces(modal, transfer, labels)
+
+
+def exported(system, options):
+    """The `StateSpace` as it is written: one channel where `options` name one, and proper where they say so.
+
+    Raises
+    ------
+    SceneError
+        No such input or output.
+    """
+    found = []
+    for option, name, names in (
+        ("--input", options.input, system.input_names),
+        ("--output", options.output, system.output_names),
+    ):
+        name = f"force_{name}" if option == "--output" and f"force_{name}" in names else name
+        found.append(None if name is None else number_of(option, name, names))
+    if found != [None, None]:
+        system = channel(system, *found)
+    return proper(system) if options.proper else system
+
+
+def improper_note(system):
+    """What a program that takes A, B, C, D alone does not have: list of str, at most one."""
+    names = system.improper
+    if not names:
+        return []
+    which = statespace.first_of(names)
+    return [
+        f"note: ss(A, B, C, D) lacks what the derivatives of {which} add at once, D1 and D2 of the file; "
+        "--proper has it in A, B, C, D"
+    ]
 
 
 def size_line(choice, system):

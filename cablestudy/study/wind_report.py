@@ -84,6 +84,7 @@ def _names(scene, parts):
     names = [name + part for part in parts for name in OPEN] + list(GONDOLA)
     if scene.winch is not None and scene.winch.controller is not None:
         names = [name + part for part in parts for name in CLOSED] + list(LOOP) + names
+        names += ["winch_rms_speed", "winch_peak_speed"] if scene.winch.max_speed is not None else []
     if "" in parts:
         names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
         names += ["peak", *weights_of(scene)]

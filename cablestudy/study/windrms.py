@@ -9,6 +9,7 @@ from cablestudy.control.plant import NEAR
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind import rms
 from cablestudy.wind.imaging import correction_weight, exposure_weight
+from cablestudy.wind.peak import peak_factor
 from cablestudy.wind.spectrum import admittance, force_spectrum, speed_spectrum
 
 TOLERANCE = 1e-6  # relative, of each variance
@@ -268,19 +269,51 @@ def response_of(case, loop, tolerance=None):
         The integral does not settle.
     """
     loop.check_stable()
-    scene, gondola, wind = case.scene, case.scene.gondola, case.scene.wind
+    scene, (unit, corner, factors) = case.scene, unit_force(case)
+    tolerance, weights = tolerance or tolerance_of(scene), weights_of(scene)
+    if weights:  # they raise motion that is faster than the gondola's, and modes that hardly matter without them
+        found = respond(loop.whole, unit, corner, tolerance, True, weights, mirror_poles(scene.correction))
+    else:
+        found = respond(loop, unit, corner, tolerance)
+    return _scaled(found, *factors)
+
+
+def winch_response_of(case, loop):
+    """As `response_of`, with `winch_speed` [m/s] and `winch_acceleration` [m/s^2] of a winch on which the loop acts.
+
+    Both are factors of the spectrum of the displacement: |s C|^2 and |s^2 C|^2.
+    """
+    loop.check_stable()
+
+    def weight(order):
+        return lambda frequency: np.abs(
+            loop.gain * loop.controller(2j * np.pi * frequency) * (2j * np.pi * frequency) ** order
+        ) ** 2  # fmt: skip
+
+    weights = {"winch_speed": weight(1), "winch_acceleration": weight(2)}
+    force, corner, factors = unit_force(case)
+    return _scaled(respond(loop.whole, force, corner, tolerance_of(case.scene), True, weights), *factors)
+
+
+def winch_speed_of(response, wind):
+    """RMS of the winch's speed, and its expected largest value within the wind's duration (Davenport, 1964). [m/s]"""
+    rms, acceleration = (response.imaged[name] for name in ("winch_speed", "winch_acceleration"))
+    return rms, float(peak_factor(acceleration / (2 * np.pi * rms), wind.duration)) * rms
+
+
+def unit_force(case):
+    """The spectrum of the wind's force on the gondola of a case over its size, its corner [Hz], factors of its root.
+
+    The response is linear in the force, whose square might not be a number.
+    """
+    gondola, wind = case.scene.gondola, case.scene.wind
 
     def unit(frequency):
         turbulence = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
         return turbulence * admittance(frequency, wind.speed, gondola.area, wind.admittance)
 
-    # the response is linear in the force, whose square might not be a number
-    corner, tolerance, weights = wind.speed / wind.length_scale, tolerance or tolerance_of(scene), weights_of(scene)
-    if weights:  # they raise motion that is faster than the gondola's, and modes that hardly matter without them
-        found = respond(loop.whole, unit, corner, tolerance, True, weights, mirror_poles(scene.correction))
-    else:
-        found = respond(loop, unit, corner, tolerance)
-    return _scaled(found, wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence)
+    factors = wind.air_density, gondola.drag_coefficient, gondola.area, wind.speed, wind.turbulence
+    return unit, wind.speed / wind.length_scale, factors
 
 
 def cable_response_of(case, loop):

@@ -14,7 +14,7 @@ from itertools import islice
 
 from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.scene.words import first_of
+from cablestudy.scene.words import counted, first_of
 from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import write_whole
@@ -94,7 +94,8 @@ class Run:
         if not options.keep:
             return open_store("", self.identity, self.study.count)
         self.files.make()
-        store = open_store(self.path, self.identity, self.study.count, options.resume, options.restart)
+        reuse = 0 if options.explain or (options.estimate and _has_fixed_elements(self.study)) else len(self.cases)
+        store = open_store(self.path, self.identity, self.study.count, options.resume, options.restart, reuse)
         if not options.shard:
             self.files.clear()
         before = self.path.removesuffix(".sqlite") + ".jsonl"
@@ -201,6 +202,8 @@ class Run:
         partial_rows = self.store.how_many(self.cases, PARTIAL)
         if not (self._known or partial_rows):
             return self.store.warnings
+        if self._known == len(self.cases) and not self.options.resume:
+            return [*self.store.warnings, f"{counted(self._known, 'row')} as stored; --restart computes anew"]
         known = f"{self._known} of {len(self.cases)} rows are there already"
         return [*self.store.warnings, known + (f", and some columns of {partial_rows} more" if partial_rows else "")]
 
@@ -243,6 +246,12 @@ class Run:
             f"interrupted: {self.done} of {len(self.cases)} rows are done, in {self.path}; to go on:",
             command(words, "--resume"),
         ]
+
+
+def _has_fixed_elements(study):
+    """Whether errors of rows are estimated only where they are asked for."""
+    model = getattr(study.case(0)[1], "model", None)
+    return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.varied)
 
 
 def command(words, *more):

@@ -28,6 +28,7 @@ SCHEMA = {
     " sum INTEGER)",
 }
 COLUMNS = "row, key, status, cells, errors, notes, sum"
+DONE = "SELECT count(*) FROM rows WHERE status IS NOT NULL"
 INSERT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)"
 IS_OVER_STRENGTH = f"status LIKE '{OVER_STRENGTH}%'"  # see `status.has_answer`
 MISSING, PARTIAL, COMPLETE = 0, 1, 2  # how much is known of a case
@@ -254,7 +255,7 @@ class RowStore:
         self.database.close()
 
 
-def open_store(path, identity, count, resume=False, restart=False):
+def open_store(path, identity, count, resume=False, restart=False, reuse=0):
     """The store of a run: a new one, or the one that is there.
 
     Parameters
@@ -267,6 +268,8 @@ def open_store(path, identity, count, resume=False, restart=False):
         Cases of the study.
     resume, restart : bool
         Go on with what is there, or begin anew even if it is unfinished.
+    reuse : int
+        Go on with what is there, too, if it has so many rows of this study; 0 never does.
 
     Raises
     ------
@@ -276,7 +279,7 @@ def open_store(path, identity, count, resume=False, restart=False):
     """
     store = RowStore(path, identity, count)
     try:
-        if resume:
+        if resume or (reuse and not restart and rows_done(store.database, identity) == reuse):
             store.resume()
         else:
             if not restart:
@@ -286,6 +289,15 @@ def open_store(path, identity, count, resume=False, restart=False):
         store.close()
         raise
     return store
+
+
+def rows_done(database, identity):
+    """How many complete rows a database has of a study; 0 where it has those of another one, or cannot be read."""
+    try:
+        stored = stored_description(database)
+        return database.value(DONE) if stored and stored[0] == identity else 0
+    except (SceneError, sqlite3.Error):
+        return 0
 
 
 def _is_empty(database):

@@ -64,7 +64,11 @@ def loop_margins(case, span=None):
 def _span(case):
     """Range of frequencies in which something happens. [Hz]"""
     loop = case.loop
-    marked = [case.gondola_frequency, loop.gain / (2 * np.pi), loop.phase_crossover if _has_limit(loop) else None]
+    marked = [
+        case.gondola_frequency,
+        loop.integral_gain / (2 * np.pi),
+        loop.phase_crossover if _has_limit(loop) else None,
+    ]
     notch = loop.notch
     marked += [notch.rolloff_omega / (2 * np.pi)] if notch else []
     marked = [one for one in marked if one]
@@ -167,8 +171,12 @@ def _numbers(axes, loop):
     """The margins as text."""
     axes.set_axis_off()
     limit = _has_limit(loop)
-    lines = [("gain", f"{loop.gain:.4g} rad/s")]
-    lines += [("largest gain", f"{loop.largest_gain:.4g} rad/s" if limit else "none")]
+    law, largest = loop.law, loop.largest_integral_gain if limit else None
+    lines = [("gain", f"{loop.integral_gain:.4g} rad/s")]
+    lines += [("proportional gain", f"{loop.gain * law.proportional:.4g}")] if law.proportional else []
+    lines += [("derivative gain", f"{loop.gain * law.derivative:.4g} s")] if law.derivative else []
+    lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
+    lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")] if largest or not limit else []
     lines += [("gain margin", f"{loop.gain_margin:.4g} dB")] if limit else []
     if not loop.stable:
         lines.append(("loop", "unstable"))

@@ -68,7 +68,9 @@ def _inclination(name):
         value = np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
         return value if abs(value) > 360 * ROUNDING else 0.0
 
-    return Column(f"{name}.inclination", "deg", "of its chord, upwards from `from` to `to`", "statics", compute)
+    return Column(
+        f"{name}.inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics", compute
+    )
 
 
 def _clearance(name):
@@ -104,7 +106,7 @@ def _angle(name, axis):
         value = np.degrees(to_angles(case.at(name)[1])[axis])
         return value if abs(value) > 360 * ROUNDING else 0.0
 
-    meaning = "of its attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
+    meaning = f"{ANGLES[axis]} of the attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
     return Column(f"{name}.{ANGLES[axis]}", "deg", meaning, "statics", compute)
 
 
@@ -115,7 +117,7 @@ def _mass(name):
             return case.of_cables(CABLE_MASS)[case.cable(name)], case.statics_error(CABLE_MASS)
         return scene.bodies[name].mass if name in scene.bodies else scene.points[name].mass
 
-    return Column(f"{name}.mass", "kg", "mass", "scene", compute)
+    return Column(f"{name}.mass", "kg", "mass of the body or point", "scene", compute)
 
 
 def _stiffness(name, row, column):
@@ -134,7 +136,7 @@ def _body_frequency(name, number):
         modes, place = case.mode_of(name, number)
         return modes.frequency[place], modes.error[place]
 
-    meaning = "of the K-th mode with more than half of its kinetic energy in it"
+    meaning = "frequency of the K-th mode with more than half of its kinetic energy in it"
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
@@ -145,7 +147,7 @@ def _static_frequency(name, number):
             raise NoSolutionError(f"{name} has {len(frequencies)} free displacements, not {number}")
         return frequencies[number - 1]
 
-    meaning = "on the static stiffness, with a third of its cables' mass, all else at rest; K from 1 to 6"
+    meaning = "frequency on the static stiffness, with a third of its cables' mass, all else at rest; K from 1 to 6"
     return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
 
 

@@ -188,8 +188,9 @@ def _of_loop(name, unit, meaning, compute):
 
 
 LOOP = (
-    _of_loop("gain", "rad/s", "of the loop of all winches", lambda w: w.movement.loop.gain),
-    _of_loop("largest_gain", "rad/s", "of the winches, below which the loop is stable; empty when it always is",
+    _of_loop("gain", "rad/s", "integral gain of the loop of all winches", lambda w: w.movement.loop.gain),
+    _of_loop("largest_gain", "rad/s", "integral gain of the winches below which the loop is stable; empty when it "
+             "always is",
              lambda w: w.movement.largest_gain),
     _of_loop("gain_margin", "dB", "largest stable gain over the gain, of all winches together; empty when there is no "
              "limit", _gain_margin),

@@ -1,0 +1,130 @@
+"""The control law of the winch behind its notch: integral, proportional and derivative part, delay and lag of a drive.
+
+    C1(s) = [w_i/s + w_p + w_d s/(1 + s/w_f)] exp(-s T)/(1 + s/w_b)
+
+As a state space the delay is a chain of equal Padé approximants of order [8/8] (Golub and Van Loan, Matrix
+Computations, 2013, section 9.3.1), as many as make the phase right to PHASE each up to a stated frequency. Their
+magnitude is one at all frequencies, as that of the delay. Where the loop gain is below a third neither it nor its
+approximant can encircle -1; up to there both agree to PHASE, so that by Rouche's theorem both loops have equally many
+unstable poles, except where |1 + L| is as small as that. Poles near the imaginary axis are then computed with exp(-s T)
+itself (`stability`).
+"""
+
+from dataclasses import dataclass
+from functools import cache, reduce
+from math import ceil, factorial
+
+import numpy as np
+
+ORDER, REACH = 8, 4.0  # of a Padé approximant, and the phase up to which one is used [rad]
+PHASE = 8e-9  # error of its phase there, at most 2 REACH^17 (8!)^2/(16! 17!) [rad]
+MOST = 15  # approximants of one delay
+FAR = 300.0  # growth of exp(-s T) beyond which it is not followed to the left: no pole is there that matters
+
+
+@dataclass(frozen=True)
+class Law:
+    """The weights of the module's docstring.
+
+    Attributes
+    ----------
+    integral, proportional, derivative : float
+        w_i [-], w_p [s], w_d [s^2]: their products with the gain of the loop [rad/s] are the gains of the controller.
+    corner : float
+        w_f, of the filter of the derivative part. [rad/s]
+    delay : float
+        T. [s]
+    bandwidth : float
+        w_b; infinite of a drive without lag, which only an integrator may have. [rad/s]
+    """
+
+    integral: float = 1.0
+    proportional: float = 0.0
+    derivative: float = 0.0
+    corner: float = np.inf
+    delay: float = 0.0
+    bandwidth: float = np.inf
+
+    @property
+    def integrates_only(self):
+        """Whether there is neither a proportional nor a derivative part."""
+        return not (self.proportional or self.derivative)
+
+    @property
+    def weights(self):
+        """w_i, w_p and w_d."""
+        return self.integral, self.proportional, self.derivative
+
+    def __call__(self, s):
+        """C1, for complex s, shape (m,). [s]"""
+        value = self.integral / s
+        if not self.integrates_only:
+            value = value + self.proportional + self.derivative * s / (1 + s / self.corner)
+        if self.bandwidth < np.inf:
+            value = value / (1 + s / self.bandwidth)
+        if not self.delay:
+            return value
+        power = -s * self.delay
+        return value * np.exp(np.minimum(power.real, FAR) + 1j * power.imag)
+
+    def state_space(self, highest):
+        """s C1 as a state space a, b, c, d, with the delay right up to a frequency [rad/s]; names of the states."""
+        parts, names = [], []
+        if self.delay:
+            count = max(1, ceil(highest * self.delay / REACH))
+            parts += [_pade(self.delay / count)] * count
+            names += [f"delay_{k + 1}" for k in range(ORDER * count)]
+        if self.bandwidth < np.inf:
+            parts.append(self._drive)
+            names += ["drive", "derivative"][: len(self._drive[0])]
+        return reduce(series, parts, NOTHING), names
+
+    @property
+    def reach(self):
+        """Frequency up to which the delay can be approximated. [rad/s]"""
+        return MOST * REACH / self.delay if self.delay else np.inf
+
+    @property
+    def _drive(self):
+        """s times the bracket behind the lag; states: e/(1 + s/w_b), and the filter of the derivative part."""
+        lag = self.bandwidth
+        if not self.derivative:
+            shown = self.integral - self.proportional * lag
+            return np.array([[-lag]]), np.array([lag]), np.array([shown]), self.proportional * lag
+        corner, direct = self.corner, (self.proportional + self.derivative * self.corner) * lag
+        a = np.array([[-lag, 0.0], [-corner * lag, -corner]])
+        return a, np.array([lag, corner * lag]), np.array([self.integral - direct, -self.derivative * corner]), direct
+
+
+NOTHING = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0
+INTEGRATOR = Law()
+
+
+def series(first, second):
+    """State space a, b, c, d of two behind each other, each with one input and one output."""
+    (a1, b1, c1, d1), (a2, b2, c2, d2) = first, second
+    if not len(a1) and d1 == 1.0:
+        return second
+    a = np.block([[a1, np.zeros((len(a1), len(a2)))], [np.outer(b2, c1), a2]])
+    return a, np.concatenate([b1, b2 * d1]), np.concatenate([d2 * c1, c2]), d1 * d2
+
+
+@cache
+def _pade_poles():
+    """Poles of the approximant of exp(-s) in the upper half plane; its zeros are their negatives."""
+    weights = [
+        factorial(2 * ORDER - k) * factorial(ORDER) / (factorial(2 * ORDER) * factorial(k) * factorial(ORDER - k))
+        for k in range(ORDER, -1, -1)
+    ]
+    poles = np.roots(weights)
+    return poles[poles.imag > 0]
+
+
+def _pade(delay):
+    """Approximant of exp(-s delay) as a state space: all-pass sections 1 - 4 r s/(s^2 + 2 r s + w^2) in a chain."""
+    parts = []
+    for pole in _pade_poles() / delay:
+        size, decay = abs(pole), -pole.real
+        a = np.array([[0.0, size], [-size, -2 * decay]])
+        parts.append((a, np.array([0.0, size]), np.array([0.0, -4 * decay / size]), 1.0))
+    return reduce(series, parts)

@@ -1,0 +1,60 @@
+"""Parts of a state space for other programs: one channel of it, and the same without derivatives of its inputs."""
+
+from dataclasses import replace
+
+import numpy as np
+
+RATES = ("velocity", "acceleration")
+PER_SECOND = {"m": ("m/s", "m/s^2"), "rad": ("rad/s", "rad/s^2")}
+
+
+def channel(system, input_=None, output=None):
+    """The `StateSpace` with one of its inputs or one of its outputs, or both, by their numbers; None keeps all."""
+    kept = slice(None) if output is None else [output], slice(None) if input_ is None else [input_]
+    rows, columns = (np.arange(size)[part] for size, part in zip(system.d.shape, kept, strict=True))
+    both = np.ix_(rows, columns)
+    return replace(
+        system,
+        b=system.b[:, columns],
+        c=system.c[rows],
+        d=system.d[both],
+        inputs=tuple(system.inputs[k] for k in columns),
+        outputs=tuple(system.outputs[k] for k in rows),
+        derivatives=tuple(part[both] for part in system.derivatives),
+        second_order=None,
+    )
+
+
+def proper(system):
+    """The same `StateSpace` without D1 and D2, exactly.
+
+    An input whose acceleration acts on an output is replaced by this acceleration, with its displacement and velocity
+    as two more states; one whose velocity alone does by its velocity, with one more state. So y = C x + D u + D1 u' +
+    D2 u'' is a sum of states and inputs. The other inputs are as they were. These states are integrators: the system
+    drifts where its input is not that of a movement that ends.
+    """
+    first, second = system.derivatives
+    orders = [2 if two.any() else 1 if one.any() else 0 for one, two in zip(first.T, second.T, strict=True)]
+    n, extra = len(system.a), sum(orders)
+    a, b = np.pad(system.a, (0, extra)), np.pad(system.b, ((0, extra), (0, 0)))
+    c, d = np.pad(system.c, ((0, 0), (0, extra))), system.d.copy()
+    states, inputs, place = list(system.states), list(system.inputs), n
+    for column, order in enumerate(orders):
+        if not order:
+            continue
+        name, unit = system.inputs[column]
+        rates = PER_SECOND.get(unit, (f"{unit}/s", f"{unit}/s^2"))
+        # u and u' as states, or u alone
+        a[:n, place], c[:, place] = system.b[:, column], system.d[:, column]
+        b[:, column], d[:, column] = 0.0, (first, second)[order - 1][:, column]
+        b[place + order - 1, column] = 1.0
+        states.append((name, unit))
+        if order == 2:
+            a[place, place + 1] = 1.0
+            c[:, place + 1] = first[:, column]
+            states.append((f"{name}_velocity", rates[0]))
+        inputs[column] = (f"{name}_{RATES[order - 1]}", rates[order - 1])
+        place += order
+    none = np.zeros_like(d), np.zeros_like(d)
+    return replace(system, a=a, b=b, c=c, d=d, states=tuple(states), inputs=tuple(inputs), derivatives=none,
+                   second_order=None)  # fmt: skip

@@ -1,0 +1,179 @@
+"""The table of a study as it is stored, read again without computing anything."""
+
+import os
+import sqlite3
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
+
+from cablestudy.errors import SceneError
+from cablestudy.scene.words import counted, first_of
+from cablestudy.study.prepare import fields_of, prepare
+from cablestudy.study.table import Table, exact, number, stream_csv
+from cablestudy.study.varied_keys import varied_keys
+from cablestudy.sweeps.fingerprint import differences, identity
+from cablestudy.sweeps.rows import table_of, varied_cells
+from cablestudy.sweeps.store import COMPLETE, RowStore, stored_description
+
+PARTS = {"vary": "what varies", "find": "what is solved for", "columns": "the columns"}
+SHOWN = 5  # columns that are named in a message
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What is stored of a study."""
+
+    table: Table
+    path: str  # of the file that it is from
+    notes: tuple  # lines about its age and its gaps
+    complete: bool
+
+
+class PlainRows(list):
+    """Rows in memory, with a frame as `rows.Rows` has one; `names` are those of their cells."""
+
+    def __init__(self, rows, names):
+        super().__init__(rows)
+        self._names = names
+
+    def frame(self):
+        """The rows as a pandas.DataFrame: numbers as floats, other values as text."""
+        import pandas
+
+        columns = {name: [row.get(name) for row in self] for name in self._names}
+        text = {name for name, cells in columns.items() if any(isinstance(cell, str) for cell in cells)}
+        return pandas.DataFrame(
+            {name: pandas.Series(cells, dtype=object if name in text else float) for name, cells in columns.items()}
+        )
+
+
+@contextmanager
+def stored_table(study, files, again):
+    """What is stored of a study: all its rows as they were computed, else its CSV, else the rows that are done.
+
+    Parameters
+    ----------
+    study : Study
+    files : TableFiles
+    again : str
+        The command that computes the study, for hints.
+
+    Yields
+    ------
+    Stored
+
+    Raises
+    ------
+    SceneError
+        Nothing is stored, or what is stored does not belong to the study as it is now.
+    """
+    columns, reference = prepare(study)
+    fields, current = fields_of(study, columns, reference[0]), identity(study, columns)
+    problems = []
+    with ExitStack() as opened:
+        store, age = _open_rows(study, files.rows, current, problems)
+        if store:
+            opened.enter_context(closing(store))
+        cases, done = range(study.count), store.how_many(range(study.count), COMPLETE) if store else 0
+        whole = table_of(study, columns, reference, store, cases) if store else None
+        if done == study.count:
+            yield Stored(whole, files.rows, tuple(age), True)
+            return
+        found = _of_csv(study, fields, files, current, problems)
+        if found is None and done:
+            rows = PlainRows((whole.rows[case] for case in store.select(cases, COMPLETE)), [f.name for f in fields])
+            gaps = f"{files.rows}: {done} of {study.count} rows are done; to go on: {again} --resume"
+            found = Stored(Table(fields, rows), files.rows, (*age, gaps), False)
+        if found is None:
+            nothing = [] if problems else [f"{files.csv}: no such file, nor {files.rows}"]
+            raise SceneError(*nothing, *problems, f"nothing to show; to compute the study as it is now: {again}")
+        yield found
+
+
+def _open_rows(study, path, current, problems):
+    """The store of the rows that belong to a study, and notes on their age; None where there is none.
+
+    Why not is added to `problems`.
+    """
+    if not os.path.exists(path):
+        return None, []
+    store = RowStore(path, current, study.count)
+    try:
+        stored = stored_description(store.database)
+        other = _other_study(stored[0], current) if stored else ["has no rows"]
+    except SceneError as error:
+        other = [str(error).removeprefix(f"{path}: ")]
+    except sqlite3.Error as error:
+        other = [f"is damaged ({error})"]
+    if other:
+        store.close()
+        problems += [f"{path}: {line}" for line in other]
+        return None, []
+    store.describe(*stored)
+    store.load()
+    return store, _age(path, stored[0], current)
+
+
+def _other_study(stored, current):
+    """Lines why what is stored belongs to another study than the current one; both are from `fingerprint.identity`."""
+    lines = differences({**stored, "versions": {}}, {**current, "versions": {}})
+    changed = [what for part, what in PARTS.items() if stored.get(part) != current.get(part)]
+    return [*lines, *(f"of the study before it was edited: {what} changed" for what in changed)]
+
+
+def _age(path, stored, current):
+    """Lines on the versions with which rows were computed, where these differ from those that are here."""
+    return [f"{path}: {line}" for line in differences({**stored, "scene": {}}, {**current, "scene": {}})]
+
+
+def _of_csv(study, fields, files, current, problems):
+    """The table of a study from its CSV; None, and why in `problems`, where there is none that belongs to it."""
+    if not os.path.exists(files.csv):
+        return None
+    names, stored = stream_csv(files.csv)
+    missing = [field.name for field in fields if field.name not in names]
+    recorded = _recorded(files.run, current)
+    other = _other_study(recorded, current) if recorded else []
+    if missing and not other:
+        other = [f"of the study before it was edited, or of an earlier version: no column {first_of(missing, SHOWN)}"]
+    rows = PlainRows([], [field.name for field in fields])
+    if not other:
+        other = _read_rows(study, stored, rows)
+    problems += [f"{files.csv}: {line}" for line in other]
+    if other:
+        return None
+    return Stored(Table(fields, rows), files.csv, tuple(_age(files.csv, recorded, current) if recorded else ()), True)
+
+
+def _read_rows(study, stored, rows):
+    """Add the rows of a stored table to `rows`; list of lines why they are not those of the study."""
+    varied = {known.key: known for known in varied_keys(study)}
+    count = 0
+    for count, texts in enumerate(stored, 1):
+        if count > study.count:
+            continue
+        cells = varied_cells(varied, study.overrides(count - 1))
+        for name, cell in cells.items():
+            if texts.get(name, exact(cell)) != exact(cell):
+                return [f"row {count}, {name}: stored {texts[name]}, now {exact(cell)}"]
+        rows.append({**{name: _cell(name, text) for name, text in texts.items()}, **cells})
+    other = f"{counted(count, 'row')}, and the study has {counted(study.count, 'case')}"
+    return [] if count == study.count else [other]
+
+
+def _recorded(path, current):
+    """The identity of the study whose table was written, from NAME.run.yaml; None where it cannot be read."""
+    import yaml
+
+    try:
+        with open(path, encoding="utf-8") as file:
+            content = yaml.safe_load(file)
+        return {"versions": {name: content["versions"].get(name) for name in current["versions"]}, **content["study"]}
+    except (OSError, UnicodeError, yaml.YAMLError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _cell(name, text):
+    """A cell of a stored table: a number, text, or None where it is empty."""
+    if name == "status" or not text:
+        return text or None
+    return int(text) if text.removeprefix("-").isdigit() else number(text)

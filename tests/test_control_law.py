@@ -1,0 +1,271 @@
+"""PID, delay and lag of the winch: closed forms, python-control, encirclements of the loop with exp(-s T) itself."""
+
+from dataclasses import replace
+from functools import cache
+from math import factorial
+
+import control
+import numpy as np
+import pytest
+from command import CARLINA, run, table_of
+from scenes import cells, scene
+from test_encirclements import encirclements
+from test_winch import loop_gain, rigid
+from test_windrms import force
+
+from cablestudy.control import loop_response, stability, statespace, time_response
+from cablestudy.control.law import Law
+from cablestudy.control.plant import Notch
+from cablestudy.control.winch import Loop
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.case import Case
+
+MASS, STIFFNESS = 50.0, 1025.0
+NATURAL = np.sqrt(STIFFNESS / MASS)
+DRIVES = {
+    "delay": ("winch.delay=20 ms",),
+    "long delay": ("winch.delay=300 ms",),
+    "lag": ("winch.bandwidth=5 Hz",),
+    "PI": ("winch.bandwidth=20 Hz", "winch.controller.proportional_gain=0.05"),
+    "PID": ("winch.bandwidth=20 Hz", "winch.delay=10 ms", "winch.controller.proportional_gain=0.02",
+            "winch.controller.derivative_gain=0.01 s", "winch.controller.derivative_filter=5 Hz"),
+    "PID, gondola": ("winch.bandwidth=50 Hz", "winch.delay=2 ms", "winch.controller.proportional_gain=0.2",
+                     "winch.controller.derivative_gain=0.02 s", "winch.controller.derivative_filter=30 Hz",
+                     "winch.location=gondola", "winch.controller.notch=none"),
+    "viscous": ("winch.delay=40 ms", "cable.damping={model: kelvin_voigt, time: 1e-3, viscous: 0.02}"),
+}  # fmt: skip
+each_drive = pytest.mark.parametrize("name", DRIVES)
+
+
+@cache
+def loop_of(name):
+    """The loop of 40 bars with all modes in its response."""
+    loop = Case(scene(*DRIVES[name])).loop
+    return Loop.of(replace(loop.plant, tolerance=0.0, known={}), loop.gain)
+
+
+def own_law(name, s):
+    """C1 N times the gain of the scene, from the keys of the scene as text, typed anew."""
+    given = dict(text.split("=", 1) for text in DRIVES[name])
+
+    def number(key, default):
+        return float(given.get(key, str(default)).split()[0])
+
+    milli = 1e-3 * number("winch.delay", 0)
+    value = 0.325 / s + number("winch.controller.proportional_gain", 0)
+    if "winch.controller.derivative_gain" in given:
+        corner = 2 * np.pi * number("winch.controller.derivative_filter", 0)
+        value = value + number("winch.controller.derivative_gain", 0) * s * corner / (s + corner)
+    if "winch.bandwidth" in given:
+        lag = 2 * np.pi * number("winch.bandwidth", 0)
+        value = value * lag / (s + lag)
+    return value * np.exp(-milli * s)
+
+
+class Exact:
+    """A plant for the count of encirclements, whose loop gain at factor 1 is the sum over modes times `own_law`."""
+
+    def __init__(self, name):
+        loop = loop_of(name)
+        self.name, self.notch, self.open_poles, self.excited = name, loop.notch, loop.open_poles, loop.excited
+        self._loop = loop
+
+    def unit_gain(self, s):
+        if self._loop.cable.strain is None:  # the modes as DESIGN.md writes them
+            bare = loop_gain(replace(self._loop, cable=self._loop.excited, gain=1.0, law=Law()), s.imag) * s
+        else:
+            own, driven = self._loop.plant.stiffness(s)
+            bare = self._loop.notch(s) * driven / self._loop.plant.alone(s, own)
+        return own_law(self.name, s) * bare
+
+
+@each_drive
+def test_the_loop_gain_is_that_of_the_law_typed_anew(name):
+    s = 1j * np.geomspace(0.01, 300, 200)
+    loop = loop_of(name)
+    assert loop.gain * loop.unit_gain(s) == pytest.approx(Exact(name).unit_gain(s), rel=1e-9)
+
+
+@each_drive
+def test_encirclements_of_the_exact_loop_count_the_unstable_poles(name):
+    loop, exact = loop_of(name), Exact(name)
+    for factor in (0.1, 0.5, 2.0, 6.0, 15.0, 40.0):
+        try:
+            found = stability.unstable_poles(loop.plant, factor * loop.gain)
+        except NoSolutionError:  # refused, and not judged wrongly
+            assert (name, factor >= 6) == ("long delay", True)
+            continue
+        assert found == encirclements(exact, factor), factor
+
+
+@each_drive
+def test_the_largest_gain_is_the_first_at_which_the_exact_curve_encircles(name):
+    loop, exact = loop_of(name), Exact(name)
+    factor = loop.largest_gain / loop.gain
+    assert all(encirclements(exact, part) == 0 for part in factor * np.append(np.geomspace(1e-3, 0.9, 10), 0.9999))
+    assert encirclements(exact, 1.0001 * factor) > 0
+    replace(loop, gain=0.999 * loop.largest_gain).check_stable()
+    with pytest.raises(NoSolutionError, match="unstable loop"):
+        replace(loop, gain=1.001 * loop.largest_gain).check_stable()
+
+
+@pytest.mark.parametrize("location", ["ground", "gondola"])
+def test_an_integrator_with_a_delay_in_closed_form(location):
+    """Far below the gondola's frequency: gain margin pi/(2 K T), phase margin 90 degrees - K T."""
+    delay = 1e3 / NATURAL
+    gain = 0.5 / delay
+    loop = replace(rigid(MASS, STIFFNESS, location, gain, time=1 / NATURAL), law=Law(delay=delay))
+    assert loop.largest_gain / gain == pytest.approx(np.pi / (2 * gain * delay), rel=1e-5)
+    assert 2 * np.pi * loop.phase_crossover == pytest.approx(np.pi / (2 * delay), rel=1e-5)
+    assert loop.phase_margin == pytest.approx(90 - np.degrees(gain * delay), abs=1e-4)
+    assert loop.delay_margin == pytest.approx(np.pi / (2 * gain) - delay, rel=1e-5)
+
+
+@pytest.mark.parametrize("derivative", [0.0, 0.02])
+def test_a_pid_controller_has_the_margins_of_python_control(derivative):
+    time, corner, lag, notch = 0.002, 40.0, 100.0, Notch(1.1 * NATURAL, 0.05, 20 * np.pi, 1.0)
+    integral, proportional = 0.2, 0.03
+    law = Law(1.0, proportional / integral, derivative / integral, corner, 0.0, lag)
+    loop = replace(rigid(MASS, STIFFNESS, gain=integral, notch=notch, time=time), law=law)
+    s = control.tf("s")
+    spring = STIFFNESS * (time * s + 1)
+    passed = (s**2 / notch.omega**2 + 0.1 * s / notch.omega + 1) / (s**2 / (20 * np.pi) ** 2 + s / (10 * np.pi) + 1)
+    bracket = integral / s + proportional + derivative * s / (1 + s / corner)
+    rational = bracket * passed / (1 + s / lag) * spring / (MASS * s**2 + spring)
+    gains, phases, distances, *_ = control.stability_margins(rational, returnall=True)
+    assert loop.largest_gain / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
+    assert loop.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
+    assert loop.sensitivity_peak[0] == pytest.approx(1 / distances.min(), rel=1e-4)
+    # the poles of the closed loop
+    fixed, scaled = loop.plant.closed_of(loop.cable)
+    found = np.sort_complex(np.linalg.eigvals(fixed + integral * scaled))
+    expected = np.sort_complex(control.feedback(rational, 1).poles())
+    for pole in found:
+        assert np.abs(expected - pole).min() < 1e-5 * abs(pole)
+
+
+@each_drive
+def test_the_state_space_of_the_closed_loop_has_the_exact_response(name):
+    loop = loop_of(name)
+    loop = replace(loop, gain=min(loop.gain, 0.5 * loop.largest_gain))
+    system = statespace.closed(replace(loop, cable=loop.cable))
+    s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
+    assert system.response(s)[:, 0, 0] == pytest.approx(loop.compliances(s)[1], rel=1e-6)
+    assert len(system.state_names) == len(system.a)
+    assert len(set(system.state_names)) == len(system.a)
+
+
+def test_a_reference_with_a_delay_by_the_method_of_steps():
+    """x' = K (1 - x(t - T)) behind T: the sum of -(-K)^n (t - n T)^n/n! over n >= 1 with t > n T."""
+    delay = 1e4 / NATURAL
+    gain = 0.6 / delay
+    loop = replace(rigid(MASS, STIFFNESS, gain=gain, time=1 / NATURAL), law=Law(delay=delay))
+    time = np.linspace(0, 6 * delay, 31)
+    found = loop_response.loop_response(loop, loop_response.REFERENCE, time_response.step(1.0), time)
+    expected = sum(
+        -((-gain * np.maximum(time - n * delay, 0)) ** n) / factorial(n) for n in range(1, 7)
+    )  # fmt: skip
+    # a corner in time has no end in frequency
+    assert found.measured == pytest.approx(expected, abs=5e-3)
+    assert np.abs(found.measured - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
+
+
+def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():
+    names = "winch_rms_speed", "winch_peak_speed"
+    found = cells(scene("winch.bandwidth=20 Hz"), *names)
+    loop = Case(scene()).loop
+    loop = replace(loop, cable=loop.excited)
+    poles = np.linalg.eigvals(statespace.closed(loop).a)
+    poles = poles[poles.imag > 0] / (2 * np.pi)
+    parts = [np.geomspace(1e-6, 3e3, 60_000)]
+    parts += [abs(p) + abs(p.real) * np.sinh(np.linspace(-7, 7, 801)) for p in poles]
+    frequency = np.unique(np.concatenate(parts))
+    frequency = frequency[frequency > 0]
+    s = 2j * np.pi * frequency
+    late = 1 / (1 + s / (40 * np.pi))
+    gain = loop_gain(loop, s.imag) * late
+    alone = 1 / (loop.plant.alone(s, loop.plant.stiffness(s)[0]))
+    moved = alone / (1 + gain) * 0.325 * loop.notch(s) * late
+    spectrum = np.abs(moved) ** 2 * force(frequency)
+    rms = np.sqrt(np.trapezoid(spectrum, frequency))
+    rate = np.sqrt(np.trapezoid(spectrum * frequency**2, frequency)) / rms
+    peak = np.sqrt(2 * np.log(600 * rate))
+    assert found["winch_rms_speed"] == pytest.approx(1e3 * rms, rel=2e-4)
+    assert found["winch_peak_speed"] == pytest.approx(1e3 * rms * (peak + 0.5772 / peak), rel=2e-4)
+
+
+def test_a_winch_that_is_too_slow_has_no_linear_answer():
+    slow = ("--set", "winch.max_speed=1 mm/s")
+    done = run("windrms", CARLINA, *slow, code=3)
+    assert "the winch would reach 4.08 mm/s in the wind, above its max_speed of 1 mm/s" in done.err.replace(
+        "4.081", "4.08"
+    )
+    (row,) = table_of("windrms", CARLINA, *slow, code=3)
+    assert row["gondola_rms_mm"] is None
+    assert row["gondola_rms_open_loop_mm"] > 0
+    assert row["winch_peak_speed_mm_per_s"] > 1
+    done = run("loop", CARLINA, *slow, "--time", "5s:3", "--input", "reference")
+    assert "warning: the winch would reach 62.6" in done.err
+    assert "max_speed" not in run("windrms", CARLINA, "--set", "winch.max_speed=10 mm/s").err
+
+
+def test_gains_of_zero_change_nothing():
+    names = "gain_margin", "phase_margin", "gondola_rms", "largest_gain"
+    zero = ("winch.controller.proportional_gain=0", "winch.controller.derivative_gain=0", "winch.delay=0")
+    assert cells(scene(*zero), *names) == cells(scene(), *names)
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
+def test_the_margins_of_a_pid_loop_with_delay_have_the_error_that_they_state(accuracy):
+    damped = ("cable.damping={model: kelvin_voigt, time: 1e-3, viscous: 0.02}",)
+    names = "largest_gain", "phase_margin", "sensitivity_peak"
+    exact, found = (
+        cells(scene(*DRIVES["PID"], *damped, f"model={{accuracy: {a}}}"), *names) for a in (1e-8, accuracy)
+    )  # fmt: skip
+    for name in names:
+        assert found[name] == pytest.approx(exact[name], rel=3 * accuracy)
+
+
+MISTAKES = {
+    ("winch.controller.proportional_gain=0.1",): "winch.bandwidth: missing key",
+    ("winch.controller.derivative_gain=0.1 s", "winch.bandwidth=5 Hz"): "derivative_filter: missing key",
+    ("winch.controller.proportional_gain=0.1", "winch.bandwidth=5 Hz", "winch.controller.gain={auto: 6 dB}"):
+        "winch.controller.gain: auto chooses an integral gain",
+    ("winch.controller.gain=0", "winch.controller.proportional_gain=1", "winch.bandwidth=5 Hz"):
+        "winch.controller.gain: must be above 0 with",
+    ("winch.controller.proportional_gain=-1",): "winch.controller.proportional_gain",
+    ("winch.delay=-1 ms",): "winch.delay",
+    ("winch.delay=5 mm",): "winch.delay",
+    ("winch.bandwidth=0",): "winch.bandwidth",
+    ("winch.max_speed=1 mm",): "winch.max_speed",
+    ("winch.controller.derivative_filter=5 ms",): "derivative_filter",
+    ("winch.controler.gain=1",): "unknown key",
+    ("winch.controller.propotional_gain=1",): "did you mean proportional_gain?",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sets", MISTAKES)
+def test_mistakes_are_one_line(sets):
+    done = run("loop", CARLINA, *(part for text in sets for part in ("--set", text)), code=2)
+    assert len(done.lines) == 1, done.err
+    assert MISTAKES[sets] in done.err
+
+
+def test_a_suspension_refuses_the_keys_in_one_line():
+    net = CARLINA.replace("carlina.yaml", "suspensions/carlina-net-wind.yaml")
+    for text in ("control.proportional_gain=0.1", "winches.u1.delay=5 ms"):
+        done = run("loop", net, "--set", text, code=2)
+        assert len(done.lines) == 1
+        assert "unknown key" in done.err
+
+
+def test_a_delay_that_is_too_long_to_be_judged_is_refused():
+    done = run("loop", CARLINA, "--set", "winch.delay=30 s", code=3)
+    assert "stability with a delay of 30 s is not judged" in done.err
+
+
+def test_an_unstable_pid_loop_names_its_gains():
+    sets = "winch.bandwidth=20 Hz", "winch.controller.proportional_gain=0.5"
+    done = run("loop", CARLINA, *(part for text in sets for part in ("--set", text)), code=3)
+    assert "unstable loop at gains of 0.325 rad/s (integral), 0.5 (proportional)" in done.err
+    assert "it is stable with all gains less than" in done.err

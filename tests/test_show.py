@@ -1,0 +1,160 @@
+"""show: what is stored of a study is shown and nothing is computed; sweep: a complete run is not computed again."""
+
+from pathlib import Path
+
+import pytest
+from command import edit_rows, rows_of, run, study_file
+
+from cablestudy.sweeps import chunks, fingerprint
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+ROWS, TABLE, RECORD = (Path(f"results/study.{end}") for end in ("rows.sqlite", "csv", "run.yaml"))
+STUDY = "vary: [{gondola.mass: [5 kg, 6 kg, 7 kg], cable.material: [aramid, steel, nylon]}]\ncolumns: [mass, sag]\n"
+UNFINISHED = "UPDATE about SET value = '0' WHERE name = 'finished'"
+
+
+@pytest.fixture
+def swept():
+    """The rows of a study that is computed and stored."""
+    study_file(".", STUDY)
+    return rows_of(run("sweep", "study.yaml", "--format", "json").out, "json")
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """How many cases are computed in each chunk."""
+    calls, compute = [], chunks.compute
+    monkeypatch.setattr(
+        "cablestudy.sweeps.driver.compute", lambda chunk: calls.append(len(chunk.cases)) or compute(chunk)
+    )
+    return calls
+
+
+def show(*arguments, code=0):
+    outcome = run("show", "study.yaml", "--format", "json", *arguments, code=code)
+    return rows_of(outcome.out, "json") if outcome.out else [], outcome.lines
+
+
+def test_rows_and_table_show_the_same(swept, computed):
+    assert show() == (swept, [f"{ROWS}: 3 rows"])
+    ROWS.unlink()
+    assert show() == (swept, [f"{TABLE}: 3 rows"])
+    RECORD.unlink()
+    assert show() == (swept, [f"{TABLE}: 3 rows"])
+    assert show("--quiet") == (swept, [])
+    assert computed == []
+
+
+@pytest.mark.parametrize("stored", [ROWS, TABLE], ids=["rows", "table"])
+def test_rows_are_chosen_as_in_a_sweep(swept, computed, stored):
+    if stored is TABLE:
+        ROWS.unlink()
+    heavy = [row for row in swept if row["gondola.mass_kg"] > 5]
+    assert show("--where", "gondola.mass > 5 kg")[0] == heavy
+    assert show("--where", "cable.material == nylon")[0] == swept[2:]
+    assert show("--sort", "-gondola.mass_kg", "--top", 2)[0] == swept[:0:-1]
+    assert show("--best", "max sag")[0] == [max(swept, key=lambda row: row["sag_m"])]
+    assert show("--pareto", "min mass")[0] == [min(swept, key=lambda row: row["mass_kg"])]
+    assert show("--columns", "sag")[0] == [{"sag_m": row["sag_m"]} for row in swept]
+    run("show", "study.yaml", "--plot", "a.svg")
+    assert Path("a.svg").exists()
+    assert computed == []
+    assert show("--sort", "stress", code=2)[1][-1] == (
+        f"{stored}: no column stress: 'cablestudy sweep' with these options computes it"
+    )
+    assert show("--sensitivity", "--best", "min sag", code=2)[1] == ["--sensitivity and --best exclude each other"]
+
+
+def test_an_interrupted_sweep_shows_the_rows_that_are_done(swept):
+    for path in (TABLE, RECORD):
+        path.unlink()
+    edit_rows(ROWS, "DELETE FROM rows WHERE row = 2", UNFINISHED)
+    again = "cablestudy sweep study.yaml --resume"
+    notes = [f"{ROWS}: 2 of 3 rows are done; to go on: {again}", f"{ROWS}: 2 rows"]
+    assert show() == ([swept[0], swept[2]], notes)
+    assert run("sweep", "study.yaml", "--resume").lines[0] == "2 of 3 rows are there already"
+    assert show()[0] == swept
+
+
+def test_the_table_is_shown_where_it_has_more_than_the_rows(swept):
+    edit_rows(ROWS, "DELETE FROM rows WHERE row = 2", UNFINISHED)
+    assert show() == (swept, [f"{TABLE}: 3 rows"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "lines"),
+    [
+        ("7 kg", "8 kg", ["of the study before it was edited: what varies changed"]),
+        ("[mass, sag]", "[mass, sag, stress]", ["of the study before it was edited: the columns changed"]),
+        ("columns:", "set: {gravity: 5}\ncolumns:", ["gravity: not given there, 5 now"]),
+    ],
+)
+def test_a_table_of_another_study_is_told(swept, old, new, lines):
+    study_file(".", STUDY.replace(old, new))
+    hint = "nothing to show; to compute the study as it is now: cablestudy sweep study.yaml"
+    assert show(code=2)[1] == [*(f"{path}: {line}" for path in (ROWS, TABLE) for line in lines), hint]
+
+
+def test_a_table_alone_is_compared_with_what_varies(swept):
+    for path in (ROWS, RECORD):
+        path.unlink()
+    study_file(".", STUDY.replace("7 kg", "8 kg"))
+    assert show(code=2)[1][0] == f"{TABLE}: row 3, gondola.mass_kg: stored 7.0, now 8.0"
+    study_file(".", STUDY.replace(", 7 kg", "").replace(", nylon", ""))
+    assert show(code=2)[1][0] == f"{TABLE}: 3 rows, and the study has 2 cases"
+    study_file(".", STUDY.replace("sag]", "stress]"))
+    edited = f"{TABLE}: of the study before it was edited, or of an earlier version: no column stress_MPa"
+    assert show(code=2)[1][0] == edited
+
+
+def test_nothing_is_stored():
+    study_file(".", STUDY)
+    assert show("--set", "gravity=5", code=2)[1] == [
+        f"{TABLE}: no such file, nor {ROWS}",
+        "nothing to show; to compute the study as it is now: cablestudy sweep study.yaml --set gravity=5",
+    ]
+
+
+def test_another_version_is_told_and_a_sweep_computes_anew(swept, computed, monkeypatch):
+    monkeypatch.setattr(fingerprint, "RESULTS_VERSION", fingerprint.RESULTS_VERSION + 1)
+    fingerprint.versions.cache_clear()
+    try:
+        assert show()[1][0].startswith(f"{ROWS}: version of results: ")
+        assert computed == []
+        run("sweep", "study.yaml", "--jobs", 1)
+        assert sum(computed) == 3
+    finally:
+        monkeypatch.undo()
+        fingerprint.versions.cache_clear()
+
+
+def test_a_complete_run_is_not_computed_again(swept, computed):
+    reused = "3 rows as stored; --restart computes anew"
+    assert run("sweep", "study.yaml", "--where", "sag < 1 m").lines[0] == reused
+    assert run("sweep", "study.yaml", "--sort", "sag").lines[0] == reused
+    edit_rows(ROWS, UNFINISHED)  # killed while it wrote its table
+    assert run("sweep", "study.yaml").lines[0] == reused
+    assert computed == []
+    for options in (["--restart"], ["--no-write"], ["--check"], ["--row", 2], ["--explain"]):
+        run("sweep", "study.yaml", "--jobs", 1, *options)
+        assert sum(computed) == (1 if "--row" in options else 3), options
+        computed.clear()
+    study_file(".", STUDY.replace("[mass, sag]", "[mass]"))
+    run("sweep", "study.yaml", "--jobs", 1)
+    assert sum(computed) == 3
+
+
+def test_errors_of_fixed_elements_are_computed_when_json_asks_for_them(computed):
+    study_file(".", "set: {model.elements: 4}\nvary: [{gravity: [9, 10]}]\ncolumns: [cable_frequency]\n")
+    run("sweep", "study.yaml", "--jobs", 1)
+    assert run("sweep", "study.yaml").lines[0] == "2 rows as stored; --restart computes anew"
+    run("sweep", "study.yaml", "--jobs", 1, "--format", "json")
+    assert sum(computed) == 4
+
+
+def test_a_damaged_file_of_rows_is_told_and_the_table_shown(swept):
+    edit_rows(ROWS, "UPDATE about SET value = '{}' WHERE name = 'study'")
+    assert show() == (swept, [f"{TABLE}: 3 rows"])
+    TABLE.unlink()
+    assert "the description of the study that its rows belong to was changed" in show(code=2)[1][0]

@@ -1,0 +1,132 @@
+"""Export of a state space: one channel, a proper system without D1 and D2, the same names in every kind of file."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.io
+from command import CARLINA, CONFIGS, refused_in_one_line, run
+
+import cablestudy
+
+NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
+MODELS = {
+    "cable": (CARLINA, {"modes": 6}),
+    "gondola": (CARLINA, {"with_": "gondola", "modes": 6}),
+    "loop": (CARLINA, {"with_": "loop", "modes": 6}),
+    "suspension": (NET, {"modes": 6}),
+    "suspension, loop": (NET, {"with_": "loop", "modes": 6}),
+}
+S = 2j * np.pi * np.array([0.003, 0.11, 0.72, 1.5, 9.0, 40.0])
+each_model = pytest.mark.parametrize("name", MODELS)
+
+
+def built(name, **more):
+    path, options = MODELS[name]
+    return cablestudy.load(path).state_space(**options, **more)
+
+
+def powers(before, after):
+    """s^k for each input: how often it is differentiated in the proper system, by its unit."""
+    times = {"": 0, "/s": 1, "/s^2": 2}
+    return np.array([times[new[1].removeprefix(old[1])] for old, new in zip(before.inputs, after.inputs, strict=True)])
+
+
+@each_model
+def test_a_proper_system_has_the_response_of_the_improper_one(name):
+    whole, system = built(name), built(name, proper=True)
+    assert not np.concatenate(system.derivatives).any()
+    assert not system.improper
+    expected = whole.response(S, derivatives=True)
+    found = system.response(S) * S[:, None, None] ** powers(whole, system)
+    size = np.abs(expected).max(axis=0)
+    assert np.abs(found - expected).max(axis=0) == pytest.approx(0 * size, abs=1e-12 * np.abs(expected).max())
+    assert (np.abs(found - expected) <= 1e-9 * size + 1e-13 * np.abs(expected).max()).all()
+    if name in ("cable", "gondola", "suspension"):
+        assert powers(whole, system).max() == 2
+    if name == "loop":
+        assert not powers(whole, system).any()
+
+
+def test_it_is_the_same_in_python_control_and_scipy():
+    whole, system = (
+        built("cable", input="end_2_x", output="end_2_x"),
+        built("cable", input="end_2_x", output="end_2_x", proper=True),
+    )
+    assert (whole.input_names, whole.output_names) == (["end_2_x"], ["force_end_2_x"])
+    assert system.input_names == ["end_2_x_acceleration"]
+    assert system.state_names[-2:] == ["end_2_x", "end_2_x_velocity"]
+    expected = whole.response(S, derivatives=True)[:, 0, 0]
+    found = system.to_control()
+    assert found.input_labels == ["end_2_x_acceleration"]
+    assert np.array([found(s) for s in S]) * S**2 == pytest.approx(expected, rel=1e-9)
+    other = system.to_scipy()
+    value = [(other.C @ np.linalg.solve(s * np.eye(len(other.A)) - other.A, other.B) + other.D)[0, 0] for s in S]
+    assert np.array(value) * S**2 == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["to_control", "to_scipy"])
+def test_a_program_that_takes_four_matrices_is_told_what_it_lacks(method):
+    with pytest.warns(UserWarning, match=rf"{method}: A, B, C, D lack D1 and D2.*end_1_x and 5 more.*proper=True"):
+        getattr(built("cable"), method)()
+    getattr(built("loop"), method)()  # none: any warning fails
+    getattr(built("gondola", input="winch", output="gondola_position"), method)()
+
+
+def test_a_channel_is_a_column_and_a_row_of_the_whole(tmp_path):
+    whole = built("gondola")
+    path = tmp_path / "one.json"
+    done = run("ssm", CARLINA, "--with", "gondola", "--modes", 6, "--input", "force_gondola", "--output",
+               "gondola_velocity", "--out", path)  # fmt: skip
+    assert done.lines[0] == "state space: 14 states, 1 inputs, 1 outputs; 6 of 117 modes"
+    found = json.loads(path.read_text())
+    row, column = whole.output_names.index("gondola_velocity"), whole.input_names.index("force_gondola")
+    assert np.array(found["B"]) == pytest.approx(whole.b[:, [column]], rel=1e-15)
+    assert np.array(found["C"]) == pytest.approx(whole.c[[row]], rel=1e-15)
+    assert (found["InputName"], found["OutputName"]) == (["force_gondola"], ["gondola_velocity"])
+    assert (found["InputUnit"], found["OutputUnit"]) == (["N"], ["m/s"])
+
+
+@pytest.mark.parametrize("more", [(), ("--proper",), ("--proper", "--input", "end_2_x"), ("--with", "loop")])
+def test_every_kind_of_file_has_the_same_names_and_numbers(tmp_path, more):
+    found = {}
+    for kind in ("json", "npz", "mat"):
+        path = tmp_path / f"model.{kind}"
+        run("ssm", CARLINA, "--modes", 4, *more, "--out", path)
+        if kind == "json":
+            found[kind] = json.loads(path.read_text())
+        elif kind == "npz":
+            with np.load(path) as archive:
+                found[kind] = dict(archive)
+        else:
+            found[kind] = {key: value for key, value in scipy.io.loadmat(path).items() if key[0] != "_"}
+    names = [set(content) for content in found.values()]
+    assert names[0] == names[1] == names[2]
+    assert {"A", "B", "C", "D", "D1", "D2", "Ts", "InputName", "InputUnit", "StateName", "OutputUnit"} <= names[0]
+    for name in ("A", "B", "C", "D", "D1", "D2"):
+        for kind in ("npz", "mat"):
+            assert np.array_equal(np.array(found["json"][name]).reshape(found[kind][name].shape), found[kind][name])
+    texts = [[str(cell[0]) for cell in found["mat"]["InputName"][:, 0]], found["npz"]["InputName"].tolist()]
+    assert texts[0] == texts[1] == found["json"]["InputName"]
+
+
+def test_a_file_that_is_improper_says_so_and_a_proper_one_does_not(tmp_path):
+    done = run("ssm", CARLINA, "--modes", 4, "--out", tmp_path / "a.mat")
+    assert "ss(A, B, C, D) lacks what the derivatives of end_1_x and 5 more add at once" in done.err
+    assert "note" not in run("ssm", CARLINA, "--modes", 4, "--proper", "--out", tmp_path / "a.mat").err
+    assert "--proper" in run("ssm", CARLINA, "--modes", 4, "--explain").err
+
+
+MISTAKES = {
+    ("--proper",): "--proper: no effect",
+    ("--input", "end_2_x"): "--input: no effect: for --response, --error and --out only",
+    ("--out", "x.mat", "--with", "gondola", "--input", "winsh"): "--input winsh: unknown (did you mean winch?)",
+    ("--out", "x.mat", "--output", "end_3_x"): "--output end_3_x: unknown",
+    ("--out", "x.mat", "--with", "loop", "--input", "winch"): "--input winch: unknown",
+}
+
+
+@pytest.mark.parametrize("given", MISTAKES)
+def test_mistakes_are_one_line(given, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused_in_one_line(tmp_path, MISTAKES[given], "ssm", CARLINA, *given)
