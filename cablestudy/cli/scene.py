@@ -48,7 +48,7 @@ def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
 
 def check_one_table(name, style, tables):
     """Refuse a table that there is not, and a format that holds one table only without the name of one."""
-    if name is None and style in ("csv", "jsonl"):
+    if name is None and style in ("csv", "jsonl", "parquet"):
         raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(tables)}")
     if name not in (None, *tables):
         raise SceneError(f"--table {name}: --form-finding has the tables {', '.join(tables)}")

@@ -3,13 +3,14 @@
 import shutil
 import sys
 from functools import wraps
+from importlib.util import find_spec
 from math import isfinite
 
 import click
 
 from cablestudy.errors import NoSolutionError, SceneError
 
-STYLES = ("md", "csv", "json", "jsonl")
+STYLES = ("md", "csv", "json", "jsonl", "parquet")
 
 
 class Style(str):
@@ -40,7 +41,18 @@ def _names(context, parameter, text):
     return tuple(dict.fromkeys(names))
 
 
-FORMAT = click.option("--format", "style", type=click.Choice(STYLES), default="md", help="Default: md.")
+def _checked(context, parameter, style):
+    """The format, which can be written here."""
+    if style == "parquet" and find_spec("pyarrow") is None:
+        raise click.BadParameter("pyarrow is not installed (pip install 'cablestudy[parquet]')")
+    if style == "parquet" and sys.stdout.isatty():
+        raise click.BadParameter("parquet is not for a terminal: add > FILE.parquet")
+    return style
+
+
+FORMAT = click.option(
+    "--format", "style", type=click.Choice(STYLES), default="md", callback=_checked, help="Default: md."
+)
 COLUMNS = click.option("--columns", metavar="A,B,...", callback=_names, help="Show only these columns, in this order.")
 TOP = click.option("--top", type=click.IntRange(min=1), metavar="N", help="Show only the first N rows.")
 
@@ -80,6 +92,10 @@ def show(table, style):
     table = table.chosen(style.columns, style.top)
     if style == "md" and sys.stdout.isatty():
         _show_fitted(table)
+    elif style == "parquet":
+        from cablestudy.interface.output import write_parquet
+
+        write_parquet(table, sys.stdout.buffer)
     else:
         sys.stdout.writelines(table.pieces(style))
 
@@ -99,7 +115,7 @@ def show_tables(answer, style):
 
 def _show_fitted(table):
     """Print a table as wide as the terminal, and a note on the columns that are left out."""
-    from cablestudy.study.markdown import fitted
+    from cablestudy.interface.output import fitted
 
     width = shutil.get_terminal_size().columns
     text, left_out = fitted(table, width)

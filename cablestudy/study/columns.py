@@ -369,7 +369,7 @@ COLUMNS = (
     Column("status", "", "ok, over strength, or why cells of the row are empty", "run", None),
 )  # fmt: skip
 
-STATUS = Field("status", "status", unless="ok")
+STATUS = Field("status", "status", unless="ok", text=True)
 
 FAMILIES = (
     _frequency("inplane_frequency_K", "in-plane frequency K (1, 2, ...), axial modes not counted", 0, "in-plane"),

@@ -32,6 +32,7 @@ class Field:
     beside: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
     hidden: bool = False  # whether Markdown leaves the column out
     distinct: bool = False  # whether Markdown gives numbers as many digits as tell them apart
+    text: bool = False  # whether some cells are text; of tables in memory they are looked at instead
     unless: str = ""  # a terminal leaves the column out if all its cells are this text
 
     @property

@@ -17,6 +17,7 @@ class VariedKey:
 
     key: str  # dotted
     unit: str | None  # of the numbers in its column, "" of pure ones; TEXT where a value is no quantity
+    text: bool = False  # whether some of its cells are text
 
     @property
     def name(self):
@@ -31,7 +32,7 @@ class VariedKey:
     @property
     def field(self):
         """The field of its column."""
-        return Field(self.header, self.key, self.unit or "", distinct=True)
+        return Field(self.header, self.key, self.unit or "", distinct=True, text=self.text)
 
     def cell(self, written):
         """A value of the study as its cell.
@@ -60,7 +61,7 @@ class VariedKey:
 def varied_keys(study):
     """The varied keys of a study, in order: list of VariedKey."""
     columns = [(key, values) for entry in study.entries for key, values, _ in entry.columns]
-    return [VariedKey(key, _unit_of(key, values)) for key, values in columns]
+    return [_varied_key(key, values) for key, values in columns]
 
 
 def varied_key(study, name):
@@ -68,11 +69,17 @@ def varied_key(study, name):
     return next((known for known in varied_keys(study) if name in (known.key, known.header)), None)
 
 
-def _unit_of(key, values):
-    """The unit in which all values of a key are numbers, or TEXT."""
-    quantity = quantity_of(key)
+def _varied_key(key, values):
+    """The VariedKey of a key with these values."""
     if not isinstance(values, list):
         values = [values[0], values[len(values) - 1]]  # those of a range or a sample have one unit
+    unit = _unit_of(quantity_of(key), values)
+    cells = map(VariedKey(key, unit).cell, values if unit is TEXT else ())
+    return VariedKey(key, unit, any(isinstance(cell, str) for cell in cells))
+
+
+def _unit_of(quantity, values):
+    """The unit in which all values of a key are numbers, or TEXT."""
     for unit in () if quantity is None else (quantity.unit, PERCENT):
         try:
             for value in values:

@@ -72,8 +72,7 @@ class Rows(LazyRows):
             for key, values, _ in entry.columns:
                 known = self._varied[key]
                 cells = [known.cell(values[step]) for step in unique.tolist()]
-                text = any(isinstance(cell, str) for cell in cells)
-                frame[known.header] = np.array(cells, dtype=object if text else float)[places]
+                frame[known.header] = np.array(cells, dtype=object if known.text else float)[places]
         if names := self._reference[0]:
             computed = zip(self._cases, frame[names].to_dict("records"), strict=True)
             printed = [_printed(cells, self._reference, case) for case, cells in computed]

@@ -14,6 +14,7 @@ from itertools import islice
 
 from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
@@ -21,7 +22,6 @@ from cablestudy.study.table import write_whole
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
 from cablestudy.sweeps.fingerprint import digest, identity
-from cablestudy.sweeps.interrupt import Interrupts
 from cablestudy.sweeps.progress import Progress
 from cablestudy.sweeps.row_reuse import reuse_rows
 from cablestudy.sweeps.rows import table_of

@@ -1,0 +1,79 @@
+"""Tables as Parquet: the optional extra `cablestudy[parquet]`."""
+
+from itertools import islice
+
+from cablestudy.study.table import exact
+
+ROWS = 50_000  # written at once: bounds the memory
+
+
+def write_parquet(table, file):
+    """Write a table as Parquet.
+
+    Numbers are float64 and everything else is text; the metadata of each field has its `unit`.
+
+    Parameters
+    ----------
+    table : Table
+    file : binary file
+        Written from its beginning to its end: a pipe will do.
+    """
+    import pyarrow
+    from pyarrow.parquet import ParquetWriter
+
+    texts = {field.name for field in table.fields if _holds_text(field, table.rows)}
+    schema = pyarrow.schema([
+        pyarrow.field(
+            field.name,
+            pyarrow.string() if field.name in texts else pyarrow.float64(),
+            metadata={"unit": field.unit} if field.unit else None,
+        )
+        for field in table.fields
+    ])  # fmt: skip
+    rows = iter(table.rows)
+    with ParquetWriter(_Pipe(file), schema) as writer:
+        while some := list(islice(rows, ROWS)):
+            columns = [[_cell(row.get(name), name in texts) for row in some] for name in schema.names]
+            arrays = [pyarrow.array(cells, kind) for cells, kind in zip(columns, schema.types, strict=True)]
+            writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
+
+
+def _holds_text(field, rows):
+    """Whether some cells of a column are text; rows that are computed as they are written are not looked at."""
+    return field.text or (isinstance(rows, list) and any(isinstance(row.get(field.name), str) for row in rows))
+
+
+def _cell(value, text):
+    if value is None:
+        return None
+    return (value if isinstance(value, str) else exact(value)) if text else float(value)
+
+
+class _Pipe:
+    """What pyarrow needs of a file, of one that cannot tell where it is."""
+
+    closed = False
+
+    def __init__(self, file):
+        self._file, self._place = file, 0
+
+    def write(self, data):
+        """Write bytes."""
+        self._file.write(data)
+        self._place += len(data)
+        return len(data)
+
+    def tell(self):
+        """How many bytes are written."""
+        return self._place
+
+    def flush(self):
+        """Hand over what is written."""
+        self._file.flush()
+
+    def writable(self):
+        """It is."""
+        return True
+
+    def close(self):
+        """The file stays open."""
