@@ -1,7 +1,5 @@
 """The option `--case`: one of the load cases of a scene, or all of them in one table."""
 
-import json
-
 import click
 
 from cablestudy.errors import SceneError
@@ -14,10 +12,3 @@ def one_case(name, why):
     """Refuse `--case all` in a command that takes one case, and say why."""
     if name == ALL:
         raise SceneError(f"--case {ALL}: {why}")
-
-
-def with_case(sets, name, why_not_all=""):
-    """The options `--set` of a command, and one more for a case; None changes nothing."""
-    if why_not_all:
-        one_case(name, why_not_all)
-    return sets if name is None else (*sets, f"case={json.dumps(name, ensure_ascii=False)}")

@@ -2,9 +2,9 @@
 
 import click
 
-from cablestudy.cli.cases import with_case
-from cablestudy.cli.error_handling import echo_notes, show
-from cablestudy.cli.options import refuse, save_plot, scene_command
+from cablestudy.cli.cases import one_case
+from cablestudy.cli.error_handling import finish
+from cablestudy.cli.options import refuse, scene_command
 from cablestudy.errors import SceneError
 
 
@@ -35,81 +35,42 @@ from cablestudy.errors import SceneError
 def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output, proper,
         style, plot, explain, quiet):  # fmt: skip
     """A cable or a suspension as a state space: file, kept modes, frequency response."""
-    from cablestudy.scene.scene import load_scene
-    from cablestudy.scene.suspension import SuspensionScene
-    from cablestudy.study import ssm as study
-    from cablestudy.study.notes import reference_without_loads
+    from cablestudy.interface import load
 
-    study.check_file(out)
-    options = study.Options(count, upto, error, kinds, not no_residual, attached, wind, input_, output, proper)
-    span = study.read_span(span) if span else None
-    sets = with_case(sets, case, "a state space is that of one case: give --case NAME")
-    document, model = load_scene(scene, sets)
-    several = isinstance(model, SuspensionScene)
-    _check(options, several, bool(span), plot, out)
-    if several:
-        from cablestudy.study.suspension import ssm as tables
-
-        choice = tables.choose(document, model, options, span and span[1])
-    else:
-        from cablestudy.study import ssm_tables as tables
-
-        choice = study.choose(document, model, options)
-    echo_notes((*(choice.notes if explain else ()), *reference_without_loads(model)), quiet)
-    echo_notes(choice.warnings, quiet)
-    if out or not span:
-        _write(choice, options, out, quiet)
-    if span:
-        _show_response(tables.curves(choice), span, style, plot)
-    elif plot:
-        save_plot(plot, lambda plots: plots.suspension_loop(choice.whole))
-    if not span and not out:
-        show(tables.mode_table(choice), style)
+    one_case(case, "a state space is that of one case: give --case NAME")
+    read_scene = load(scene, sets, case)
+    options = {
+        "count": count, "upto": upto, "error": error, "kinds": kinds, "residual": not no_residual,
+        "attached": attached, "wind": wind, "input": input_, "output": output, "proper": proper,
+    }  # fmt: skip
+    check(options, read_scene.is_suspension, bool(span), plot, out)
+    return finish(scene, read_scene.compute("ssm", out=out, response=span, **options), style, plot, explain, quiet)
 
 
-def _check(options, several, responds, plot, out):
+def check(options, several, responds, plot, out):
     """Refuse options that have no effect, or that need others.
 
     Parameters
     ----------
-    options : Options
+    options : dict
+        Name -> value, as of the state space.
     several : bool
         Whether the scene is a suspension.
     responds : bool
         Whether a response is asked for.
     plot, out : str or None
     """
-    attached = options.attached
+    attached = options["attached"]
     if plot and not responds and not (several and attached == "loop"):
         raise SceneError("--plot: needs --response, which it draws")
     if several:
-        single = {"--kinds": options.kinds, "--no-residual": not options.residual, "--wind": options.wind}
+        single = {"--kinds": options["kinds"], "--no-residual": not options["residual"], "--wind": options["wind"]}
         refuse(single | {"--with gondola": attached == "gondola"}, "the scene is a suspension")
         lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
-        refuse({"--error": options.error if attached else None}, lowest)
+        refuse({"--error": options["error"] if attached else None}, lowest)
     else:
         refuse({"--with actuators": attached == "actuators"}, "the scene has one cable")
-    refuse({"--proper": options.proper and not out}, "it changes the file of --out")
-    if not out and options.error is None and (not responds or (attached and not several)):
+    refuse({"--proper": options["proper"] and not out}, "it changes the file of --out")
+    if not out and options["error"] is None and (not responds or (attached and not several)):
         use = "--with shows the response of the gondola" if responds else "for --response, --error and --out only"
-        refuse({"--input": options.input, "--output": options.output}, use)
-
-
-def _write(choice, options, out, quiet):
-    """Report the size of the state space and, where a file is given, write it."""
-    from cablestudy.study import ssm as study
-
-    system = choice.system()
-    system = study.exported(system, options) if out else system
-    echo_notes([study.size_line(choice, system)], quiet)
-    if out:
-        study.write(system, out)
-        echo_notes([*study.improper_note(system), f"written: {out}"], quiet)
-
-
-def _show_response(curves, span, style, plot):
-    """Print the frequency response and, where a file is given, draw it."""
-    from cablestudy.study import ssm_tables as tables
-
-    save_plot(plot, lambda plots: plots.bode(curves, *tables.drawn(span, curves)))
-    show(tables.response_table(span, curves), style)
+        refuse({"--input": options["input"], "--output": options["output"]}, use)

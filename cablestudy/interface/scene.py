@@ -280,10 +280,44 @@ class Scene:
         options = ssm.Options(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
         return ssm.exported(self._choose(options).system(), options)
 
-    def _choose(self, options):
+    def _choose(self, options, highest=None):
+        """The modes to keep: `Choice`."""
         from cablestudy.study import ssm
 
         return ssm.choose(self.document, self.model, options)
+
+    def _tables_of_choice(self):
+        """The module with the tables and curves of such a choice."""
+        from cablestudy.study import ssm_tables
+
+        return ssm_tables
+
+    def _ssm_answer(self, out=None, response=None, **options):
+        """`out`: the file for the state space; `response`: range and number of frequencies; others as `ssm.Options`."""
+        from cablestudy.study import ssm
+        from cablestudy.study.notes import reference_without_loads
+        from cablestudy.study.ssm_tables import drawn, response_table
+
+        ssm.check_file(out)
+        asked, span = ssm.Options(**options), ssm.read_span(response) if response else None
+        choice, tables = self._choose(asked, span and span[1]), self._tables_of_choice()
+        lines = [*reference_without_loads(self.model), *choice.warnings]
+        if out:
+            system = ssm.exported(choice.system(), asked)
+            ssm.write(system, out)
+            lines += [ssm.size_line(choice, system), *ssm.improper_note(system), f"written: {out}"]
+        elif not span:
+            lines.append(ssm.size_line(choice, choice.system()))
+        answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(lines), case=choice)
+        if span:
+            curves = tables.curves(choice)
+            return replace(
+                answer,
+                table=response_table(span, curves),
+                draw=lambda plots: plots.bode(curves, *drawn(span, curves)),
+            )
+        loop = (lambda plots: plots.suspension_loop(choice.whole)) if self.is_suspension else None
+        return replace(answer, table=None if out else tables.mode_table(choice), draw=loop)
 
     # ------------------------------------------------------------------------------------------------ find and trade
 

@@ -120,10 +120,15 @@ class Suspension(Scene):
         tables = loop_report.loop_tables(case, table)
         return replace(answer, table=tables[table]) if table else replace(answer, tables=tables)
 
-    def _choose(self, options):
+    def _choose(self, options, highest=None):
         from cablestudy.study.suspension import ssm
 
-        return ssm.choose(self.document, self.model, options)
+        return ssm.choose(self.document, self.model, options, highest)
+
+    def _tables_of_choice(self):
+        from cablestudy.study.suspension import ssm
+
+        return ssm
 
 
 def _answer(name, tables, case=None, explain=tuple, warnings=(), draw=None):
