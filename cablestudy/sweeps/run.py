@@ -94,7 +94,7 @@ class Run:
         if not options.keep:
             return open_store("", self.identity, self.study.count)
         self.files.make()
-        reuse = 0 if options.explain or (options.estimate and _has_fixed_elements(self.study)) else len(self.cases)
+        reuse = 0 if options.explain or (options.estimate and has_fixed_elements(self.study)) else len(self.cases)
         store = open_store(self.path, self.identity, self.study.count, options.resume, options.restart, reuse)
         if not options.shard:
             self.files.clear()
@@ -248,7 +248,7 @@ class Run:
         ]
 
 
-def _has_fixed_elements(study):
+def has_fixed_elements(study):
     """Whether errors of rows are estimated only where they are asked for."""
     model = getattr(study.case(0)[1], "model", None)
     return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.varied)
