@@ -186,8 +186,8 @@ def _numbers(axes, loop):
         lines += [("peak of S", f"{loop.sensitivity_peak[0]:.4g}")]
         lines += [("bandwidth", f"{loop.bandwidth:.4g} Hz")] if loop.bandwidth else []
     for place, (name, number) in enumerate(lines):
-        axes.text(0.02, 0.96 - 0.075 * place, name, transform=axes.transAxes)
-        axes.text(0.98, 0.96 - 0.075 * place, _said(number), transform=axes.transAxes, ha="right")
+        axes.text(0.02, 0.96 - 0.065 * place, name, transform=axes.transAxes)
+        axes.text(0.98, 0.96 - 0.065 * place, _said(number), transform=axes.transAxes, ha="right")
 
 
 @styled
