@@ -9,7 +9,7 @@ import pytest
 import scipy.integrate
 from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
-from scenes import scene
+from scenes import cells, scene
 from test_encirclements import encirclements, plant_of
 from test_winch import loop_gain, loop_of, rigid
 
@@ -260,6 +260,5 @@ def test_the_example_for_python_control_agrees_with_the_loop(monkeypatch, capsys
     exec(text.split("```python\n")[1].partition("```")[0], {})
     found, phase, expected = map(float, capsys.readouterr().out.split())
     assert found == pytest.approx(expected, abs=0.01)  # dB, with the modes up to 25 Hz
-    assert phase == pytest.approx(
-        Case(scene(base=str(ROOT / "configs" / "carlina-pid.yaml"))).loop.phase_margin, rel=1e-4
-    )
+    pid = cells(scene(base=str(ROOT / "configs" / "carlina-pid.yaml")), "phase_margin")
+    assert phase == pytest.approx(pid["phase_margin"], rel=1e-4)
