@@ -252,6 +252,7 @@ def test_a_sampled_study_is_cut_and_has_its_sensitivities(folder):
     numbers = [row[0] for row in page.tables[caption]]
     assert numbers[1 : END_ROWS + 1] == [str(number) for number in range(1, END_ROWS + 1)]
     assert numbers[-2] == "320"
+    assert len(page.texts["figcaption"]) == 2
     assert len(page.tables["Sobol's indices: the share of each column's variance that a key explains"]) == 10
 
 

@@ -68,6 +68,7 @@ def study_sections(page, work, words):
             found, notes = Sensitivity(study).table(table)
             page.table(found, "Sobol's indices: the share of each column's variance that a key explains")
             page.note("Sensitivity", notes)
+            page.draw(lambda plots: plots.sensitivity_plot(study, found), "Sobol's indices with their 95 % intervals")
     page.note("Rows", kinds_of(_notes(work)))
 
 
