@@ -58,8 +58,8 @@ def study_sections(page, work, words):
     failures = work.failures(words)
     if failures:
         page.heading("Rows without an answer")
+        page.fail("Rows", f"{work.failed} of {work.done} rows have no answer")
         page.add(listed(failures))
-        page.failures.append(f"{work.failed} of {work.done} rows have no answer")
     if len(table.rows) > 1:
         with page.section("Smallest and largest"):
             page.add(_range(study, table))
