@@ -18,7 +18,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 BUILD = ROOT / "build"
 SOURCE, SITE, LISTED = BUILD / "source", BUILD / "site", BUILD / "site-links.txt"
-COPIED = ("pictures", "_static", "notebooks")  # folders of docs/
+COPIED = ("pictures", "notebooks", "_static")  # folders of docs/
 SHORT = {"tutorial": "Tutorial <tutorial>"}  # page -> its entry in the navigation, shorter than its heading
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LOADED = re.compile(r"<(?:script|link|img|iframe)\b[^>]*?(?:src|href)=\"((?:https?:)?//[^\"]+)\"")
@@ -54,7 +54,8 @@ def within_site(text):
 
     def moved(match):
         file, mark, anchor = match[1].partition("#")
-        return f"]({navigation.OUTSIDE.get(file, file).replace('../results/', 'results/')}{mark}{anchor})"
+        file = navigation.OUTSIDE.get(file, file)
+        return f"]({file.replace('../results/', 'results/')}{mark}{anchor})"
 
     return LINK.sub(moved, text)
 

@@ -6,7 +6,7 @@ import sys
 import tracemalloc
 
 import pytest
-from command import CONFIGS, rows_of, run, study_file
+from command import CONFIGS, rows_of, run, study_file, table_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
@@ -51,10 +51,10 @@ def test_every_format_has_the_same_cases(style, text):
 
 def test_the_cases_are_those_that_the_sweep_computes(folder):
     rows = cases()
-    assert [row["case"] for row in rows] == list(range(1, 13))
+    assert [row["row"] for row in rows] == list(range(1, 13))
     study = read_study("study.yaml")
     assert [row["gondola.mass_kg"] for row in rows] == [study.overrides(i)["gondola.mass"] for i in range(12)]
-    assert rows[0] == {"case": 1, "cable.material": "aramid", "cable.preload_N": 1000.0, "gondola.mass_kg": 1.0,
+    assert rows[0] == {"row": 1, "cable.material": "aramid", "cable.preload_N": 1000.0, "gondola.mass_kg": 1.0,
                        "winch.controller.notch": "none"}  # fmt: skip
     assert rows[1]["winch.controller.notch"] == '{"frequency": "static"}'
     assert sorted(path.name for path in folder.iterdir()) == ["study.yaml"]
@@ -68,6 +68,12 @@ def test_a_wrong_study_is_refused_before_the_first_line():
 
 
 MILLION = "vary: [{gravity: {from: 1, to: 9, count: 1000}}, {cable.area: {from: 1 mm^2, to: 2 mm^2, count: 1000}}]\n"
+
+
+def test_a_load_case_that_varies_is_shown_beside_the_number_of_its_row():
+    text = "vary: [{case: [everyday, storm]}]\ncolumns: [sag]\n"
+    rows = table_of("sweep", study_file(".", text, base=str(CONFIGS / "guy.yaml")), "--dry-run")
+    assert rows == [{"row": 1, "case": "everyday"}, {"row": 2, "case": "storm"}]
 
 
 def test_a_million_cases_take_no_memory():

@@ -75,6 +75,8 @@ def test_the_command_shows_a_key_and_those_below():
     assert [row["key"] for row in rows] == ["cable.tension", "cable.tension.at", "cable.tension.value"]
     assert list(rows[0]) == ["key", "unit", "default", "meaning", "allowed"]
     assert len(table_of("keys", "scene")) == len(keys_of("scene"))
+    assert [row["key"] for row in table_of("keys", "suspension", "bodies.camera.mass")] == ["bodies.NAME.mass"]
+    assert [row["key"] for row in table_of("keys", "scene", "cable.loads.0.at")] == ["cable.loads.N.at"]
 
 
 def test_an_unknown_key():

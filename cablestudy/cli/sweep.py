@@ -104,14 +104,14 @@ def compute(work, words):
 def finish(study, work, style, plot, tolerance, command, select=None, indices=False):
     """The table of a complete run, compared, or written and printed; the exit code."""
     table, files, quiet = work.table(), work.files, work.options.quiet
+    if work.options.keep:
+        work.write(table, command)
+        echo_notes([f"written: {files.csv}, {files.md}"], quiet)
     shown, notes = select(table) if select else (table, [])
     if plot:
         study.save_figure(plot, shown if indices else table, indices)
     if tolerance is not None:
         return print_differences(table, files.csv, tolerance, quiet)
-    if work.options.keep:
-        work.write(table, command)
-        echo_notes([f"written: {files.csv}, {files.md}"], quiet)
     echo_notes(notes, quiet)
     show(shown, style)
     return NO_ANSWER if work.failed else 0

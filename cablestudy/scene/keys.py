@@ -15,6 +15,7 @@ from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES
 
 KINDS = ("scene", "suspension", "study")
 CONTAINERS = (Annotated, Union, UnionType, tuple, dict)
+ANY = ("NAME", "N")  # stand for any name, and any place in a list
 LISTS = ("loads",)  # tables that hold a list, not names
 NO_UNIT = "-"  # of a pure number
 REQUIRED = "required"
@@ -99,7 +100,7 @@ def dotted(path):
     """A path with "*" as a dotted key: `cables.NAME.loads.N.at`."""
     parts = []
     for part in path:
-        parts.append(part if part != "*" else "N" if parts[-1] in LISTS else "NAME")
+        parts.append(part if part != "*" else ANY[parts[-1] in LISTS])
     return ".".join(parts)
 
 

@@ -116,12 +116,12 @@ def table_of(study, columns, reference, store, cases):
 
 
 def cases_table(study):
-    """The table of what varies in each case of a study, for `sweep --dry-run`: nothing is computed or written."""
+    """The table of what varies in each row of a study, for `sweep --dry-run`: nothing is computed or written."""
     varied = {known.key: known for known in varied_keys(study)}
-    fields = (Field("case", "case"), *(known.field for known in varied.values()))
+    fields = (Field("row", "row"), *(known.field for known in varied.values()))
 
     def row_at(case):
-        return {"case": case + 1, **varied_cells(varied, study.overrides(case))}
+        return {"row": case + 1, **varied_cells(varied, study.overrides(case))}
 
     return Table(fields, LazyRows(range(study.count), row_at))
 
