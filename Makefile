@@ -41,6 +41,7 @@ tables: $(VENV)/.study
 
 docs: $(VENV)/.test
 	$(BIN)/python docs/refresh.py
+	$(BIN)/python docs/notebook_pages.py
 
 site: $(VENV)/.site
 	$(BIN)/python docs/build_site.py

@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import navigation
-import notebook_pages
 import reference
 from sphinx.cmd.build import build_main
 
@@ -19,7 +18,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 BUILD = ROOT / "build"
 SOURCE, SITE, LISTED = BUILD / "source", BUILD / "site", BUILD / "site-links.txt"
-COPIED = ("pictures", "_static")  # folders of docs/
+COPIED = ("pictures", "notebooks", "_static")  # folders of docs/
 SHORT = {"tutorial": "Tutorial <tutorial>"}  # page -> its entry in the navigation, shorter than its heading
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LOADED = re.compile(r"<(?:script|link|img|iframe)\b[^>]*?(?:src|href)=\"((?:https?:)?//[^\"]+)\"")
@@ -42,10 +41,6 @@ def write_source():
     for outside, name in navigation.OUTSIDE.items():
         text = (DOCS / outside).read_text(encoding="utf-8")
         (SOURCE / name).write_text(within_site(text.replace("](docs/", "](")), encoding="utf-8")
-    for notebook in DOCS.glob("notebooks/*.ipynb"):
-        folder = SOURCE / "notebooks"
-        folder.mkdir(exist_ok=True)
-        (folder / f"{notebook.stem}.md").write_text(notebook_pages.page(notebook, folder), encoding="utf-8")
     for table in (ROOT / "results").glob("trade-*.md"):
         target = SOURCE / "results" / table.name
         target.parent.mkdir(exist_ok=True)
@@ -59,7 +54,7 @@ def within_site(text):
 
     def moved(match):
         file, mark, anchor = match[1].partition("#")
-        file = re.sub(r"\.ipynb$", ".md", navigation.OUTSIDE.get(file, file))
+        file = navigation.OUTSIDE.get(file, file)
         return f"]({file.replace('../results/', 'results/')}{mark}{anchor})"
 
     return LINK.sub(moved, text)

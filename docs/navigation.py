@@ -5,7 +5,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 SECTIONS = ("how-to", "reference", "explanation")
-LINK = re.compile(r"\]\(([^)#:\s]+\.(?:md|ipynb))(?:#[^)]*)?\)")
+LINK = re.compile(r"\]\(([^)#:\s]+\.md)(?:#[^)]*)?\)")
 OUTSIDE = {"../ARCHITECTURE.md": "architecture.md", "../CHANGELOG.md": "changelog.md"}  # what the site calls them
 
 

@@ -1,69 +1,76 @@
-"""Notebooks of docs/notebooks as pages of the site: executed, with what their cells print and draw."""
+"""Run the notebooks of docs/notebooks and write what they show as pages: docs/notebook-NAME.md; see `make docs`.
 
-import base64
+With names of notebooks and a folder the pages go there: python docs/notebook_pages.py --to DIR one-cable.
+"""
+
 import re
+import sys
+from base64 import b64decode
+from pathlib import Path
 
 import nbformat
+from jupyter_client.kernelspec import KernelSpecManager
+from jupyter_client.manager import AsyncKernelManager
 from nbclient import NotebookClient
 
-SECONDS = 600  # that a cell may take
+DOCS = Path(__file__).resolve().parent
+SECONDS = 300  # for a cell, on a busy machine
+ROW, CELL = re.compile(r"<tr.*?</tr>", re.DOTALL), re.compile(r"<t[hd][^>]*>(.*?)</t[hd]>", re.DOTALL)
 
 
-def page(path, folder):
-    """A notebook as Markdown, its pictures written to a folder.
-
-    Parameters
-    ----------
-    path : Path
-        Of the notebook; it is executed in its own folder.
-    folder : Path
-        Where its page will be, too.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    nbclient.exceptions.CellExecutionError
-        A cell fails.
-    """
+def run(path):
+    """A notebook after all its cells have run, in its folder, by the interpreter that runs this file."""
     notebook = nbformat.read(path, as_version=4)
-    resources = {"metadata": {"path": str(path.parent)}}
-    NotebookClient(notebook, timeout=SECONDS, kernel_name="python3", resources=resources).execute()
-    parts, pictures = [], 0
-    for cell in notebook.cells:
-        if cell.cell_type == "markdown":
-            parts.append(cell.source)
-            continue
-        parts.append(f"```python\n{cell.source}\n```")
-        for output in joined(cell.outputs):
-            data = output.get("data", {})
+    # without folders of kernels, python3 is this interpreter
+    kernel = AsyncKernelManager(kernel_name="python3", kernel_spec_manager=KernelSpecManager(kernel_dirs=[]))
+    place = {"metadata": {"path": str(path.parent)}}
+    NotebookClient(notebook, km=kernel, resources=place, timeout=SECONDS).execute()
+    return notebook
+
+
+def write_page(path, folder):
+    """Run a notebook and write its page and pictures to a folder."""
+    parts, name = [], path.stem
+    (folder / "pictures").mkdir(parents=True, exist_ok=True)
+    for number, cell in enumerate(run(path).cells):
+        parts.append(cell.source if cell.cell_type == "markdown" else fenced(cell.source, "python"))
+        if number == 0:
+            parts.append(f"To run it: [notebooks/{path.name}](notebooks/{path.name}).")
+        outputs = cell.get("outputs", ())
+        said = "".join(output["text"] for output in outputs if output["output_type"] == "stream")
+        parts += [fenced(said, "text")] if said else []
+        for data in (output["data"] for output in outputs if output["output_type"] != "stream"):
             if "image/png" in data:
-                pictures += 1
-                name = f"{path.stem}-{pictures}.png"
-                (folder / name).write_bytes(base64.b64decode(data["image/png"]))
-                parts.append(f"![Picture {pictures} of the notebook]({name})")
+                picture = f"pictures/notebook-{name}-{number}.png"
+                (folder / picture).write_bytes(b64decode(data["image/png"]))
+                parts.append(f"![What the cell above draws]({picture})")
             elif "text/html" in data:
-                parts.append(f"```{{raw}} html\n{plain_table(data['text/html'])}\n```")
+                parts.append(table(data["text/html"]))
             else:
-                parts.append(f"```text\n{output.get('text', data.get('text/plain', '')).rstrip()}\n```")
-    return "\n\n".join(parts) + "\n"
+                parts.append(fenced(data["text/plain"], "text"))
+    (folder / f"notebook-{name}.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 
-def joined(outputs):
-    """Outputs of a cell, of printed text that came in pieces one."""
-    found = []
-    for output in outputs:
-        if found and output.output_type == found[-1].output_type == "stream":
-            found[-1].text += output.text
-        else:
-            found.append(output)
-    return found
+def fenced(text, kind):
+    """Text as a block."""
+    return f"```{kind}\n{text.strip()}\n```"
 
 
-def plain_table(html):
-    """The HTML of a data frame in the style of the site's tables."""
-    html = re.sub(r"<style.*?</style>", "", html, flags=re.DOTALL).strip()
-    html = html.replace("<div>", '<div class="pst-scrollable-table-container">', 1)
-    return html.replace('border="1" class="dataframe"', 'class="table"')
+def table(html):
+    """A data frame as Markdown."""
+    head, *rows = ([cell.replace("|", "\\|") for cell in CELL.findall(row)] for row in ROW.findall(html))
+    lines = [head, ["---:"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def main(words):
+    """Write the pages of all notebooks, or of those named."""
+    folder = Path(words[1]) if words[:1] == ["--to"] else DOCS
+    names = words[2:] if words[:1] == ["--to"] else words
+    for path in sorted((DOCS / "notebooks").glob("*.ipynb")):
+        if not names or path.stem in names:
+            write_page(path, folder)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

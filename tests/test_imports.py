@@ -14,28 +14,18 @@ ROOT = Path(cablestudy.__file__).parent
 # cli > pages > interface > sweeps > study > control > system | wind | scene > cable > errors
 ALLOWED = {
     "errors": set(),
+    "interrupts": set(),
     "cable": {"cable", "errors"},
     "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
     "system": {"system", "cable", "errors"},
     "control": {"control", "system", "cable", "errors"},
     "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
-    "sweeps": {"sweeps", "study", "scene", "errors", "__version__"},
+    "sweeps": {"sweeps", "interrupts", "study", "scene", "errors", "__version__"},
     "interface": {"interface", "sweeps", "study", "scene", "errors"},
     "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "__version__"},
-    "cli": {
-        "cli",
-        "pages",
-        "interface",
-        "sweeps",
-        "study",
-        "control",
-        "wind",
-        "scene",
-        "cable",
-        "errors",
-        "__version__",
-    },
+    # the commands are a thin layer: what they print, the interface computes
+    "cli": {"cli", "pages", "interface", "interrupts", "errors", "__version__"},
     "__init__": set(),
     "__main__": {"cli"},
 }

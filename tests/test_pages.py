@@ -4,7 +4,7 @@ import re
 from html.parser import HTMLParser
 
 import pytest
-from command import CARLINA, CONFIGS, refused_in_one_line, run, study_file, table_of
+from command import CARLINA, CONFIGS, edit_rows, refused_in_one_line, run, study_file, table_of
 from matplotlib.figure import Figure
 
 import cablestudy as cs
@@ -14,9 +14,8 @@ from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
 from cablestudy.study.table import Field, Table
 
 VOID = {"meta", "br", "wbr", "link", "img", "input"}
-GUY, ZIPLINE, LINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline", "line"))
+GUY, ZIPLINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline"))
 TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")
-HYSTERETIC = ("--set", "cable.damping={model: hysteretic, loss_factor: 0.02}", "--set", "model={accuracy: 1e-3}")
 
 
 class Page(HTMLParser):
@@ -146,15 +145,13 @@ def test_the_numbers_are_those_of_the_commands_and_each_has_its_error(folder):
 
 
 def test_load_cases_stand_side_by_side_and_one_can_be_chosen(folder):
-    page, _ = report(folder, GUY)
+    page, _ = report(folder, GUY, "--case", "all")
     assert page.quantities("Statics in each load case")["quantity"][:3] == ["everyday", "cold", "hot"]
     assert "estimated error, at most" in page.quantities("Statics in each load case")
     one, _ = report(folder, GUY, "--case", "storm")
     assert "Load cases" not in one.texts["h2"]
     storm = page.quantities("Statics in each load case")["max tension"][4]
     assert one.quantities("Statics, load case storm")["max tension"][0] == storm
-    every, _ = report(folder, LINE, "--case", "all")
-    assert "Load cases" in every.texts["h2"]
 
 
 def test_a_suspension_has_its_load_cases_too(folder):
@@ -256,6 +253,24 @@ def test_a_sampled_study_is_cut_and_has_its_sensitivities(folder):
     assert numbers[1 : END_ROWS + 1] == [str(number) for number in range(1, END_ROWS + 1)]
     assert numbers[-2] == "320"
     assert len(page.tables["Sobol's indices: the share of each column's variance that a key explains"]) == 10
+
+
+def test_rows_that_a_sweep_has_stored_are_not_computed_again(folder):
+    study = study_file(folder, "vary: [{cable.preload: [10 kN, 20 kN]}]\ncolumns: [sag, cable_frequency]\n", GUY)
+    told = "The rows are those that a sweep has stored in results/study.rows.sqlite."
+    before, _ = report(folder, study)
+    assert told not in before.texts["p"]
+    assert not (folder / "results").exists()
+    run("sweep", study)
+    edit_rows("results/study.rows.sqlite", "UPDATE about SET value = 0 WHERE name = 'finished'")
+    after, _ = report(folder, study)
+    assert told in after.texts["p"]
+    assert after.tables["One row for each case"] == before.tables["One row for each case"]
+    assert any("closed form" in line for line in after.texts["li"])
+    changed, _ = report(folder, study, "--set", "cable.diameter=18 mm")
+    assert told not in changed.texts["p"]
+    (folder / "results" / "study.rows.sqlite").write_text("no database")
+    assert told not in report(folder, study)[0].texts["p"]
 
 
 def test_one_more_dimension_and_standard_input(folder):

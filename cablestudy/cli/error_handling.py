@@ -56,7 +56,7 @@ def _discard_output():
 @contextmanager
 def interruptible(explanation):
     """The first Ctrl-C or SIGTERM ends the block: prints the lines that `explanation` returns, and exits."""
-    from cablestudy.sweeps.interrupt import Interrupts
+    from cablestudy.interrupts import Interrupts
 
     try:
         with Interrupts():

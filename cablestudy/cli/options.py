@@ -16,11 +16,9 @@ PICTURES = (".png", ".svg", ".pdf")
 
 def complete_column(context, parameter, incomplete):
     """Shell completion of column names; of suspensions those of the whole, others begin with a name of the scene."""
-    from cablestudy.study.columns import COLUMNS
-    from cablestudy.study.suspension.columns import WHOLE
+    from cablestudy.interface.files import column_names
 
-    names = dict.fromkeys(column.header for column in (*COLUMNS, *WHOLE))
-    return [name for name in names if name.startswith(incomplete)]
+    return [name for name in column_names() if name.startswith(incomplete)]
 
 
 PATH = click.Path(readable=False)  # completed by shells, and checked by the reader
@@ -124,11 +122,3 @@ def refuse(options, reason):
     given = [name for name, value in options.items() if value]
     if given:
         raise SceneError(f"{', '.join(given)}: no effect: {reason}")
-
-
-def save_plot(path, draw):
-    """Save the picture that `draw` makes by the module `study.plots`; nothing without a path."""
-    if path:
-        from cablestudy.study import plots
-
-        plots.save(draw(plots), path)

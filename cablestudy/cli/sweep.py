@@ -10,7 +10,6 @@ from cablestudy.cli.options import (
     SELECTION,
     exclude,
     refuse,
-    save_plot,
     selection_options,
     study_command,
 )
@@ -67,68 +66,28 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         return work.interrupted(typed) if work else ["interrupted: nothing is computed yet"]
 
     with interruptible(interrupted):
-        from cablestudy.scene.study import read_study
-        from cablestudy.study.table import TableFiles
-        from cablestudy.sweeps import run
-        from cablestudy.sweeps.check import read_tolerances
+        from cablestudy.interface.study import Study, command_text
 
-        parts = run.read_shard(shard)
-        requested = read_study(study, sets, vary)
-        echo_notes(requested.notes, quiet)
+        asked = Study(study, sets, vary)
+        echo_notes(asked.notes, quiet)
         if dry_run:
-            return print_cases(requested, style)
-        select = selection_of(requested, style, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
-        if requested.asked and keep:
+            show(asked.cases(), style)
+            return 0
+        select = asked.selection(style.columns, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
+        if asked.asked and keep:
             keep = False
-            echo_notes([f"not written: the study does not list {', '.join(requested.asked)}"], quiet)
-        files, tolerance = TableFiles(out, requested.name), None
-        if keep:
-            files.check_writable()
+            echo_notes([f"not written: the study does not list {', '.join(asked.asked)}"], quiet)
+        tolerance = None
         if check:
-            files.check_stored()
-            tolerance = read_tolerances(rtols, requested)
-        options = run.Options(keep=keep, shard=parts, quiet=quiet, estimate=style == "json", **how)
-        with run.Run(requested, files, options) as work:
-            compute(work, words_of(study, sets, vary))
-            if not parts:
-                return finish(work, style, plot, tolerance, run.command(typed), select, sensitivity)
-            echo_notes([f"written: {work.finish_shard(run.command(typed))}"], quiet)
+            asked.files(out).check_stored()
+            tolerance = asked.tolerances(rtols)
+        options = {"quiet": quiet, "estimate": style == "json", **how}
+        with asked.run(out, keep, shard, **options) as work:
+            compute(work, asked.words)
+            if not shard:
+                return finish(asked, work, style, plot, tolerance, command_text(typed), select, sensitivity)
+            echo_notes([f"written: {work.finish_shard(command_text(typed))}"], quiet)
             return NO_ANSWER if work.failed else 0
-
-
-def print_cases(study, style):
-    """The cases of a study, and nothing computed."""
-    from cablestudy.study.prepare import prepare
-    from cablestudy.sweeps.rows import cases_table
-
-    prepare(study)
-    show(cases_table(study), style)
-
-
-def selection_of(study, style, sensitivity, **options):
-    """What is shown of a study's table: Table -> Table and notes; None for all of it.
-
-    Columns that the options name and the study does not have are added to it.
-    """
-    if sensitivity:
-        from cablestudy.sweeps.sensitivity import Sensitivity
-
-        return Sensitivity(study).table
-    if style.columns:
-        from cablestudy.sweeps.variable import ask_columns
-
-        ask_columns(study, style.columns)
-    if set(options.values()) == {None}:
-        return None
-    from cablestudy.sweeps.select import read_selection
-
-    return read_selection(study, **options).table
-
-
-def words_of(study, sets, vary):
-    """The part of a command that determines the cases."""
-    options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
-    return ["sweep", study, *itertools.chain(*options)]
 
 
 def compute(work, words):
@@ -142,19 +101,17 @@ def compute(work, words):
     work.check_complete()
 
 
-def finish(work, style, plot, tolerance, command, select=None, indices=False):
+def finish(study, work, style, plot, tolerance, command, select=None, indices=False):
     """The table of a complete run, compared, or written and printed; the exit code."""
     table, files, quiet = work.table(), work.files, work.options.quiet
-    shown, notes = select(table) if select else (table, [])
-    if indices:
-        save_plot(plot, lambda plots: plots.sensitivity_plot(work.study, shown))
-    else:
-        save_plot(plot, lambda plots: plots.study_plot(work.study, table))
-    if tolerance is not None:
-        return print_differences(table, files.csv, tolerance, quiet)
     if work.options.keep:
         work.write(table, command)
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
+    shown, notes = select(table) if select else (table, [])
+    if plot:
+        study.save_figure(plot, shown if indices else table, indices)
+    if tolerance is not None:
+        return print_differences(table, files.csv, tolerance, quiet)
     echo_notes(notes, quiet)
     show(shown, style)
     return NO_ANSWER if work.failed else 0
@@ -162,10 +119,10 @@ def finish(work, style, plot, tolerance, command, select=None, indices=False):
 
 def print_differences(table, path, tolerance, quiet):
     """The cells of a table that differ from the stored one; the exit code."""
-    from cablestudy.sweeps.check import compare
+    from cablestudy.interface.study import differences
 
     number = 0
-    for number, difference in enumerate(compare(table, path, tolerance), 1):
+    for number, difference in enumerate(differences(table, path, tolerance), 1):
         if number <= MOST_DIFFERENCES:
             click.echo(f"{path}: {difference}", err=True)
     if number > MOST_DIFFERENCES:
@@ -178,16 +135,10 @@ def print_differences(table, path, tolerance, quiet):
 def merge(study, sets, vary, out, style, plot, quiet):
     """Join the shards of a study into its table, as one run would have written it."""
     with interruptible(lambda: ["interrupted: the shards are as they were"]):
-        from cablestudy.scene.study import read_study
-        from cablestudy.study.table import TableFiles
-        from cablestudy.sweeps import run
-        from cablestudy.sweeps.merge import MergedRun
+        from cablestudy.interface.study import Study, command_text
 
-        requested = read_study(study, sets, vary)
-        echo_notes(requested.notes, quiet)
-        files = TableFiles(out, requested.name)
-        files.check_writable()
-        words = words_of(study, sets, vary)
-        with MergedRun(requested, files, words, quiet) as work:
-            echo_notes([*work.failures(words), *work.warnings()], quiet)
-            return finish(work, style, plot, None, run.command(click.get_current_context().obj["words"]))
+        asked, typed = Study(study, sets, vary), click.get_current_context().obj["words"]
+        echo_notes(asked.notes, quiet)
+        with asked.merged(out, quiet) as work:
+            echo_notes([*work.failures(asked.words), *work.warnings()], quiet)
+            return finish(asked, work, style, plot, None, command_text(typed))

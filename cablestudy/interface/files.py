@@ -73,3 +73,11 @@ def materials(files=()):
     from cablestudy.study.materials import materials_table
 
     return materials_table(files)
+
+
+def column_names():
+    """Names with units of the columns of one cable and of the whole of a suspension: list of str."""
+    from cablestudy.study.columns import COLUMNS
+    from cablestudy.study.suspension.columns import WHOLE
+
+    return list(dict.fromkeys(column.header for column in (*COLUMNS, *WHOLE)))

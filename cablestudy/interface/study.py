@@ -1,15 +1,20 @@
-"""A study, as the commands sweep and merge take it."""
+"""A study, as the commands sweep, merge and show take it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
 
 from cablestudy.interface.scene import Changes, texts_of
 
 if TYPE_CHECKING:
     import pandas
+
+    from cablestudy.study.table import Table, TableFiles
+    from cablestudy.sweeps.run import Run
+    from cablestudy.sweeps.stored import Stored
 
 
 def sweep(
@@ -44,22 +49,158 @@ def sweep(
     SceneError
         All that is wrong with the study.
     """
-    from cablestudy.scene.study import read_study
-    from cablestudy.study.table import TableFiles
-    from cablestudy.sweeps.run import Options, Run
-
-    texts = tuple(f"{key}={text}" for key, text in (vary or {}).items())
-    asked = read_study(study, texts_of(set), texts)
-    files = TableFiles("results" if out is None else str(out), asked.name)
-    keep = out is not None
-    if keep:
-        files.check_writable()
-    with Run(asked, files, Options(keep=keep, jobs=jobs, quiet=True, resume=False)) as work:
+    asked = Study(study, set, tuple(f"{key}={text}" for key, text in (vary or {}).items()))
+    with asked.run("results" if out is None else str(out), keep=out is not None, jobs=jobs, quiet=True) as work:
         work.compute()
         work.check_complete()
         table = work.table()
-        if keep:
+        if out is not None:
             work.write(table, "cablestudy.sweep")
         frame = table.rows.frame()[[field.name for field in table.fields]]
     frame.attrs["units"] = {field.name: field.unit for field in table.fields}
     return frame
+
+
+class Study:
+    """A study, step by step as the commands take it; `sweep` is the whole of it.
+
+    Attributes
+    ----------
+    request : scene.study.Study
+        What was written, with what is changed.
+    words : list of str
+        The part of a command that determines the cases.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with it.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], set: Changes = (), vary: Sequence[str] = ()) -> None:
+        from cablestudy.scene.study import read_study
+
+        sets = texts_of(set)
+        self.request = read_study(path, sets, tuple(vary))
+        options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
+        self.words = ["sweep", str(path), *(word for option in options for word in option)]
+
+    @property
+    def notes(self) -> Iterable[str]:
+        """Warnings about what was written."""
+        return self.request.notes
+
+    @property
+    def asked(self) -> Iterable[str]:
+        """Columns that options ask for and the study does not list."""
+        return self.request.asked
+
+    def cases(self) -> Table:
+        """The cases, and nothing computed."""
+        from cablestudy.study.prepare import prepare
+        from cablestudy.sweeps.rows import cases_table
+
+        prepare(self.request)
+        return cases_table(self.request)
+
+    def selection(
+        self, columns: Sequence[str] = (), sensitivity: bool = False, **options: str | None
+    ) -> Callable[[Table], tuple[Table, list[str]]] | None:
+        """What is shown of the table: Table -> Table and notes; None for all of it.
+
+        Parameters
+        ----------
+        columns : sequence of str
+            Those that are to be shown. Here and in `options`, what the study does not list is added to it.
+        sensitivity : bool
+            Whether Sobol's indices are shown instead of the rows.
+        **options
+            `where`, `sort`, `best`, `pareto`, as of the command.
+        """
+        if sensitivity:
+            from cablestudy.sweeps.sensitivity import Sensitivity
+
+            return Sensitivity(self.request).table
+        if columns:
+            from cablestudy.sweeps.variable import ask_columns
+
+            ask_columns(self.request, columns)
+        if not any(option is not None for option in options.values()):
+            return None
+        from cablestudy.sweeps.select import read_selection
+
+        return read_selection(self.request, **options).table
+
+    def tolerances(self, texts: Sequence[str]) -> Any:
+        """Of a comparison with the stored table: those of texts "[COLUMN=]TOL", else of the study, else 1e-6."""
+        from cablestudy.sweeps.check import read_tolerances
+
+        return read_tolerances(texts, self.request)
+
+    def files(self, folder: str) -> TableFiles:
+        """The files of the study in a folder."""
+        from cablestudy.study.table import TableFiles
+
+        return TableFiles(folder, self.request.name)
+
+    def run(self, folder: str = "results", keep: bool = False, shard: str | None = None, **options: Any) -> Run:
+        """The computation of the study, a context manager.
+
+        Parameters
+        ----------
+        folder : str
+            Of its files.
+        keep : bool
+            Whether rows are kept there as they are done.
+        shard : str, optional
+            "K/N": only every Nth case from the Kth.
+        **options
+            Others of `sweeps.run.Options`.
+        """
+        from cablestudy.sweeps.run import Options, Run, read_shard
+
+        files = self.files(folder)
+        if keep:
+            files.check_writable()
+        return Run(self.request, files, Options(keep=keep, shard=read_shard(shard), **options))
+
+    def merged(self, folder: str = "results", quiet: bool = False) -> Run:
+        """The shards of the study as one run, a context manager."""
+        from cablestudy.sweeps.merge import MergedRun
+
+        files = self.files(folder)
+        files.check_writable()
+        return MergedRun(self.request, files, self.words, quiet)
+
+    def stored(self, folder: str = "results") -> AbstractContextManager[Stored]:
+        """What is stored of the study, nothing computed: a context manager.
+
+        Raises
+        ------
+        SceneError
+            Nothing is stored, or it belongs to another study.
+        """
+        from cablestudy.sweeps.stored import stored_table
+
+        folders = () if folder == "results" else ("--out", folder)
+        return stored_table(self.request, self.files(folder), command_text(self.words, *folders))
+
+    def save_figure(self, path: str, table: Table, indices: bool = False) -> None:
+        """Write the picture of its table, or of its indices, as .png, .svg or .pdf."""
+        from cablestudy.study import plots
+
+        plots.save((plots.sensitivity_plot if indices else plots.study_plot)(self.request, table), path)
+
+
+def differences(table: Table, path: str, tolerance: Any) -> Iterable[str]:
+    """Yield the cells of a table that differ from a stored one by more than `Study.tolerances` allows, as lines."""
+    from cablestudy.sweeps.check import compare
+
+    return compare(table, path, tolerance)
+
+
+def command_text(words: Sequence[str], *more: str) -> str:
+    """A command as it is typed."""
+    from cablestudy.sweeps.run import command
+
+    return command(words, *more)

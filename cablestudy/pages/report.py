@@ -151,21 +151,18 @@ def _scene_page(source, sets, title, provenance):
     return page
 
 
-def _file(page, plain, document, more=()):
+def _file(page, plain, document):
     """What options changed, and the resolved file."""
-    changed = [*given.changes(plain, document), *more]
-    page.add(given.change_table(changed))
+    page.add(given.change_table(given.changes(plain, document)))
     page.heading("Resolved file", 3)
     page.add(given.resolved_file(document))
 
 
 def _study_page(source, sets, vary, title, provenance, quiet):
-    from cablestudy.pages.study import study_sections
-    from cablestudy.sweeps.run import Options, Run
+    from cablestudy.pages.study import open_run, study_sections
 
     study = study_of(source, sets, vary)
-    files = TableFiles("results", study.name)
-    with Run(study, files, Options(quiet=quiet, explain=True, estimate=True)) as work:
+    with open_run(study, TableFiles("results", study.name), quiet) as work:
         work.compute()
         page = Page(
             title or study.title or _stem(source.name), f"Study of {counted(study.count, 'case')}. {source.name}."

@@ -2,15 +2,39 @@
 
 import re
 
-from cablestudy.pages.markup import listed, text, unit_text
+from cablestudy.pages.markup import listed, paragraph, text, unit_text
 from cablestudy.pages.tables import Grid
 from cablestudy.scene.words import counted
+from cablestudy.study.prepare import prepare
 from cablestudy.study.table import short
 from cablestudy.study.varied_keys import varied_keys
+from cablestudy.sweeps.fingerprint import identity
+from cablestudy.sweeps.run import Options, Run, has_fixed_elements
 from cablestudy.sweeps.sensitivity import Sensitivity
+from cablestudy.sweeps.stored import has_all_rows
 
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 KINDS = 20  # of notes on rows that are listed
+
+
+def open_run(study, files, quiet):
+    """The `Run` of a study: of rows that a sweep has stored, all of them with their errors, else one that stores none.
+
+    A sweep estimates the errors of the motion of fixed elements only where they are asked for.
+    """
+    columns, _ = prepare(study)
+    kept = not has_fixed_elements(study) and has_all_rows(files.rows, identity(study, columns), study.count)
+    return Run(study, files, Options(keep=kept, quiet=quiet, explain=not kept, estimate=not kept))
+
+
+def _notes(work):
+    """What was modelled; of stored rows, which have no notes, in the first case."""
+    if not work.options.keep:
+        yield from work.notes()
+        return
+    with Run(work.study, work.files, Options(row=1, quiet=True, explain=True)) as first:
+        first.compute()
+        yield from first.notes()
 
 
 def study_sections(page, work, words):
@@ -27,6 +51,8 @@ def study_sections(page, work, words):
     table, study = work.table(), work.study
     page.warn(work.warnings())
     with page.section("Results"):
+        if work.options.keep:
+            page.add(paragraph(f"The rows are those that a sweep has stored in {work.path}."))
         page.table(table, "One row for each case", "cablestudy sweep writes them all")
         page.draw(lambda plots: plots.study_plot(study, table), "Columns of the table against what varies")
     failures = work.failures(words)
@@ -42,7 +68,7 @@ def study_sections(page, work, words):
             found, notes = Sensitivity(study).table(table)
             page.table(found, "Sobol's indices: the share of each column's variance that a key explains")
             page.note("Sensitivity", notes)
-    page.note("Rows", kinds_of(work.notes()))
+    page.note("Rows", kinds_of(_notes(work)))
 
 
 def _range(study, table):

@@ -9,8 +9,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.interrupts import signals_blocked
 from cablestudy.sweeps.chunks import compute
-from cablestudy.sweeps.interrupt import signals_blocked
 
 TRIAL = 0.3  # seconds of computing in this process, after which the time of the whole work is estimated
 WORTHWHILE = 3.0  # seconds of work that are worth the start of other processes

@@ -14,6 +14,7 @@ from itertools import islice
 
 from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
@@ -21,7 +22,6 @@ from cablestudy.study.table import write_whole
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
 from cablestudy.sweeps.fingerprint import digest, identity
-from cablestudy.sweeps.interrupt import Interrupts
 from cablestudy.sweeps.progress import Progress
 from cablestudy.sweeps.row_reuse import reuse_rows
 from cablestudy.sweeps.rows import table_of
@@ -94,7 +94,7 @@ class Run:
         if not options.keep:
             return open_store("", self.identity, self.study.count)
         self.files.make()
-        reuse = 0 if options.explain or (options.estimate and _has_fixed_elements(self.study)) else len(self.cases)
+        reuse = 0 if options.explain or (options.estimate and has_fixed_elements(self.study)) else len(self.cases)
         store = open_store(self.path, self.identity, self.study.count, options.resume, options.restart, reuse)
         if not options.shard:
             self.files.clear()
@@ -248,7 +248,7 @@ class Run:
         ]
 
 
-def _has_fixed_elements(study):
+def has_fixed_elements(study):
     """Whether errors of rows are estimated only where they are asked for."""
     model = getattr(study.case(0)[1], "model", None)
     return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.varied)

@@ -10,9 +10,10 @@ from cablestudy.scene.words import counted, first_of
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
+from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, identity
 from cablestudy.sweeps.rows import table_of, varied_cells
-from cablestudy.sweeps.store import COMPLETE, RowStore, stored_description
+from cablestudy.sweeps.store import COMPLETE, RowStore, rows_done, stored_description
 
 PARTS = {"vary": "what varies", "find": "what is solved for", "columns": "the columns"}
 SHOWN = 5  # columns that are named in a message
@@ -87,6 +88,17 @@ def stored_table(study, files, again):
             nothing = [] if problems else [f"{files.csv}: no such file, nor {files.rows}"]
             raise SceneError(*nothing, *problems, f"nothing to show; to compute the study as it is now: {again}")
         yield found
+
+
+def has_all_rows(path, current, count):
+    """Whether a file has all rows of a study as it is now, whose `fingerprint.identity` is `current`."""
+    if not os.path.exists(path):
+        return False
+    try:
+        with closing(Database(path)) as database:
+            return rows_done(database, current) == count
+    except SceneError:  # another program's file, or a sweep is at work on it
+        return False
 
 
 def _open_rows(study, path, current, problems):

@@ -191,7 +191,7 @@ def log_ticks(axis, low, high, count=8, own=()):
     elif decades < 0.6:
         axis.set_major_locator(round_ticks(4))
     else:
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if 3 * decades < count else (1,), numticks=count))
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if 3 * decades <= count else (1,), numticks=count))
     text = number if len(own) or decades < 0.6 else power_text
     axis.set_major_formatter(FuncFormatter(lambda value, _: text(value)))
     axis.set_minor_locator(NullLocator())

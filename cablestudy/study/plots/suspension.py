@@ -30,6 +30,7 @@ POINTS = 61  # along a cable
 AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
 SIZE = (WIDTH, 7.0)  # of a picture [in]
 PANEL = 2.5  # width of a view, about [in]
+MANY = 50  # anchors or junctions from which they are small
 NAMED = 12  # anchors up to which each is named
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
@@ -192,10 +193,10 @@ def _draw(axes, drawing, view, colours):
     axes.add_collection(lines)
     if drawing.anchors:
         x, y = view(np.array(list(drawing.anchors.values()))).T
-        axes.plot(x, y, "^", color=GREY, ms=5, zorder=3)
+        axes.plot(x, y, "^", color=GREY, ms=5 if len(x) < MANY else 2, zorder=3)
     if drawing.junctions:
         x, y = view(np.array(list(drawing.junctions.values()))).T
-        axes.plot(x, y, "o", color="#333333", ms=3 if len(x) < 50 else 1.2, zorder=4)
+        axes.plot(x, y, "o", color="#333333", ms=3 if len(x) < MANY else 1.2, zorder=4)
     for places in drawing.bodies.values():
         flat = view(places)
         arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
@@ -267,4 +268,5 @@ def scale_bar(axes, size):
     place = blended_transform_factory(axes.transData, axes.transAxes)
     right = axes.get_xlim()[1]
     axes.plot([right - length, right], [0.03, 0.03], color="#222222", lw=2.2, transform=place, solid_capstyle="butt")
-    axes.text(right - length / 2, 0.05, quantity_text(length, "m"), transform=place, ha="center", fontsize=7.5)
+    axes.annotate(quantity_text(length, "m"), (right - length / 2, 0.03), (0, 2.5), place, "offset points",
+                  ha="center", fontsize=7.5)  # fmt: skip

@@ -22,6 +22,7 @@ POINTS = 80  # along a cable, about
 SMALL = 0.08  # size of a body over that of the suspension, below which its rotation is drawn enlarged
 MANY = 100  # cables from which lines are thin
 TALL = 1.8  # height over width of the tallest panel
+NAME = 0.1  # height of its name over that of its panel
 ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
 
 
@@ -221,5 +222,6 @@ def _corner(axes, flat):
     width, height = ENLARGED, ENLARGED * (right - left) / (high - low)
     share = (flat - [left, low]) / [right - left, high - low]
     corners = [(0.0, 0.0), (0.0, 0.97 - height), (1.0 - width, 0.97 - height)]
-    inside = [np.all((share > corner) & (share < np.add(corner, (width, height))), axis=1).sum() for corner in corners]
+    size = width, height + NAME
+    inside = [np.all((share > corner) & (share < np.add(corner, size)), axis=1).sum() for corner in corners]
     return (*corners[int(np.argmin(inside))], width, height)

@@ -19,7 +19,7 @@ BESIDE = np.array([0.0, 0.25, 0.5, 1.0, 1.7, 3.0, 6.0])  # their distances from 
 DECADES = 10  # of the largest spectrum that are shown
 PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 PAIRS = ((0, 1), (0, 2), (1, 2))
-COLOURS = (BLUE, GREEN, ORANGE)
+COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
 MM, URAD = 1e3, 1e6
 
 
@@ -190,8 +190,9 @@ def _spectra(axes, frequency, states, names, scale, high):
     for state in states:
         for name in names:
             axis = name.rpartition(".")[2]
-            axes.loglog(frequency, scale**2 * state.spectra[name], color=COLOURS["xyz".index(axis[-1])], lw=1.2,
-                        ls=state.dashes, label=axis if state is states[-1] else None)  # fmt: skip
+            look = {"color": COLOURS["xyz".index(axis[-1])], "lw": WIDTHS["xyz".index(axis[-1])], "ls": state.dashes}
+            label = axis if state is states[-1] else None
+            axes.loglog(frequency, scale**2 * state.spectra[name], **look, label=label)
     largest = max(scale**2 * state.spectra[name].max() for state in states for name in names)
     axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - DECADES), 10 * largest)
     axes.set_xlim(frequency[0], high)
