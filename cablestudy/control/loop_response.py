@@ -31,6 +31,11 @@ class TimeResponse:
     winch_speed: np.ndarray
     error: float
 
+    def times(self, factor):
+        """The response to so many times the input."""
+        parts = {name: getattr(self, name) for name in ("measured", "open_loop", "winch", "winch_speed")}
+        return replace(self, **{name: part if part is None else factor * part for name, part in parts.items()})
+
 
 @dataclass(frozen=True)
 class Driven:

@@ -10,7 +10,7 @@ No error is made by the size of the time step (Franklin, Powell and Workman, Dig
 section 4.3, for a step; here the same for a cosine).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,11 +63,6 @@ def gust(size, length):
     matrix = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -omega], [0.0, omega, 0.0]])
     shown, start = np.array([size / 2, -size / 2, 0.0]), np.array([1.0, 1.0, 0.0])
     return [Component(0.0, shown, matrix, start), Component(length, -shown, matrix, start)]
-
-
-def scaled(components, factor):
-    """The same components, times a factor: list."""
-    return [replace(one, shown=factor * one.shown) for one in components]
 
 
 def respond(a, b, c, d, components, time):

@@ -19,6 +19,8 @@ STEP = 1e-3  # of winch or reference, without another size [m] or [rad]
 GUST = 3.0  # standard deviations of the turbulence in a gust or step of the wind without another size
 COUNT, MOST = 101, 100_001  # points of time of a table
 FINE = 2000  # steps of time at least, of which a table shows some
+DURATIONS, SIZES = (1e-6, 1e9), (1e-12, 1e9)  # [s], [m] or [rad] or [m/s]
+LENGTHS = 1e-4, 1e4  # of a gust, over the duration
 NOTHING = 1e-13  # over the largest value, below which a value is rounding
 MILLI = 1e3
 DRAG = ("gondola.area", "gondola.drag_coefficient", "wind")
@@ -53,14 +55,17 @@ class TimeOptions:
     def _end_and_count(self):
         text, colon, count = self.duration.partition(":")
         option = f"--time {self.duration}"
-        end = read_positive(option, text, "s")
+        end = within(option, read_positive(option, text, "s"), DURATIONS, "s")
         if colon and not (re.fullmatch("[0-9]{1,9}", count.strip()) and 2 <= int(count) <= MOST):
             raise SceneError(f"{option}: COUNT must be a whole number from 2 to {MOST}")
         return end, int(count) if colon else COUNT
 
     def size_or(self, default, unit):
         """What --size says in a unit, or a default."""
-        return default if self.size is None else read_positive(f"--size {self.size}", self.size, unit)
+        if self.size is None:
+            return default
+        option = f"--size {self.size}"
+        return within(option, read_positive(option, self.size, unit), SIZES, unit)
 
     @cached_property
     def stated_length(self):
@@ -75,9 +80,10 @@ class TimeOptions:
         if self.input == "wind":
             return Input(f"the wind rises by {size:.4g} m/s at once", "m/s", *_step(size, self.times))
         length = self.stated_length or wind.length_scale / wind.speed
+        within("--length of the gust", length, [part * self.times[-1] for part in LENGTHS], "s")
         what, phase = f"a 1-cosine gust of {size:.4g} m/s within {length:.4g} s", self.times / length
         driving = np.where(phase < 1, size / 2 * (1 - np.cos(2 * np.pi * phase)), 0.0)
-        return Input(what, "m/s", time_response.gust(size, length), driving)
+        return Input(what, "m/s", size, time_response.gust(1.0, length), driving)
 
     def step(self, what, unit="m"):
         """`Input` of a step of a displacement [m], or a rotation [rad]."""
@@ -86,7 +92,14 @@ class TimeOptions:
 
 
 def _step(size, times):
-    return time_response.step(size), np.full(len(times), size)
+    return size, time_response.step(1.0), np.full(len(times), size)
+
+
+def within(option, value, bounds, unit):
+    """A value of an option; SceneError where it is not within two bounds."""
+    if not bounds[0] <= value <= bounds[1]:
+        raise SceneError(f"{option}: {value:g} {unit} is not from {bounds[0]:g} to {bounds[1]:g} {unit}")
+    return value
 
 
 @dataclass(frozen=True)
@@ -99,14 +112,17 @@ class Input:
         In words.
     unit : str
         In which it is shown: mm, mrad or m/s.
-    components : list of time_response.Component
+    size : float
         [m], [rad] or [m/s]
+    components : list of time_response.Component
+        For a size of one.
     driving : ndarray, shape (m,)
-        The same at the points of time.
+        The input at the points of time. [m], [rad] or [m/s]
     """
 
     what: str
     unit: str
+    size: float
     components: list
     driving: np.ndarray
 
@@ -209,8 +225,7 @@ def time_case(document, case, options):
         what = {"winch": "the winch moves", "reference": "the reference of the gondola moves"}[kind]
         asked, place = options.step(what), kind
     loop, winch = case.loop, scene.winch
-    components = time_response.scaled(asked.components, factor)
-    found = loop_response.loop_response(loop, place, components, options.times)
+    found = loop_response.loop_response(loop, place, asked.components, options.times).times(factor * asked.size)
     remarks, speed = [], np.abs(found.winch_speed).max()
     if winch.delay:
         right = loop.plant.right_up_to(loop.plant.responding.omega) / (2 * np.pi)

@@ -13,6 +13,7 @@ from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, RED, SERIES, 
 BELOW, ABOVE = 0.02, 3.0  # of the range without another one: of the lowest and the highest frequency that is marked
 POINTS = 1500  # of a curve, without those near resonances
 LEAST = -100.0  # magnitude that is drawn [dB]
+LINE = 0.052  # height of a line of text beside the Nyquist plot, over that of the plot
 NEAR = 2.2  # half width of the Nyquist plot [-]
 PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
 STYLES = ("-", "--", ":")
@@ -186,8 +187,9 @@ def _numbers(axes, loop):
         lines += [("peak of S", f"{loop.sensitivity_peak[0]:.4g}")]
         lines += [("bandwidth", f"{loop.bandwidth:.4g} Hz")] if loop.bandwidth else []
     for place, (name, number) in enumerate(lines):
-        axes.text(0.02, 0.96 - 0.075 * place, name, transform=axes.transAxes)
-        axes.text(0.98, 0.96 - 0.075 * place, _said(number), transform=axes.transAxes, ha="right")
+        height = 0.97 - LINE * place
+        axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)
+        axes.text(0.98, height, _said(number), transform=axes.transAxes, ha="right", fontsize=8)
 
 
 @styled

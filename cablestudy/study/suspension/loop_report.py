@@ -110,7 +110,7 @@ def time_case(document, case, options):
         _responses(movement, motion, space, shown, place, asked.components, options.times)
         for motion, space in ((movement.motion, None), (movement.linear.fewer_motion, movement.linear.fewer))
     ]
-    found = loop_response.compared(*found)
+    found = loop_response.compared(*found).times(asked.size)
     unit = f"m{_unit(movement.measured[shown])}"
     return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches))
 
