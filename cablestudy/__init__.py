@@ -6,12 +6,13 @@
 
 from typing import TYPE_CHECKING
 
+from cablestudy.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
     from cablestudy.interface import Scene, Suspension, find, load, sweep, trade
     from cablestudy.pages.report import report
 
-__version__ = "0.2.0"
 ERRORS = ("CablestudyError", "SceneError", "NoSolutionError", "ConvergenceError")
 __all__ = [
     "CablestudyError",

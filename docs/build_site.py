@@ -37,6 +37,8 @@ def write_source():
     below["reference.md"] += list(generated)
     for page in DOCS.glob("*.md"):
         text = page.read_text(encoding="utf-8")
+        if page.name == "reference.md":
+            text += "\nGenerated from the code:\n\n" + "".join(f"* [](<{name}>)\n" for name in generated)
         (SOURCE / page.name).write_text(within_site(text) + toctree(below.get(page.name, ())), encoding="utf-8")
     for outside, name in navigation.OUTSIDE.items():
         text = (DOCS / outside).read_text(encoding="utf-8")

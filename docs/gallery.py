@@ -13,6 +13,7 @@ ROOT = DOCS.parent
 PICTURES = DOCS / "pictures"
 PAGE = DOCS / "gallery.md"
 NO_EXPLANATION = ("index.md", PAGE.name)  # pages that show pictures of others
+NOTEBOOK = "notebook-"  # beginning of a page, and of its pictures, which are drawn by the code above them
 HEAD = """# Gallery
 
 Each picture with the command that draws it and the page that explains it. Commands with `configs/` run at the top of
@@ -25,7 +26,13 @@ SHOWN = re.compile(r"!\[([^\]]*)\]\([\w/]*pictures/([\w.-]+)\)")
 
 def pages():
     """The pages that show pictures, in reading order."""
-    return [DOCS / page for page in in_order() if page not in NO_EXPLANATION and "/" not in page]
+    left_out = (*NO_EXPLANATION, *(page for page in in_order() if page.startswith(NOTEBOOK) or "/" in page))
+    return [DOCS / page for page in in_order() if page not in left_out]
+
+
+def drawn_by_commands():
+    """Names of the pictures that are not drawn by a notebook."""
+    return {path.name for path in PICTURES.iterdir() if not path.name.startswith(NOTEBOOK)}
 
 
 def commands():
@@ -74,7 +81,7 @@ def text():
                 f"\n## {shown[name][0]}\n\n![{shown[name][0]}](pictures/{name})\n\n"
                 f"```bash\n{drawn[name]}\n```\n\nExplained in [{title(page)}]({page.name}).\n"
             )
-    left = {path.name for path in PICTURES.iterdir()} - shown.keys()
+    left = drawn_by_commands() - shown.keys()
     if left:
         raise KeyError(f"no page shows {', '.join(sorted(left))}")
     return "".join(parts)

@@ -21,12 +21,13 @@ ALLOWED = {
     "control": {"control", "system", "cable", "errors"},
     "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
-    "sweeps": {"sweeps", "interrupts", "study", "scene", "errors", "__version__"},
+    "sweeps": {"sweeps", "interrupts", "study", "scene", "errors", "version"},
     "interface": {"interface", "sweeps", "study", "scene", "errors"},
-    "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "__version__"},
+    "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "version"},
     # the commands are a thin layer: what they print, the interface computes
-    "cli": {"cli", "pages", "interface", "interrupts", "errors", "__version__"},
-    "__init__": set(),
+    "cli": {"cli", "pages", "interface", "interrupts", "errors", "version"},
+    "version": set(),
+    "__init__": {"version"},
     "__main__": {"cli"},
 }
 LIBRARIES = {"cable": {"numpy", "scipy"}, "errors": set()}

@@ -175,7 +175,7 @@ def test_every_table_takes_them(folder):
         ["modes", CARLINA, "--columns", "number,frequency"],
         ["columns", "--columns", "column,unit"],
         ["materials", "--columns", "material,density"],
-        ["sweep", "study.yaml", "--dry-run", "--columns", "case,gondola.mass"],
+        ["sweep", "study.yaml", "--dry-run", "--columns", "row,gondola.mass"],
         ["sweep", "study.yaml", "--columns", "gondola.mass_kg,mass"],
         ["find", CARLINA, "sag = 1 m", "--by", "cable.preload", "--columns", "mass,status"],
     ):

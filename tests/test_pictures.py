@@ -282,7 +282,7 @@ def test_indices_of_sensitivity(tmp_path):
 COMMANDS = {
     "gondola": ["ssm", "carlina.yaml", "--with", "gondola", "--response", "0.01Hz:100Hz:200"],
     "closed loop": ["ssm", "carlina.yaml", "--with", "loop", "--response", "0.01Hz:100Hz:200"],
-    "margins": ["loop", "carlina.yaml"],
+    "margins": ["loop", "carlina-pid.yaml"],
     "wind on both": [
         "windrms",
         "carlina.yaml",

@@ -391,6 +391,9 @@ def test_two_factors_are_told_apart_by_colours_and_marks(tmp_path):
         ("vary: [{gondola.mass: [1 kg, 1 kg, 2 kg], cable.preload: [100 N, 200 N, 100 N]}]\ncolumns: [sag]",
          "row of the table", ["sag [m]"]),
         ("vary: []\ncolumns: [preload, sag]", "preload [N]", ["sag [m]"]),
+        # points of a Saltelli design share coordinates
+        ("sample: {method: saltelli, count: 4, over: {cable.preload: {from: 1 kN, to: 2 kN}, "
+         "gondola.mass: {from: 1 kg, to: 2 kg}}}\ncolumns: [sag]", "cable preload [kN]", ["sag [m]"]),
     ],
 )  # fmt: skip
 def test_what_a_study_draws_by_itself(tmp_path, text, x, y):

@@ -1,11 +1,13 @@
 """show: what is stored of a study is shown and nothing is computed; sweep: a complete run is not computed again."""
 
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from command import edit_rows, rows_of, run, study_file
 
 from cablestudy.sweeps import chunks, fingerprint
+from cablestudy.sweeps.database import Database
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -106,6 +108,23 @@ def test_a_table_alone_is_compared_with_what_varies(swept):
     study_file(".", STUDY.replace("sag]", "stress]"))
     edited = f"{TABLE}: of the study before it was edited, or of an earlier version: no column stress_MPa"
     assert show(code=2)[1][0] == edited
+
+
+def test_rows_that_a_sweep_is_at_work_on_are_left_alone(swept):
+    with closing(Database(str(ROWS))) as database, database.transaction():
+        database.execute("UPDATE about SET value = value")
+        assert show() == (swept, [f"{TABLE}: 3 rows"])
+        TABLE.unlink()
+        assert show(code=2)[1][0] == f"{ROWS}: another sweep is at work on it"
+
+
+def test_a_varied_key_that_a_column_shows_can_be_asked_for():
+    study_file(".", "vary: [{cable.preload: [1 kN, 2 kN]}]\ncolumns: [preload]\n")
+    rows = rows_of(run("sweep", "study.yaml", "--columns", "cable.preload,preload", "--format", "json").out, "json")
+    assert [row["cable.preload_N"] for row in rows] == [1000.0, 2000.0]
+    assert show("--columns", "cable.preload_N,preload")[0] == rows
+    ROWS.unlink()
+    assert show("--columns", "cable.preload_N,preload")[0] == rows
 
 
 def test_nothing_is_stored():

@@ -5,9 +5,9 @@ import sys
 
 import click
 
-from cablestudy import __version__
 from cablestudy.cli.error_handling import INTERRUPTED, WRONG_USE
 from cablestudy.cli.help import Grouped
+from cablestudy.version import __version__
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 

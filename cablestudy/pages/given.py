@@ -10,7 +10,7 @@ from cablestudy.scene.units import to_si
 from cablestudy.scene.words import counted
 from cablestudy.study.table import Field, Table, short
 
-MOST_LINES = 400  # of a resolved file
+MOST_LINES = 200  # of a resolved file
 MOST_VALUES = 8  # of what varies, that are listed
 BY_NAME = ("points", "cables", "winches", "cases", "materials")  # tables that are not among the main numbers
 ATTACHED = ("attachments", "markers")  # of a body: places, which the file below has
@@ -99,7 +99,7 @@ def numbers_table(document):
     fields = [Field("key", "key"), Field("meaning", "meaning"), Field("value", "as written")]
     if any(row["si"] for row in rows):
         fields.append(Field("si", "in SI"))
-    return table_html(Table(tuple(fields), rows), "Main numbers", "the file below has them all")
+    return table_html(Table(tuple(fields), rows), "Main numbers", "the file has them all")
 
 
 def _in_si(key, value):
@@ -143,7 +143,7 @@ def cables_table(scene, document):
     things["free point"] = len(scene.points) - fixed
     named = [counted(number, noun).replace("chs", "ches") for noun, number in things.items() if number]
     line = ", ".join([bodies, *named])
-    return paragraph(f"{line}.") + table_html(Table(tuple(fields), rows), "Connections", "the file below has them all")
+    return paragraph(f"{line}.") + table_html(Table(tuple(fields), rows), "Connections", "the file has them all")
 
 
 def resolved_file(document):

@@ -20,8 +20,6 @@ class Page:
 
     Attributes
     ----------
-    failures : list of str
-        What has no answer, and why.
     warnings : list of str
     notes : dict
         Heading -> lines: what was modelled, what was left out, and the errors.
@@ -31,7 +29,8 @@ class Page:
 
     def __init__(self, title, subtitle):
         self.title, self.subtitle = title, subtitle
-        self.failures, self.warnings, self.notes, self.left_out = [], [], {}, []
+        self.warnings, self.notes, self.left_out = [], {}, []
+        self._failed = {}  # reason -> what has no answer for it
         self._parts, self._contents, self._figures, self._pictures = [], [], [], 0
 
     def add(self, html):
@@ -60,14 +59,19 @@ class Page:
             yield
         except SceneError as error:
             self.add(paragraph(f"Left out: {one_line(error)}", class_="reason"))
-            self.left_out.append(f"{what}: {one_line(error)}")
+            self.left_out.append(f"{what.lower()}: {one_line(error)}")
         except CablestudyError as error:
             self.fail(what, one_line(error))
 
     def fail(self, what, reason):
         """Tell that something has no answer, and why."""
-        self.add(paragraph(f"No answer: {reason}", class_="reason"))
-        self.failures.append(f"{what}: {reason}")
+        self.add(paragraph(f"No answer: {'as above' if reason in self._failed else reason}", class_="reason"))
+        self._failed.setdefault(reason, []).append(what)
+
+    @property
+    def failures(self):
+        """What has no answer, and why: list of str, one for each reason."""
+        return [f"{', '.join(names)}: {reason}" for reason, names in self._failed.items()]
 
     def table(self, table, caption, where_all=""):
         """Append a `Table`; see `table_html`."""

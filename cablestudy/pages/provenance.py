@@ -3,10 +3,10 @@
 import platform
 from datetime import UTC, datetime
 
-from cablestudy import __version__
 from cablestudy.pages.markup import element, text
 from cablestudy.pages.tables import Grid
 from cablestudy.sweeps.fingerprint import digest, versions
+from cablestudy.version import __version__
 
 
 class Provenance:

@@ -58,8 +58,8 @@ def study_sections(page, work, words):
     failures = work.failures(words)
     if failures:
         page.heading("Rows without an answer")
+        page.fail("Rows", f"{work.failed} of {work.done} rows have no answer")
         page.add(listed(failures))
-        page.failures.append(f"{work.failed} of {work.done} rows have no answer")
     if len(table.rows) > 1:
         with page.section("Smallest and largest"):
             page.add(_range(study, table))
@@ -68,6 +68,7 @@ def study_sections(page, work, words):
             found, notes = Sensitivity(study).table(table)
             page.table(found, "Sobol's indices: the share of each column's variance that a key explains")
             page.note("Sensitivity", notes)
+            page.draw(lambda plots: plots.sensitivity_plot(study, found), "Sobol's indices with their 95 % intervals")
     page.note("Rows", kinds_of(_notes(work)))
 
 

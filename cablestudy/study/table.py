@@ -57,6 +57,7 @@ class Table:
     rows: list  # dicts of name -> number, text or None; if they have a method `csv_lines`, it writes the CSV
     single: bool = False  # one row by nature: Markdown then has one line for each quantity
     across: str = ""  # field whose values head the columns of Markdown, one for each row
+    more: tuple = ()  # fields of cells that rows have too, shown only where `chosen` names them
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
 
     def chosen(self, names=(), top=None):
@@ -88,7 +89,7 @@ class Table:
 
     def field(self, name):
         """The field of a name, with its unit or without; SceneError where there is none."""
-        found = next((field for field in self.fields if name in (field.name, field.plain)), None)
+        found = next((field for field in (*self.fields, *self.more) if name in (field.name, field.plain)), None)
         if found:
             return found
         names = {name: field.plain for field in self.fields for name in (field.name, field.plain)}

@@ -111,8 +111,13 @@ class Rows(LazyRows):
 
 def table_of(study, columns, reference, store, cases):
     """The table of cases that are in a store; parameters as of `Rows`."""
-    rows = Rows(study, columns, reference, store, cases)
-    return Table(fields_of(study, columns, reference[0]), rows, errors=rows.errors)
+    rows, fields = Rows(study, columns, reference, store, cases), fields_of(study, columns, reference[0])
+    return Table(fields, rows, more=more_fields(study, fields), errors=rows.errors)
+
+
+def more_fields(study, fields):
+    """The fields of the varied keys that a table does not show, since one of its columns does."""
+    return tuple(known.field for known in varied_keys(study) if known.field not in fields)
 
 
 def cases_table(study):

@@ -12,7 +12,6 @@ from datetime import UTC, datetime
 from functools import partial
 from itertools import islice
 
-from cablestudy import __version__
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
@@ -26,6 +25,7 @@ from cablestudy.sweeps.progress import Progress
 from cablestudy.sweeps.row_reuse import reuse_rows
 from cablestudy.sweeps.rows import table_of
 from cablestudy.sweeps.store import COMPLETE, MISSING, PARTIAL, open_store
+from cablestudy.version import __version__
 
 SHOWN = 10  # failures, and rows over strength, that are listed
 REPLAYED = 3  # failures whose command is given

@@ -12,7 +12,7 @@ from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, identity
-from cablestudy.sweeps.rows import table_of, varied_cells
+from cablestudy.sweeps.rows import more_fields, table_of, varied_cells
 from cablestudy.sweeps.store import COMPLETE, RowStore, rows_done, stored_description
 
 PARTS = {"vary": "what varies", "find": "what is solved for", "columns": "the columns"}
@@ -83,7 +83,7 @@ def stored_table(study, files, again):
         if found is None and done:
             rows = PlainRows((whole.rows[case] for case in store.select(cases, COMPLETE)), [f.name for f in fields])
             gaps = f"{files.rows}: {done} of {study.count} rows are done; to go on: {again} --resume"
-            found = Stored(Table(fields, rows), files.rows, (*age, gaps), False)
+            found = Stored(Table(fields, rows, more=whole.more), files.rows, (*age, gaps), False)
         if found is None:
             nothing = [] if problems else [f"{files.csv}: no such file, nor {files.rows}"]
             raise SceneError(*nothing, *problems, f"nothing to show; to compute the study as it is now: {again}")
@@ -108,8 +108,9 @@ def _open_rows(study, path, current, problems):
     """
     if not os.path.exists(path):
         return None, []
-    store = RowStore(path, current, study.count)
+    store = None
     try:
+        store = RowStore(path, current, study.count)
         stored = stored_description(store.database)
         other = _other_study(stored[0], current) if stored else ["has no rows"]
     except SceneError as error:
@@ -117,7 +118,8 @@ def _open_rows(study, path, current, problems):
     except sqlite3.Error as error:
         other = [f"is damaged ({error})"]
     if other:
-        store.close()
+        if store:
+            store.close()
         problems += [f"{path}: {line}" for line in other]
         return None, []
     store.describe(*stored)
@@ -153,7 +155,8 @@ def _of_csv(study, fields, files, current, problems):
     problems += [f"{files.csv}: {line}" for line in other]
     if other:
         return None
-    return Stored(Table(fields, rows), files.csv, tuple(_age(files.csv, recorded, current) if recorded else ()), True)
+    table = Table(fields, rows, more=more_fields(study, fields))
+    return Stored(table, files.csv, tuple(_age(files.csv, recorded, current) if recorded else ()), True)
 
 
 def _read_rows(study, stored, rows):

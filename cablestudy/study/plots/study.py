@@ -120,7 +120,8 @@ def _first_varied(study, rows, headers):
     apart = []
     for entry in entries:
         steps = len({tuple(quantity.value(row) for quantity in entry) for row in rows})
-        apart += [quantity for quantity in entry if len({quantity.value(row) for row in rows}) == steps]
+        several = study.sample is not None  # points of a sample may share coordinates, as in a Saltelli design
+        apart += [q for q in entry if several or len({q.value(row) for row in rows}) == steps]
     numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
     if not entries:
         return None

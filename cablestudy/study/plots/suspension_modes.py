@@ -1,6 +1,7 @@
 """Coupled modes of a suspension beside its static form, in perspective."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from matplotlib.collections import LineCollection
@@ -53,7 +54,7 @@ class Displaced:
     kind: str
     body: str | None
 
-    @property
+    @cached_property
     def largest(self):
         """Largest displacement."""
         parts = [*self.cables, *self.bodies.values(), self.points]
