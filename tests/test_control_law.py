@@ -10,6 +10,7 @@ import pytest
 from command import CARLINA, run, table_of
 from scenes import cells, scene
 from test_encirclements import encirclements
+from test_stability import random_scene
 from test_winch import loop_gain, rigid
 from test_windrms import force
 
@@ -269,3 +270,40 @@ def test_an_unstable_pid_loop_names_its_gains():
     done = run("loop", CARLINA, *(part for text in sets for part in ("--set", text)), code=3)
     assert "unstable loop at gains of 0.325 rad/s (integral), 0.5 (proportional)" in done.err
     assert "it is stable with all gains less than" in done.err
+
+
+class Finer:
+    """The plant with a finer model of its cable, for the count of encirclements."""
+
+    def __init__(self, plant, cable):
+        self._plant, self._cable, self.notch, self.excited = plant, cable, plant.notch, cable
+        self.open_poles = plant.system_of(cable).poles
+
+    def unit_gain(self, s):
+        return self._plant.unit_gain_of(self._cable, s)
+
+
+@pytest.mark.parametrize("seed", [2, 7, 31])
+def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
+    """Random cables and gondolas with random laws; 31: heavily damped axial waves, whose modes were left out."""
+    draw = np.random.default_rng(1000 + seed)
+    drawn = random_scene(seed)
+    draw.random()
+    damping = drawn.cable.damping.model_copy(update={"viscous": float(draw.uniform(0.01, 0.15))})
+    case = Case(drawn.model_copy(update={"cable": drawn.cable.model_copy(update={"damping": damping})})).refined(1, 16)
+    main = case.plant.main
+
+    def spread(low, high):
+        return float(10 ** draw.uniform(low, high))
+
+    weights = (spread(-2, 0.5) / main, float(draw.choice([0, spread(-2, 0.5)])) / main**2)
+    if seed == 31:
+        weights = 0.31179304407096675, 0.0
+    rest = {"corner": spread(0, 2) * main, "delay": spread(-3, 0.5) / main, "bandwidth": spread(-0.5, 2) * main}
+    if seed == 31:
+        rest = {"corner": 2.041656594137747, "delay": 0.009394344633159043, "bandwidth": 68.2868167252132}
+    plant = replace(case.plant, law=Law(1.0, *weights, **rest), known={})
+    begin, finer = plant.largest_gain or main, Finer(plant, case.refined(2, 38).end_model_along_x)
+    for part in (0.1, 0.97, 1.03, 5.0):
+        gain = part * begin
+        assert Loop.of(plant, gain).stable == (encirclements(finer, gain) == 0), part

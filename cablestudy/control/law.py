@@ -121,10 +121,15 @@ def _pade_poles():
 
 
 def _pade(delay):
-    """Approximant of exp(-s delay) as a state space: all-pass sections 1 - 4 r s/(s^2 + 2 r s + w^2) in a chain."""
+    """Approximant of exp(-s delay) as a state space: all-pass sections 1 - 4 r s/(s^2 + 2 r s + w^2) in a chain.
+
+    States are scaled so that A + A^T = -C^T C: what goes in comes out or is stored, (|x|^2)' = u^2 - y^2. The
+    eigenvalues of such a chain are sensitive to rounding, but none of them is moved to the right.
+    """
     parts = []
     for pole in _pade_poles() / delay:
         size, decay = abs(pole), -pole.real
         a = np.array([[0.0, size], [-size, -2 * decay]])
-        parts.append((a, np.array([0.0, size]), np.array([0.0, -4 * decay / size]), 1.0))
+        passed = 2 * np.sqrt(decay)
+        parts.append((a, np.array([0.0, passed]), np.array([0.0, -passed]), 1.0))
     return reduce(series, parts)

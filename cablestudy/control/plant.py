@@ -171,6 +171,11 @@ class Plant:
     def _integrator(self):
         return self.law == INTEGRATOR
 
+    @property
+    def broad(self):
+        """Whether the law is no integrator, so that the loop gain may be large far above the gondola's frequency."""
+        return not self._integrator
+
     def right_up_to(self, omega):
         """Up to where a delay is right in a state space with modes of some frequencies. [rad/s]"""
         return min(max(omega.max(initial=0.0), NEAR * self.main), self.law.reach) if self.law.delay else 0.0

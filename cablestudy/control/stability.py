@@ -16,6 +16,9 @@ m A^2 (l - 1/k)/2 at least; the force on a mass M is that of the waves beside it
 The masses have the share 4/(k l + 3) of the modal mass at most, and beyond k l = HALVED half of the viscous damping is
 guaranteed.
 
+Another law than an integrator may make the loop gain large far above the gondola's frequency. All modes are then in A
+up to where the loop gain of waves that do not return, about gain |C| Z/(M W), is below BROAD.
+
 Damped strain alone guarantees nothing for waves across the cable. There a growth below NEGLIGIBLE of the frequency is
 not called instability: no material is known to be that undamped. A mode whose damping ratio without control is below
 UNDAMPED and which the gain drives by more is refused by name: cable.damping.viscous decides then, and not the strain.
@@ -39,6 +42,7 @@ HALVED = 5.0  # phase of waves along a segment beyond which masses at its ends h
 FEWEST = 5  # modes up to so many times the gondola's frequency are always candidates
 MOST_MODES = 300  # more are refused: one eigenvalue problem of some 600 states takes about a second
 SMALL = 0.3  # loop gain from which down a delay and its approximant cannot encircle -1: less than a third
+BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 NEEDED = 1e-4  # relative error of the poles by the other modes
 EXACT = 0.1  # the same where a pole decides, relative to the tolerance of the response
 TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed with more modes; at most so many poles
@@ -137,6 +141,9 @@ def driven_up_to(plant, waves, gain):
     driven = (push * waves.across / waves.time_across > across) | (
         push * waves.along / waves.time_along > along + loss / SAFETY
     )
+    if plant.broad:  # of waves that do not return the loop gain is about C Z/(M W)
+        passed = gain * np.abs(plant.controller(1j * omega)) * (waves.across + waves.along) / (plant.mass * omega)
+        driven |= passed > BROAD
     if driven[-1]:
         return np.inf
     return float(max(omega[driven].max(initial=0.0), FEWEST * plant.main))
@@ -295,7 +302,7 @@ def _driven(plant, cable, gain):
     omega, main = cable.omega, plant.main
     force = [np.abs(cable.participation[:, end]) for end in plant.ends]
     moved = force[0] > 1e-9 * force[0].max(initial=0.0)
-    if plant.mass < cable.inertia[plant.ends[0], plant.ends[0]]:
+    if plant.broad or plant.mass < cable.inertia[plant.ends[0], plant.ends[0]]:
         return moved | chosen  # a light gondola is moved by every mode
     held = np.maximum(
         np.abs(plant.mass * omega**2 - cable.stiffness[plant.ends[0], plant.ends[0]]), plant.mass * main**2
