@@ -11,7 +11,6 @@ MOST_DIGITS = 17  # of a float
 MOST_ROWS = 1000  # of a table
 FEW_ROWS = 4  # which stand side by side where their columns do not
 UNIT = re.compile(r"\[.*\]")  # at the end of a head
-RULES = {"left": ":{}-", "right": "-{}:", "": "-{}-"}  # below the head of a column
 NARROWEST = 24  # width to which a column of long texts is wrapped
 
 
@@ -240,21 +239,11 @@ def _lines_of(row, widths):
 
 def rendered(grid, padding=0):
     """A Grid as text, without line breaks in its cells; columns are at least `padding` wider than their heads."""
+    import tabulate
+
+    tabulate.MIN_PADDING = padding
     heads, *body = ([" ".join(cell.splitlines()).strip() for cell in row] for row in (grid.heads, *grid.body))
-    widths = Grid([head + " " * padding for head in heads], grid.sides, body).widths()
-    sides = grid.sides if body else [""] * len(heads)
-    rules = [RULES[side].format("-" * own) for own, side in zip(widths, sides, strict=True)]
-    lines = [_line(heads, widths, sides), f"|{'|'.join(rules)}|"]
-    return "\n".join([*lines, *(_line(row, widths, sides) for row in body)]) + "\n"
-
-
-def _line(cells, widths, sides):
-    """One line of a table."""
-    padded = [
-        " " * (own - text_width(cell)) + cell if side == "right" else cell + " " * (own - text_width(cell))
-        for cell, own, side in zip(cells, widths, sides, strict=True)
-    ]
-    return f"| {' | '.join(padded)} |"
+    return tabulate.tabulate(body, heads, "pipe", disable_numparse=True, colalign=grid.sides if body else None) + "\n"
 
 
 def text_width(text):
