@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of
+from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of, with_large_lengths
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import apply_sets, read_document
@@ -96,4 +96,4 @@ def compute_find(
 ) -> Answer:
     """As `find`, with warnings and failures: `Answer`."""
     document = apply_sets(read_document(path), texts_of(set) + case_text(case))
-    return find_answer(document, goal, by, between, columns)
+    return with_large_lengths(find_answer(document, goal, by, between, columns), document)

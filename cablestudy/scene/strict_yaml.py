@@ -226,7 +226,7 @@ class _Reader:
                 raise refuse(place, "a key must be text, got a list or a mapping")
             key = self._scalar(key_node, place)
             if not isinstance(key, str):
-                raise refuse(place, f"a key must be text, got {key!r:.60}")
+                raise refuse(place, f'a key must be text, got {key!r:.60} (write "{key_node.value:.60}", in quotes)')
             if not key.isprintable():
                 raise refuse(place, f"a key is text on one line, got {key[:60]!r}")
             if key in content:

@@ -2,12 +2,14 @@
 
 import math
 import os
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.bare_numbers import large_lengths
 from cablestudy.scene.document import apply_sets, read_base, read_file
 from cablestudy.scene.entries import clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
@@ -122,6 +124,12 @@ class Study:
         if table.reference and options:
             self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
         self._options = {}
+
+    def large_lengths(self):
+        """See `bare_numbers.large_lengths`: of the first case, if it can be set."""
+        with suppress(SceneError):
+            return large_lengths(self.document_of(0))
+        return ()
 
     def where(self, path):
         """`file:line:column` of a value of the study file, for example of `("columns", 3)`, or an option's name."""
