@@ -102,3 +102,47 @@ def test_validate_counts_load_cases_and_mistakes(folder):
 
     assert status("cable.preload=0") == "1 mistake"
     assert status("cable.preload=0", "gravity=-1") == "2 mistakes"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["find", GUY, "load_sag <= 8 m", "--by", "cable.preload"],
+         'find takes =, not <=: write "load_sag = 8 m"'),
+        (["find", GUY, "sag==8 m", "--by", "cable.preload"], 'find takes =, not ==: write "sag = 8 m"'),
+        (["find", GUY, "sag = 1 m", "--by", "preload"], "--by preload: unknown key (did you mean cable.preload?)"),
+        (["static", GUY, "--set", "preload=8 %"], "--set preload: unknown key (did you mean cable.preload?)"),
+        (["static", CONFIGS / "suspensions" / "cable-robot.yaml", "--set", "diameter=8 mm"],
+         "--set diameter: unknown key (did you mean cable.diameter?)"),
+        (["static", GUY, "--case", "winter"],
+         '--case winter: unknown case "winter" (allowed: everyday, cold, hot, ice, storm, ice-and-wind)'),
+        (["find", GUY, "sag = 1 m", "--by", "cable.preload", "--case", "col"],
+         '--case col: unknown case "col" (did you mean cold?)'),
+        (["static", GUY, "--case", "ice", "--set", "case=hot"], "--case ice: given twice, also as --set case"),
+        (["static", GUY, "--columns", "cable_frequency"],
+         "--columns: the table has no column 'cable_frequency' "
+         "(it is a column of another command, or of a study; 'cablestudy columns' lists all)"),
+    ],
+)  # fmt: skip
+def test_wrong_words_say_what_to_write(words, message):
+    assert run(*words, code=2).lines == [message]
+
+
+def test_a_goal_as_headings_write_it():
+    by = "--by", "cable.preload", "--format", "json", "--quiet"
+    assert run("find", GUY, "end stiffness yy = 8 N/m", *by).out == run("find", GUY, "end_stiffness_yy=8 N/m", *by).out
+
+
+@pytest.mark.parametrize("scene", [GUY, CONFIGS / "suspensions" / "trifilar.yaml"])
+def test_a_scene_in_place_of_a_study_says_how_to_make_one(scene):
+    (line,) = run("sweep", scene, code=2).lines
+    assert "this is a scene (it has the key cable" in line
+    assert line.endswith(
+        f"a study of it is a file with the line base: {scene.name} ('cablestudy new study' writes one)"
+    )
+
+
+def test_wrong_commands_and_numbers():
+    assert "No such command 'statik': did you mean static? ('" in run("statik", GUY, code=2).err
+    assert "No such command 'xyz' ('" in run("xyz", GUY, code=2).err
+    assert "'five' is not a whole number" in run("modes", GUY, "-n", "five", code=2).err

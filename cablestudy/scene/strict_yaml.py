@@ -70,7 +70,8 @@ class Place(NamedTuple):
 def mistake(place, key, message):
     """A Mistake; its key is left out when the place is an option that names it already (`--set cable.area`)."""
     named = [f"{option} {key}" for option in ("--set", "--vary", "--by")]
-    return Mistake(str(place), "" if key and str(place) in named else key, message)
+    by_option = key and (str(place) in named or str(place).startswith(f"--{key} "))  # --case NAME
+    return Mistake(str(place), "" if by_option else key, message)
 
 
 def refuse(place, message, key=""):

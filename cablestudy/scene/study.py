@@ -243,10 +243,11 @@ def read_study(path, sets=(), vary=()):
 
 def study_of(source, sets=(), vary=()):
     """Study of a document whose `base:` is still unread; see `read_study`."""
-    for key in ("cable", "gravity"):
+    for key in ("cable", "cables", "gravity"):
         if key in source.given:
-            place = source.place((key,), of_key=True)
-            raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'")
+            place, name = source.place((key,), of_key=True), os.path.basename(source.name)
+            study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
+            raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
     try:
         table = StudyTable.model_validate(source.given)
     except ValidationError as error:
