@@ -83,6 +83,7 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
         click.echo(f"{scene}: {failure}", err=True)
     if plot and answer.draw:
         answer.save_figure(plot)
+        echo_notes([f"written: {plot}"], quiet)
     if answer.table is not None:
         show(answer.table, style)
     elif answer.tables is not None:

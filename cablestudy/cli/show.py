@@ -31,6 +31,7 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
         table, notes = select(stored.table) if select else (stored.table, [])
         if plot:
             asked.save_figure(plot, table, sensitivity)
+            echo_notes([f"written: {plot}"], quiet)
         echo_notes(notes, quiet)
         print_table(table, style)
     return 0

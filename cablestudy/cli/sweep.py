@@ -110,6 +110,7 @@ def finish(study, work, style, plot, tolerance, command, select=None, indices=Fa
     shown, notes = select(table) if select else (table, [])
     if plot:
         study.save_figure(plot, shown, indices)
+        echo_notes([f"written: {plot}"], quiet)
     if tolerance is not None:
         return print_differences(table, files.csv, tolerance, quiet)
     echo_notes(notes, quiet)
