@@ -30,7 +30,7 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
         echo_notes([*stored.notes, f"{stored.path}: {number} row{'s' * (number != 1)}"], quiet)
         table, notes = select(stored.table) if select else (stored.table, [])
         if plot:
-            asked.save_figure(plot, table if sensitivity else stored.table, sensitivity)
+            asked.save_figure(plot, table, sensitivity)
         echo_notes(notes, quiet)
         print_table(table, style)
     return 0

@@ -109,7 +109,7 @@ def finish(study, work, style, plot, tolerance, command, select=None, indices=Fa
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
     shown, notes = select(table) if select else (table, [])
     if plot:
-        study.save_figure(plot, shown if indices else table, indices)
+        study.save_figure(plot, shown, indices)
     if tolerance is not None:
         return print_differences(table, files.csv, tolerance, quiet)
     echo_notes(notes, quiet)

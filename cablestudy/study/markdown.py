@@ -79,14 +79,23 @@ def fitted(table, width):
     if fitting is None and 0 < len(rows) <= FEW_ROWS:
         names = fields[0].name if _names_rows(fields[0], rows) else ""
         return _beside(_side_by_side([field for field in fields if field.name != names], rows, names), width), []
-    fitting, places = fitting or wrapped(grid, width, heads=True), list(range(len(fields)))
-    for place in sorted(places[1:], key=lambda place: (not fields[place].beside, bool(fields[place].unless), -place)):
-        if fitting is None:  # why a row failed is left out last
-            places.remove(place)
-            fitting = wrapped(grid.columns(places), width, heads=True)
+    fitting, places = (fitting, list(range(len(fields)))) if fitting else _narrowed(grid, fields, width)
     text = rendered(fitting or grid.columns(places)) + (_note_on_rows(table, omitted) if omitted else "")
     left_out = [field for place, field in enumerate(fields) if place not in places]
     return text, list(dict.fromkeys("printed values" if field.beside else field.plain for field in left_out))
+
+
+def _narrowed(grid, fields, width):
+    """The grid with wrapped heads and as many columns as fit, None where not one does; and the places of these.
+
+    Columns are left out from the right: printed values first, and why a row failed last.
+    """
+    fitting, places = wrapped(grid, width, heads=True), list(range(len(fields)))
+    for place in sorted(places[1:], key=lambda place: (not fields[place].beside, bool(fields[place].unless), -place)):
+        if fitting is None:
+            places.remove(place)
+            fitting = wrapped(grid.columns(places), width, heads=True)
+    return fitting, places
 
 
 def _says_nothing(field, rows):

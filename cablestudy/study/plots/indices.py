@@ -32,9 +32,7 @@ def sensitivity_plot(study, table):
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in KINDS for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]
-    groups = {}
-    for row in table.rows:
-        groups.setdefault((*(row[field.name] for field in others), row["column"]), []).append(row)
+    groups = _groups(table.rows, others)
     count = min(len(groups), PANELS)
     side = 1 if count == 1 else 2
     keys = max((len(rows) for rows in groups.values()), default=1)
@@ -45,8 +43,7 @@ def sensitivity_plot(study, table):
         axes.set_axis_off()
     for place, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
         _panel(axes, rows)
-        varied = [f"{key_words(field.title)} {value_text(value)}" for field, value in zip(others, group, strict=False)]
-        title = ", ".join([column_words(find_header(group[-1]).name), *varied])
+        title = _title(others, group)
         axes.set_title(wrapped(title, 0.38 * WIDTH if side == 2 else 0.7 * WIDTH, 9), loc="left", weight="bold")
         axes.tick_params(labelbottom=place + side >= count, labelleft=place % side == 0)
         if place + side >= count:
@@ -57,6 +54,20 @@ def sensitivity_plot(study, table):
     left_out = f" (first {count} of {len(groups)} panels)" if count < len(groups) else ""
     heading(figure, f"{study.title or 'Sensitivity'}: Sobol's indices{left_out}")
     return figure
+
+
+def _groups(rows, others):
+    """Rows by their values of other keys and by their column: dict."""
+    groups = {}
+    for row in rows:
+        groups.setdefault((*(row[field.name] for field in others), row["column"]), []).append(row)
+    return groups
+
+
+def _title(others, group):
+    """The column of a group, and the values of other keys, in words."""
+    varied = [f"{key_words(field.title)} {value_text(value)}" for field, value in zip(others, group, strict=False)]
+    return ", ".join([column_words(find_header(group[-1]).name), *varied])
 
 
 def _panel(axes, rows):

@@ -99,16 +99,8 @@ def series_of(entries, sample, rows, *drawn):
         within.append(entries[sample])
     across = [entry for entry in entries if entry not in (within or entries[-1:])]
     factors = [found for found in (_factor(entry, rows) for entry in across) if len(found.levels) > 1]
-    places = [{level: place for place, level in enumerate(factor.levels)} for factor in factors]
-    groups, seen = {}, Counter()
-    for row in rows:
-        levels = tuple(place[_level(factor.quantities, row)] for factor, place in zip(factors, places, strict=True))
-        x = drawn[0]
-        turn = 0
-        if x.categories is not None and len(drawn) == 1:  # a category that comes again begins another series
-            turn = seen[levels, row.get(x.name)]
-            seen[levels, row.get(x.name)] += 1
-        groups.setdefault((levels, turn), []).append(row)
+    categories = drawn[0] if len(drawn) == 1 and drawn[0].categories is not None else None
+    groups = _grouped(rows, factors, categories)
     again = any(turn for _, turn in groups)
     companions = [q for entry in within for q in entry if again and q.key and q.key not in keys]
     found = []
@@ -117,6 +109,28 @@ def series_of(entries, sample, rows, *drawn):
         parts += [_common(quantity, members) for quantity in companions[:2]]
         found.append(Series(members, levels, shortened(", ".join(parts), LABEL)))
     return found, factors
+
+
+def _grouped(rows, factors, categories):
+    """Rows by the places of their levels and by their turn: a category along x that comes again begins another series.
+
+    Parameters
+    ----------
+    rows : list of dict
+    factors : list of Factor
+    categories : Quantity or None
+        What is drawn along x, if it has no numbers.
+    """
+    places = [{level: place for place, level in enumerate(factor.levels)} for factor in factors]
+    groups, seen = {}, Counter()
+    for row in rows:
+        levels = tuple(place[_level(factor.quantities, row)] for factor, place in zip(factors, places, strict=True))
+        turn = 0
+        if categories is not None:
+            turn = seen[levels, row.get(categories.name)]
+            seen[levels, row.get(categories.name)] += 1
+        groups.setdefault((levels, turn), []).append(row)
+    return groups
 
 
 def _level(quantities, row):

@@ -55,9 +55,7 @@ def study_plot(study, table):
     every = [row | {ROW: place} for place, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
     if not rows:
-        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
-        heading(figure, f"{study.title}: no case has an answer".lstrip(": "))
-        return figure
+        return _nothing(study)
     if study.plot and study.plot.color:
         return colour_map(study, every, rows)
     x, columns, logx, logy = _drawn(study, every)
@@ -68,17 +66,7 @@ def study_plot(study, table):
     height = HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     grid = panels(figure, len(columns), side)
-    with_printed = False
-    for axes, column in zip(grid, columns, strict=True):
-        with_printed |= _panel(axes, x, column, series, joined)
-        axes.set_ylabel(wrapped(column.label, 0.9 * HEIGHT, 9))
-        _scale(axes, "y", column, logy, axes.lines)
-    lines = [line for axes in grid for line in axes.lines]
-    for axes in grid:
-        _scale(axes, "x", x, logx, lines)
-    for axes in grid[-side:]:
-        axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
-    if with_printed:
+    if _draw_panels(grid, (x, logx), (columns, logy), series, joined, side):
         entries = [*entries, (Line2D([], [], **PRINTED), "printed")]
     if len(entries) > 1 or (entries and series[0].label and len(series) > 1):
         legend_below(figure, entries)
@@ -88,6 +76,40 @@ def study_plot(study, table):
     if study.title:
         heading(figure, study.title)
     return figure
+
+
+def _nothing(study):
+    """Figure of a study none of whose cases has an answer."""
+    figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+    heading(figure, f"{study.title}: no case has an answer".lstrip(": "))
+    return figure
+
+
+def _draw_panels(grid, along_x, along_y, series, joined, side):
+    """Draw the series of each column, `side` panels side by side; whether there are printed values.
+
+    Parameters
+    ----------
+    grid : list of Axes
+    along_x : (Quantity, bool or None)
+        And whether it is logarithmic, None where the values decide.
+    along_y : (list of Quantity, bool or None)
+    series : list of Series
+    joined : bool
+        Whether their points are joined by lines.
+    side : int
+    """
+    (x, logx), (columns, logy) = along_x, along_y
+    printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
+    for axes, column in zip(grid, columns, strict=True):
+        axes.set_ylabel(wrapped(column.label, 0.9 * HEIGHT, 9))
+        _scale(axes, "y", column, logy, axes.lines)
+    lines = [line for axes in grid for line in axes.lines]
+    for axes in grid:
+        _scale(axes, "x", x, logx, lines)
+    for axes in grid[-side:]:
+        axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
+    return any(printed)
 
 
 def _drawn(study, rows):
@@ -117,11 +139,7 @@ def _first_varied(study, rows, headers):
     numbered. None: nothing varies.
     """
     entries = [entry for entry in quantities_varied(study, rows) if entry]
-    apart = []
-    for entry in entries:
-        steps = len({tuple(quantity.value(row) for quantity in entry) for row in rows})
-        several = study.sample is not None  # points of a sample may share coordinates, as in a Saltelli design
-        apart += [q for q in entry if several or len({q.value(row) for row in rows}) == steps]
+    apart = [quantity for entry in entries for quantity in _telling_apart(study, entry, rows)]
     numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
     if not entries:
         return None
@@ -158,6 +176,17 @@ def _panel(axes, x, column, series, joined):
     return with_printed
 
 
+def _telling_apart(study, entry, rows):
+    """The quantities of an entry each of which tells its steps apart; of a sample all.
+
+    Points of a sample may share coordinates, as in a Saltelli design.
+    """
+    if study.sample is not None:
+        return entry
+    steps = len({tuple(quantity.value(row) for quantity in entry) for row in rows})
+    return [quantity for quantity in entry if len({quantity.value(row) for row in rows}) == steps]
+
+
 def _scale(axes, which, quantity, logarithmic, lines):
     """Sets scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
@@ -169,17 +198,23 @@ def _scale(axes, which, quantity, logarithmic, lines):
     positive = len(values) > 0 and values[0] > 0
     if logarithmic is None:
         logarithmic = positive and spans_decades(values[0], values[-1])
-    if not (logarithmic and positive):
-        if len(values) and np.ptp(values) <= 1e-9 * np.abs(values).max():  # equal but for rounding
-            middle = float(values.mean())
-            getattr(axes, f"set_{which}lim")(middle - (0.1 * abs(middle) or 1.0), middle + (0.1 * abs(middle) or 1.0))
-        plain_axis(axis, 7 if which == "x" else 5)
+    many = which == "x"
+    if logarithmic and positive:
+        log_axis(axis, values[0], values[-1], 8 if many else 6, _own_ticks(lines, values) if many else [])
         return
-    own = _values([line for line in lines if line.get_label() != "printed"], which)
-    own = own if which == "x" and 1 < len(own) <= OWN_TICKS else []
-    if len(own) and np.diff(np.log10(own)).min() < 0.08 * np.log10(values[-1] / values[0]):
-        own = []
-    log_axis(axis, values[0], values[-1], 8 if which == "x" else 6, own)
+    if len(values) and np.ptp(values) <= 1e-9 * np.abs(values).max():  # equal but for rounding
+        middle = float(values.mean())
+        around = 0.1 * abs(middle) or 1.0
+        getattr(axes, f"set_{which}lim")(middle - around, middle + around)
+    plain_axis(axis, 7 if many else 5)
+
+
+def _own_ticks(lines, values):
+    """The values along a logarithmic x axis that are its ticks themselves: if they are few and not too close."""
+    own = _values([line for line in lines if line.get_label() != "printed"], "x")
+    if not 1 < len(own) <= OWN_TICKS:
+        return []
+    return own if np.diff(np.log10(own)).min() >= 0.08 * np.log10(values[-1] / values[0]) else []
 
 
 def _values(lines, which):

@@ -207,6 +207,14 @@ def _draw(axes, drawing, view, colours):
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
 
 
+def _beside(place, side, up, extent, per_inch):
+    """Box of a text on one side of a place: left, right, bottom and top."""
+    (width, height), (x, y) = extent, place
+    left = x + side * 0.07 * per_inch - (width if side < 0 else 0)
+    bottom = y + up * 0.05 * per_inch - (height if up < 0 else 0)
+    return left, left + width, bottom, bottom + height
+
+
 def _name_all(axes, drawing, view, per_inch):
     """Names bodies, and anchors if they are few, where there is room beside cables; names at one place share a text.
 
@@ -223,13 +231,12 @@ def _name_all(axes, drawing, view, per_inch):
     for places, size, colour in ((bodies, 8, RED), (anchors, 7, GREY)):
         for names, place in _at_one_place(places, 0.05 * per_inch):
             text, free = shortened(", ".join(names), 32), []
-            width, height = (text_width(text, size) + 0.03) * per_inch, size / 60 * per_inch
+            extent = (text_width(text, size) + 0.03) * per_inch, size / 60 * per_inch
             for side, up in ((1, -1), (1, 1), (-1, 1), (-1, -1)):
-                x = place[0] + side * 0.07 * per_inch - (width if side < 0 else 0)
-                y = place[1] + up * 0.05 * per_inch - (height if up < 0 else 0)
-                box = x, x + width, y, y + height
-                outside = x < left or box[1] > right or y < low or box[3] > high or (y < scale[0] and box[1] > scale[1])
-                if not outside and not any(_overlap(box, other) for other in boxes):
+                box = _beside(place, side, up, extent, per_inch)
+                outside = box[0] < left or box[1] > right or box[2] < low or box[3] > high
+                taken = (box[2] < scale[0] and box[1] > scale[1]) or any(_overlap(box, other) for other in boxes)
+                if not (outside or taken):
                     free.append((_inside(box, cables), side, up, box))
             if free:
                 _, side, up, box = min(free, key=lambda one: one[0])

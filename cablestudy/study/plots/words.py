@@ -99,12 +99,7 @@ def value_text(value):
     if isinstance(value, dict):
         return shortened(", ".join(f"{_plain(key)} {value_text(part)}" for key, part in value.items()))
     if isinstance(value, list):
-        texts = [value_text(part) for part in value]
-        units = {text.partition(" ")[2] for text in texts if text != "0"}
-        if len(units) == 1 and all(isinstance(part, (int, float, str)) for part in value):
-            texts = [text.partition(" ")[0] for text in texts]
-            return shortened(f"({', '.join(texts)}) {units.pop()}".rstrip())
-        return shortened(f"({', '.join(texts)})")
+        return shortened(_list_text(value))
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "none"}[value]
     if isinstance(value, (int, float)):
@@ -116,6 +111,16 @@ def value_text(value):
     if unit and not re.search(r"\d\s|%", value):  # a name that begins with a digit
         return shortened(value)
     return quantity_text(float(size), unit)
+
+
+def _list_text(values):
+    """Values in brackets, behind them the unit that all have."""
+    texts = [value_text(value) for value in values]
+    units = {text.partition(" ")[2] for text in texts if text != "0"}
+    if len(units) == 1 and all(isinstance(value, (int, float, str)) for value in values):
+        texts = [text.partition(" ")[0] for text in texts]
+        return f"({', '.join(texts)}) {units.pop()}".rstrip()
+    return f"({', '.join(texts)})"
 
 
 def _plain(name):
