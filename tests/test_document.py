@@ -87,7 +87,7 @@ def test_an_alias_repeats_a_value():
         ("cable:\n  area: 1\n\tsag: 1\n", "f.yaml:3:1: a tab: YAML indents with spaces"),
         ("a: 1\nb: 2\na: 3\n", "f.yaml:3:1: key 'a' is given twice (first on line 1)"),
         ("c: {a: 1, b: 2, a: 3}\n", "f.yaml:1:17: key 'a' is given twice (first on line 1)"),
-        ("1: x\n", "f.yaml:1:1: a key must be text, got 1"),
+        ("1: x\n", 'f.yaml:1:1: a key must be text, got 1 (write "1", in quotes)'),
         ("[1, 2]: x\n", "f.yaml:1:1: a key must be text, got a list or a mapping"),
         ('"a\\nb": x\n', "f.yaml:1:1: a key is text on one line, got 'a\\nb'"),
         ("a: 1\n---\nb: 2\n", "f.yaml:2:1: a second document ('---'): one file holds one document"),

@@ -109,7 +109,8 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (SCENE, "1:1: this is a scene (it has the key cable): use 'cablestudy static'"),
+        (SCENE, "1:1: this is a scene (it has the key cable): use 'cablestudy static'; "
+                "a study of it is a file with the line base: study.yaml ('cablestudy new study' writes one)"),
         ("columns: [sag]", "1:1: missing key: base"),
         ("base: scene.yaml", "1:1: missing key: columns"),
         ("base: scene.yaml\ncolumns: []", "2:10: columns: expected at least 1 item, got 0"),

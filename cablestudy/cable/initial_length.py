@@ -11,6 +11,7 @@ BRACKETS = 16
 ROUNDING = 1e-12  # of a mean tension
 LOOSEST = 1 / 1000 - 1  # chord strain of a cable a thousand chords long,
 TAUTEST = 1e3  # and of one that is stretched to a thousand times its length
+BELOW_LEAST = "below the least that this cable can have"  # of a tension, in messages
 
 
 def _end(end):
@@ -70,8 +71,7 @@ def closer_strain_for_tension(span, tension, at="mean"):
         return lowest
     length = span.chord / (1 + lowest)
     raise NoSolutionError(
-        f"{name} of {tension:.6g} N is below the least that this cable can have: "
-        f"{least:.6g} N, at an unstretched length of {length:.6g} m"
+        f"{name} of {tension:.6g} N is {BELOW_LEAST}: {least:.6g} N, at an unstretched length of {length:.6g} m"
     )
 
 

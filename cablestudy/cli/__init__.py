@@ -28,6 +28,7 @@ class OneLine(Grouped):
         except click.UsageError as error:
             command = error.ctx.command_path if error.ctx else "cablestudy"
             message = " ".join(error.format_message().split()).rstrip(".")
+            message = message.replace("not a valid integer range", "not a whole number")
             click.echo(f"{command}: {message} ('{command} --help' shows how)", err=True)
             code = WRONG_USE
         except click.Abort:

@@ -3,6 +3,7 @@
 The examples work on the files that `cablestudy new` writes.
 """
 
+from difflib import get_close_matches
 from importlib import import_module
 
 import click
@@ -129,6 +130,14 @@ class Grouped(click.Group):
             command.epilog = "\n".join(("\b", "Examples:", *(f"  {line}" for line in examples(cmd_name))))
             self.add_command(command)
         return super().get_command(ctx, cmd_name)
+
+    def resolve_command(self, ctx, args):
+        name = args[0]
+        if self.get_command(ctx, name) is None and not name.startswith("-"):
+            near = get_close_matches(name, self.list_commands(ctx), 1)
+            if near:
+                ctx.fail(f"No such command {name!r}: did you mean {near[0]}?")
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx, formatter):
         others = {name: command for name, command in self.commands.items() if name not in COMMANDS}

@@ -89,6 +89,8 @@ def show(table, style):
         for name, value in row.items():
             if isinstance(value, float) and not isfinite(value):
                 raise NoSolutionError(f"{name} is not a finite number")
+    for name in style.columns:
+        _check_column(table, name)
     table = table.chosen(style.columns, style.top)
     if style == "md" and sys.stdout.isatty():
         _show_fitted(table)
@@ -98,6 +100,19 @@ def show(table, style):
         write_parquet(table, sys.stdout.buffer)
     else:
         sys.stdout.writelines(table.pieces(style))
+
+
+def _check_column(table, name):
+    """Refuse a column that a table does not have, and say so where it is one of other tables."""
+    try:
+        table.field(name)
+    except SceneError:
+        from cablestudy.interface.files import is_column
+
+        if not is_column(name):
+            raise
+        hint = "it is a column of another command, or of a study; 'cablestudy columns' lists all"
+        raise SceneError(f"--columns: the table has no column {name!r} ({hint})") from None
 
 
 def show_tables(answer, style):

@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of
+from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of, with_large_lengths
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import apply_sets, read_document
@@ -56,10 +56,10 @@ def load(path: str | os.PathLike[str], set: Changes = (), case: str | None = Non
     >>> import cablestudy as cs
     >>> guy = cs.load("configs/guy.yaml", set={"cable.preload": "8 %"})
     """
-    changes = texts_of(set) + case_text(case)
-    document, model = load_scene(path, changes)
+    changes = texts_of(set)
+    document, model = load_scene(path, changes, case)
     kind = Suspension if isinstance(model, SuspensionScene) else Scene
-    return kind(str(path), changes, document, model)
+    return kind(str(path), changes + case_text(case), document, model)
 
 
 def trade(
@@ -95,5 +95,5 @@ def compute_find(
     case: str | None = None,
 ) -> Answer:
     """As `find`, with warnings and failures: `Answer`."""
-    document = apply_sets(read_document(path), texts_of(set) + case_text(case))
-    return find_answer(document, goal, by, between, columns)
+    document = apply_sets(read_document(path), texts_of(set), case)
+    return with_large_lengths(find_answer(document, goal, by, between, columns), document)

@@ -75,6 +75,17 @@ def materials(files=()):
     return materials_table(files)
 
 
+def is_column(name):
+    """Whether a study could have a column of this name, with or without its unit: bool."""
+    from cablestudy.study.all_columns import find
+
+    try:
+        find(name)
+    except ValueError:
+        return False
+    return True
+
+
 def column_names():
     """Names with units of the columns of one cable and of the whole of a suspension: list of str."""
     from cablestudy.study.columns import COLUMNS

@@ -9,8 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer
+from cablestudy.scene.bare_numbers import large_lengths
 from cablestudy.scene.scene import each_case
 
 if TYPE_CHECKING:
@@ -76,7 +77,20 @@ class Scene:
         commands = [name[1:-7] for name in dir(self) if name.startswith("_") and name.endswith("_answer")]
         if what not in commands:
             raise SceneError(f"compute: unknown {what!r} (allowed: {', '.join(commands)})")
-        return getattr(self, f"_{what}_answer")(**options)
+        return with_large_lengths(self._compute(what, **options), self.document)
+
+    def _compute(self, what, **options):
+        """As `compute`, without what is to be said about the file."""
+        try:
+            answer = getattr(self, f"_{what}_answer")(**options)
+        except NoSolutionError as error:
+            raise NoSolutionError(f"{error}{self._hint(str(error))}") from None
+        return replace(answer, failures=tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures))
+
+    def _hint(self, failure):
+        from cablestudy.study.notes import share_hint
+
+        return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
         """As `compute`, of every load case: one table, whose rows begin with the name of the case.
@@ -90,19 +104,20 @@ class Scene:
 
         if not self.cases:
             raise SceneError(f"--case all: {self.path} has no cases")
-        answers = {name: scene.compute(what, **options) for name, scene in self.cases.items()}
+        answers = {name: scene._compute(what, **options) for name, scene in self.cases.items()}
 
         def lines(of: Callable[[Answer], tuple[str, ...]]) -> tuple[str, ...]:
             return tuple(f"case {name}: {line}" for name, answer in answers.items() for line in of(answer))
 
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
-        return Answer(
+        answer = Answer(
             table=joined({name: answer.table for name, answer in answers.items()}),
             explain=lambda: lines(lambda answer: answer.explain()),
             warnings=lines(lambda answer: answer.warnings),
             failures=lines(lambda answer: answer.failures),
             draw=(lambda plots: plots.case_forms(solved)) if what == "static" and solved else None,
         )
+        return with_large_lengths(answer, self.document)
 
     # ------------------------------------------------------------------------------------------------------- static
 
@@ -407,6 +422,11 @@ def frequency_limit(count, upto):
     if count is not None and upto is not None:
         raise SceneError("count and upto exclude each other")
     return read_frequency("--upto", str(upto)) if upto is not None else None
+
+
+def with_large_lengths(answer, document):
+    """An `Answer` with the warnings about lengths in a document that lack a unit."""
+    return replace(answer, warnings=(*large_lengths(document), *answer.warnings))
 
 
 def fewer_modes(found, asked, limit):

@@ -102,7 +102,7 @@ def report(
     elif varied:
         raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
     else:
-        page = _scene_page(source, sets + case_text(None if case == "all" else case), title, provenance)
+        page = _scene_page(source, sets, None if case == "all" else case, title, provenance)
     write_whole(place, page.html())
     return Report(place, tuple(page.failures), tuple(page.warnings))
 
@@ -129,23 +129,23 @@ def _stem(name):
     return TableFiles("", name).stem
 
 
-def _scene_page(source, sets, title, provenance):
+def _scene_page(source, sets, case, title, provenance):
     plain = resolve_base(source)
-    document = apply_sets(plain, sets)
+    document = apply_sets(plain, sets, case)
     model = read_scene(document)
     if isinstance(model, SuspensionScene):
         kind, scene = f"Suspension of {counted(len(model.cables), 'cable')}", Suspension
     else:
         kind, scene = "One cable" + (" with a gondola" if model.gondola is not None else ""), Scene
-    case = f" in the load case {model.case}" if model.case is not None else ""
-    page = Page(title or _stem(source.name), f"{kind}{case}. Scene {source.name}.")
+    shown = f" in the load case {model.case}" if model.case is not None else ""
+    page = Page(title or _stem(source.name), f"{kind}{shown}. Scene {source.name}.")
     page.heading("Scene")
     page.add(given.numbers_table(document))
     page.add(given.cases_table(document))
     if isinstance(model, SuspensionScene):
         page.add(given.cables_table(model, document))
     _file(page, plain, document)
-    sections(page, scene(source.name, tuple(sets), document, model))
+    sections(page, scene(source.name, sets + case_text(case), document, model))
     page.models_and_errors(STATEMENT)
     _provenance(page, provenance, {"versions": versions(), "scene": document.value}, [document])
     return page

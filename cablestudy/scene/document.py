@@ -262,8 +262,8 @@ def _read_value(written):
     return value
 
 
-def apply_sets(document, texts):
-    """Put all `--set` options (`key=value` each) upon a document, as one layer.
+def apply_sets(document, texts, case=None):
+    """Put all `--set` options (`key=value` each) upon a document, as one layer, and the name of `--case`.
 
     Raises
     ------
@@ -280,6 +280,9 @@ def apply_sets(document, texts):
         if key in values:
             mistakes.append(Mistake(f"--set {key}", "", "given twice"))
         values[key] = value
+    if case is not None and "case" in values:
+        mistakes.append(Mistake(f"--case {case}", "", "given twice, also as --set case"))
     if mistakes:
         raise SceneError(*mistakes)
-    return document.with_sets([(key, value, f"--set {key}") for key, value in values.items()])
+    chosen = [] if case is None else [("case", case, f"--case {case}")]
+    return document.with_sets([*((key, value, f"--set {key}") for key, value in values.items()), *chosen])

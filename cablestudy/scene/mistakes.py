@@ -69,7 +69,9 @@ def _plain(detail, tables):
     if kind == "cablestudy":
         return [(path, context["text"])]
     if kind == "extra_forbidden":
-        return [(path, f"unknown key ({suggestion(path[-1], _keys(path[:-1], tables))})")]
+        inside = _inside_a_table(path, tables)
+        hint = f"did you mean {inside}?" if inside else suggestion(path[-1], _keys(path[:-1], tables))
+        return [(path, f"unknown key ({hint})")]
     if kind == "missing":
         return [_missing(path, detail)]
     if kind == "literal_error":
@@ -86,6 +88,14 @@ def _plain(detail, tables):
         return [(path, f"expected {bound} {counted(limit, 'item')}, got {len(value)}")]
     expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
     return [(path, f"{expected}, got {show(value)}")]
+
+
+def _inside_a_table(path, tables):
+    """The dotted key of a table for a name at the top level, `preload` for example, where one has it; else empty."""
+    for pattern in tables if len(path) == 1 else ():
+        if pattern and (len(pattern) == 2 or "*" not in pattern) and path[0] in _keys(pattern, tables):
+            return ".".join(("NAME" if part == "*" else part) for part in (*pattern, path[0]))
+    return ""
 
 
 def _missing(path, detail):

@@ -185,7 +185,7 @@ def read_scene(document):
         raise collect(error, document, TABLES) from None
 
 
-def load_scene(path, sets=()):
+def load_scene(path, sets=(), case=None):
     """Read a scene file with its base files and `--set` options.
 
     Parameters
@@ -194,6 +194,8 @@ def load_scene(path, sets=()):
         `-` is standard input.
     sets : sequence of str
         `key=value` each.
+    case : str, optional
+        One of its load cases.
 
     Returns
     -------
@@ -205,7 +207,7 @@ def load_scene(path, sets=()):
     SceneError
         All that is wrong.
     """
-    document = apply_sets(read_document(path), sets)
+    document = apply_sets(read_document(path), sets, case)
     return document, read_scene(document)
 
 

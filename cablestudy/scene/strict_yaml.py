@@ -70,7 +70,8 @@ class Place(NamedTuple):
 def mistake(place, key, message):
     """A Mistake; its key is left out when the place is an option that names it already (`--set cable.area`)."""
     named = [f"{option} {key}" for option in ("--set", "--vary", "--by")]
-    return Mistake(str(place), "" if key and str(place) in named else key, message)
+    by_option = key and (str(place) in named or str(place).startswith(f"--{key} "))  # --case NAME
+    return Mistake(str(place), "" if by_option else key, message)
 
 
 def refuse(place, message, key=""):
@@ -226,7 +227,7 @@ class _Reader:
                 raise refuse(place, "a key must be text, got a list or a mapping")
             key = self._scalar(key_node, place)
             if not isinstance(key, str):
-                raise refuse(place, f"a key must be text, got {key!r:.60}")
+                raise refuse(place, f'a key must be text, got {key!r:.60} (write "{key_node.value:.60}", in quotes)')
             if not key.isprintable():
                 raise refuse(place, f"a key is text on one line, got {key[:60]!r}")
             if key in content:

@@ -2,12 +2,14 @@
 
 import math
 import os
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.bare_numbers import large_lengths
 from cablestudy.scene.document import apply_sets, read_base, read_file
 from cablestudy.scene.entries import clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
@@ -123,6 +125,12 @@ class Study:
             self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
         self._options = {}
 
+    def large_lengths(self):
+        """See `bare_numbers.large_lengths`: of the first case, if it can be set."""
+        with suppress(SceneError):
+            return large_lengths(self.document_of(0))
+        return ()
+
     def where(self, path):
         """`file:line:column` of a value of the study file, for example of `("columns", 3)`, or an option's name."""
         return self._options.get(path) or self.source.where(path)
@@ -235,10 +243,11 @@ def read_study(path, sets=(), vary=()):
 
 def study_of(source, sets=(), vary=()):
     """Study of a document whose `base:` is still unread; see `read_study`."""
-    for key in ("cable", "gravity"):
+    for key in ("cable", "cables", "gravity"):
         if key in source.given:
-            place = source.place((key,), of_key=True)
-            raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'")
+            place, name = source.place((key,), of_key=True), os.path.basename(source.name)
+            study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
+            raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
     try:
         table = StudyTable.model_validate(source.given)
     except ValidationError as error:

@@ -193,7 +193,8 @@ def _factor(name, unit):
     ratio, dimension = _root(name)
     scale, expected = _root(unit)
     if dimension != expected:
-        raise _NotAQuantityError(f" ({_dimension_name(dimension)})")
+        degrees = unit == "K" and name in _SCALES
+        raise _NotAQuantityError(f" (did you mean deg{name}?)" if degrees else f" ({_dimension_name(dimension)})")
     return ratio / scale
 
 

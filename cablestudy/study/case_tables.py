@@ -26,4 +26,6 @@ def joined(tables):
         return chain.from_iterable(table.errors() if table.errors else ({},) for table in tables.values())
 
     single = all(table.single for table in tables.values())
-    return Table((Field("case", "case"), *fields, *last), rows, errors=errors, across="case" if single else "")
+    return Table(
+        (Field("case", "case", label=True), *fields, *last), rows, errors=errors, across="case" if single else ""
+    )

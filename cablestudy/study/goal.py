@@ -1,5 +1,6 @@
 """What is to be found: a column, the value that it is to take, and the key that is solved for."""
 
+import re
 from dataclasses import dataclass
 from math import isfinite
 
@@ -14,6 +15,7 @@ from cablestudy.scene.units import common_factor, show, split
 from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.columns import Column
 
+SIGN = re.compile("([<>=!]+)")
 _GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
 
 
@@ -68,7 +70,12 @@ def read_find(goal, by, between):
     ------
     SceneError
     """
-    column, sign, value = (part.strip() for part in goal.partition("="))
+    column, sign, value = (
+        (part.strip() for part in SIGN.split(goal, maxsplit=1)) if SIGN.search(goal) else (goal, "", "")
+    )
+    if column and value and sign != "=":
+        raise SceneError(f"find takes =, not {sign}: write {show(f'{column} = {value}')}")
+    column = "_".join(column.split())  # as in the headings of Markdown
     if not (column and sign and value):
         raise SceneError(f"{_GOAL}, got {show(goal)}")
     ends = None

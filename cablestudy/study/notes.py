@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.control.gondola import gondola_mode
+from cablestudy.scene.bare_numbers import bare_number
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of
 from cablestudy.study.refinement import REFERENCE
@@ -10,6 +12,7 @@ from cablestudy.study.refinement import REFERENCE
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
 LISTED = 6  # columns that are named
+STATED_TENSIONS = ("preload",), ("tension", "value")  # of a cable
 SHARED, SHOWN = 0.5, 0.05  # share of the gondola's compliance below which others are named, and of those
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
@@ -100,6 +103,35 @@ def reference_without_loads(scene):
         f"note: cable.{stated[0]} is that of the cable without its point loads, since this version; "
         "cable.reference.loads: true states it with them, as before",
     )
+
+
+def share_hint(document, scene, failure):
+    """What to write where a tension is refused as too small, and a share of the breaking force is likely to be meant.
+
+    Parameters
+    ----------
+    document : Document
+    scene : Scene
+        The same in SI.
+    failure : str
+        Why there is no answer.
+
+    Returns
+    -------
+    str
+        Empty, or a blank and the hint in brackets.
+    """
+    if BELOW_LEAST not in failure or scene.cable.section_breaking_force is None:
+        return ""
+    for path in STATED_TENSIONS:
+        value = document.value["cable"]
+        for key in path:
+            value = value.get(key) if isinstance(value, dict) else None
+        number = bare_number(value)
+        if number is not None and 0 < number <= 100:
+            share = f"{100 * number if number < 1 else number:.10g} %"
+            return f' ({share} of the breaking force: write "{share}")'
+    return ""
 
 
 def assumed_damping(scene):

@@ -4,10 +4,12 @@ import numpy as np
 
 from cablestudy.cable.catenary import split
 from cablestudy.errors import SceneError
+from cablestudy.scene.bare_numbers import large_lengths
 from cablestudy.scene.document import apply_sets, read_file, resolve_base
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
+from cablestudy.scene.words import counted
 from cablestudy.study.case_modes import errors_of
 from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks, written_key
 from cablestudy.study.prepare import prepare
@@ -125,7 +127,7 @@ def validate_table(files, sets=()):
     Returns
     -------
     table : Table
-        File, kind, number of cases, status.
+        File, kind, number of cases (of a scene its load cases, or 1), status.
     mistakes : list of Mistake
     notes : list of str
         Warnings about files without a mistake.
@@ -138,7 +140,7 @@ def validate_table(files, sets=()):
             rows.append({"file": file, "kind": kind, "cases": cases, "status": "ok"})
         except SceneError as error:
             mistakes += error.mistakes
-            rows.append({"file": file, "status": f"{len(error.mistakes)} mistake(s)"})
+            rows.append({"file": file, "status": counted(len(error.mistakes), "mistake")})
     return Table(tuple(Field(name, name) for name in ("file", "kind", "cases", "status")), rows), mistakes, notes
 
 
@@ -150,6 +152,7 @@ def _validate(file, sets):
         notes, sample = list(study.notes), study.sample
         if sample and sample.method == "saltelli" and sample.count < FEWEST:
             notes.append(f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}")
-        return "study", study.count, [f"{study.where(('sample', 'count'))}: {note}" for note in notes]
-    read_scene(apply_sets(resolve_base(document), sets))
-    return "scene", 1, []
+        notes = [f"{study.where(('sample', 'count'))}: {note}" for note in notes]
+        return "study", study.count, [*study.large_lengths(), *notes]
+    document = apply_sets(resolve_base(document), sets)
+    return "scene", len(read_scene(document).cases) or 1, large_lengths(document)

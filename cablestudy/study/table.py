@@ -32,6 +32,7 @@ class Field:
     beside: str = ""  # of a difference from a printed value: its field, shown in the same cell of Markdown
     hidden: bool = False  # whether Markdown leaves the column out
     distinct: bool = False  # whether Markdown gives numbers as many digits as tell them apart
+    label: bool = False  # whether it names the rows: shown, in front, though columns are chosen without it
     text: bool = False  # whether some cells are text; of tables in memory they are looked at instead
     unless: str = ""  # a terminal leaves the column out if all its cells are this text
 
@@ -61,7 +62,7 @@ class Table:
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
 
     def chosen(self, names=(), top=None):
-        """Some columns, in the order of their names, and the first rows.
+        """Some columns, in the order of their names, behind those that name the rows; and the first rows.
 
         Parameters
         ----------
@@ -78,7 +79,8 @@ class Table:
         if not names and top is None:
             return self
         asked = dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)
-        fields = tuple(asked) or self.fields
+        labels = [field for field in self.fields if field.label and field not in asked]
+        fields = (*labels, *asked) if asked else self.fields
         shown = {field.name for field in fields}
 
         def errors():

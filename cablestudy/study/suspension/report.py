@@ -72,7 +72,7 @@ def listed(case, names, columns_of, kinds=()):
         rows.append(cells)
         errors.append(stated)
     used = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
-    return Table((Field("name", "name"), *used), rows, errors=lambda: iter(errors))
+    return Table((Field("name", "name", label=True), *used), rows, errors=lambda: iter(errors))
 
 
 def _field(column, name):
@@ -84,7 +84,7 @@ def _field(column, name):
 def _stiffness_table(case):
     """The 6x6 stiffness of each body, one line for each force and moment."""
     suspension = case.equilibrium.suspension
-    fields = [Field(axis, axis) for axis in ("body", "row", *AXES)]
+    fields = [Field(axis, axis, label=axis not in AXES) for axis in ("body", "row", *AXES)]
     rows = [
         {"body": name, "row": axis, **dict(zip(AXES, map(float, line), strict=True))}
         for name in suspension.body_names[: suspension.bodies]
@@ -111,7 +111,7 @@ def form_tables(scene):
         A cable at a free point states no force density, or they do not hold a point.
     """
     form, tension = find_form(numbers_of([scene]))
-    name, density = Field("name", "name"), form.force_density[0]
+    name, density = Field("name", "name", label=True), form.force_density[0]
     points = (name, *(Field(f"{axis}_m", axis, "m") for axis in "xyz"))
     cables = (name, Field("force_density_N_per_m", "force density", "N/m"), Field("tension_N", "tension", "N"),
               Field("length_m", "length", "m"))  # fmt: skip

@@ -109,7 +109,7 @@ def coordinate_table(case):
             "gain_margin_dB": float(20 * np.log10(limit)) if 0 < limit < np.inf else None,
         })  # fmt: skip
     fields = (
-        Field("coordinate", "coordinate"),
+        Field("coordinate", "coordinate", label=True),
         Field("notch_frequency_Hz", "notch frequency", "Hz"),
         Field("gain_margin_dB", "gain margin of this one alone", "dB"),
     )

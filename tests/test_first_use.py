@@ -1,0 +1,148 @@
+"""What a first-time user meets: rows with their names, and messages that say what to write instead."""
+
+import pytest
+from command import CONFIGS, rows_of, run
+
+GUY = CONFIGS / "guy.yaml"
+CASES = ["everyday", "cold", "hot", "ice", "storm", "ice-and-wind"]
+
+
+@pytest.mark.parametrize("style", ["csv", "json", "jsonl"])
+def test_chosen_columns_keep_what_names_the_rows(style):
+    def names(*arguments):
+        return [next(iter(row.items())) for row in rows_of(run(*arguments, "--format", style).out, style)]
+
+    assert names("static", GUY, "--case", "all", "--columns", "sag") == [("case", case) for case in CASES]
+    modes = names("modes", GUY, "--case", "all", "-n", 2, "--columns", "frequency")
+    assert modes == [("case", case) for case in CASES for _ in range(2)]
+    net = "static", CONFIGS / "suspensions" / "cable-robot.yaml", "--table", "bodies"
+    assert names(*net, "--columns", "x") == [("name", "platform")]
+    assert list(rows_of(run(*net, "--columns", "x,name", "--format", style).out, style)[0]) == ["x_m", "name"]
+
+
+def test_markdown_of_chosen_columns_names_the_cases():
+    heading = run("static", GUY, "--case", "all", "--columns", "sag", "--quiet").out.splitlines()[0]
+    assert [word.strip() for word in heading.strip("|").split("|")] == ["quantity", *CASES, "unit"]
+
+
+def guy(folder, *changes):
+    """The guy with parts of its text replaced, written to a folder; its name, as messages have it."""
+    text = GUY.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "guy.yaml").write_text(text, encoding="utf-8")
+    return "guy.yaml"
+
+
+THICK = ["guy.yaml:5:13: cable.diameter: 16 without a unit is 16 m",
+         "guy.yaml:13:48: cases.ice.ice.thickness: 20 without a unit is 20 m",
+         "guy.yaml:15:57: cases.ice-and-wind.ice.thickness: 20 without a unit is 20 m"]  # fmt: skip
+
+
+def test_large_lengths_without_a_unit_are_told(folder):
+    scene = guy(folder, ("diameter: 16 mm", "diameter: 16"), ("thickness: 20 mm", "thickness: 20"))
+    assert run("static", scene).lines == THICK
+    assert run("static", scene, "--case", "all", "--columns", "mass").lines == THICK
+    assert run("validate", scene).lines == THICK
+    assert run("static", scene, "--quiet").err == ""
+    found = run("find", scene, "mass = 100 t", "--by", "cable.diameter", "--between", "1 mm:10 m").lines
+    assert found == THICK
+    (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [16, 18]}}]\ncolumns: [mass]\n")
+    line = "study.yaml:2:26: cable.diameter: 16 without a unit is 16 m"
+    assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == [line]
+
+
+def test_lengths_with_a_unit_and_small_ones_are_not_told(folder):
+    assert run("validate", GUY).err == ""
+    scene = guy(folder, ("diameter: 16 mm", "diameter: 0.016"), ("thickness: 20 mm", "thickness: 2.5 m"))
+    assert run("validate", scene).err == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("cases.hot.temperature=-30", "must be from 60 K to 5000 K (a bare number is K: write 15 degC), got -30"),
+        ("cases.hot.temperature=15", "must be from 60 K to 5000 K (a bare number is K: write 15 degC), got 15"),
+        ("cases.hot.temperature=-30 C", 'got "-30 C" (did you mean degC?)'),
+        ("cases.hot.temperature=80 F", 'got "80 F" (did you mean degF?)'),
+    ],
+)
+def test_temperatures_say_what_to_write(change, message):
+    assert message in run("static", GUY, "--set", change, code=2).err
+
+
+@pytest.mark.parametrize("command", ["static", "modes"])
+@pytest.mark.parametrize(("preload", "share"), [("10", "10 %"), ("0.1", "10 %"), ("12.5", "12.5 %")])
+def test_a_preload_that_looks_like_a_share(command, preload, share):
+    err = run(command, GUY, "--set", f"cable.preload={preload}", code=3).err
+    assert err.endswith(f' m ({share} of the breaking force: write "{share}")\n')
+
+
+@pytest.mark.parametrize("preload", ["10 N", "101"])
+def test_a_small_preload_that_is_meant_has_no_hint(preload):
+    err = run("static", GUY, "--set", f"cable.preload={preload}", code=3).err
+    assert "below the least" in err
+    assert "breaking force" not in err
+
+
+def test_a_key_that_is_a_number(folder):
+    scene = guy(folder, ("  cold:", "  -20:"))
+    expected = 'guy.yaml:11:3: a key must be text, got -20 (write "-20", in quotes)'
+    assert run("static", scene, code=2).lines == [expected]
+
+
+def test_validate_counts_load_cases_and_mistakes(folder):
+    scene = guy(folder)
+    assert rows_of(run("validate", scene, "--format", "json").out, "json")[0]["cases"] == len(CASES)
+
+    def status(*changes):
+        sets = [word for change in changes for word in ("--set", change)]
+        return rows_of(run("validate", scene, *sets, "--format", "json", code=2).out, "json")[0]["status"]
+
+    assert status("cable.preload=0") == "1 mistake"
+    assert status("cable.preload=0", "gravity=-1") == "2 mistakes"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["find", GUY, "load_sag <= 8 m", "--by", "cable.preload"],
+         'find takes =, not <=: write "load_sag = 8 m"'),
+        (["find", GUY, "sag==8 m", "--by", "cable.preload"], 'find takes =, not ==: write "sag = 8 m"'),
+        (["find", GUY, "sag = 1 m", "--by", "preload"], "--by preload: unknown key (did you mean cable.preload?)"),
+        (["static", GUY, "--set", "preload=8 %"], "--set preload: unknown key (did you mean cable.preload?)"),
+        (["static", CONFIGS / "suspensions" / "cable-robot.yaml", "--set", "diameter=8 mm"],
+         "--set diameter: unknown key (did you mean cable.diameter?)"),
+        (["static", GUY, "--case", "winter"],
+         '--case winter: unknown case "winter" (allowed: everyday, cold, hot, ice, storm, ice-and-wind)'),
+        (["find", GUY, "sag = 1 m", "--by", "cable.preload", "--case", "col"],
+         '--case col: unknown case "col" (did you mean cold?)'),
+        (["static", GUY, "--case", "ice", "--set", "case=hot"], "--case ice: given twice, also as --set case"),
+        (["static", GUY, "--columns", "cable_frequency"],
+         "--columns: the table has no column 'cable_frequency' "
+         "(it is a column of another command, or of a study; 'cablestudy columns' lists all)"),
+    ],
+)  # fmt: skip
+def test_wrong_words_say_what_to_write(words, message):
+    assert run(*words, code=2).lines == [message]
+
+
+def test_a_goal_as_headings_write_it():
+    by = "--by", "cable.preload", "--format", "json", "--quiet"
+    assert run("find", GUY, "end stiffness yy = 8 N/m", *by).out == run("find", GUY, "end_stiffness_yy=8 N/m", *by).out
+
+
+@pytest.mark.parametrize("scene", [GUY, CONFIGS / "suspensions" / "trifilar.yaml"])
+def test_a_scene_in_place_of_a_study_says_how_to_make_one(scene):
+    (line,) = run("sweep", scene, code=2).lines
+    assert "this is a scene (it has the key cable" in line
+    assert line.endswith(
+        f"a study of it is a file with the line base: {scene.name} ('cablestudy new study' writes one)"
+    )
+
+
+def test_wrong_commands_and_numbers():
+    assert "No such command 'statik': did you mean static? ('" in run("statik", GUY, code=2).err
+    assert "No such command 'xyz' ('" in run("xyz", GUY, code=2).err
+    assert "'five' is not a whole number" in run("modes", GUY, "-n", "five", code=2).err
