@@ -30,6 +30,10 @@ __all__ = [
 ELSEWHERE = {**dict.fromkeys(ERRORS, "cablestudy.errors"), "report": "cablestudy.pages.report"}
 
 
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]
+
+
 def __getattr__(name: str) -> object:
     """The names of `__all__`, imported when they are first asked for: `import cablestudy` alone costs nothing."""
     if name not in __all__:

@@ -63,7 +63,7 @@ def test_a_scene_gives_what_the_commands_print():
 
 def test_a_state_space_is_a_system_of_scipy():
     scene = cablestudy.load(CARLINA)
-    model = scene.state_space(with_="loop", modes=6)
+    model = scene.state_space(with_="loop")
     system = model.to_scipy()
     s = 2j * np.pi * np.array([0.3, 1.0])
     expected = [model.c @ np.linalg.solve(value * np.eye(len(model.a)) - model.a, model.b) + model.d for value in s]
@@ -71,6 +71,20 @@ def test_a_state_space_is_a_system_of_scipy():
     assert poles == pytest.approx(np.sort_complex(np.linalg.eigvals(model.a)))
     assert model.response(s) == pytest.approx(np.array(expected), rel=1e-9)
     assert [name for name, _ in model.inputs] == model.input_names
+
+
+def test_a_model_of_few_modes_warns_of_the_damping_that_it_lacks():
+    scene = cablestudy.load(CARLINA)
+    whole = scene.state_space(with_="gondola")  # all modes: no warning, which would be an error here
+    motion = scene.windrms()
+    ratio = motion["gondola_damping_ratio"]  # from the coupled modes
+    pole = min(np.linalg.eigvals(whole.a), key=lambda p: abs(p - 2j * np.pi * motion["gondola_frequency_Hz"]))
+    assert -pole.real / abs(pole) == pytest.approx(ratio, rel=1e-2)
+    for with_ in ("gondola", "loop"):
+        with pytest.warns(UserWarning, match=r"with all 117: the damping of the modes left out is missing"):
+            scene.state_space(with_=with_, upto="25 Hz")
+    damped = cablestudy.load(CONFIGS / "carlina-pid.yaml")  # Kelvin-Voigt: the static part has its damping
+    damped.state_space(with_="gondola", upto="25 Hz")
 
 
 def test_find_and_cases(tmp_path):
@@ -127,7 +141,13 @@ def test_a_suspension_gives_its_tables():
         net.shape()
 
 
-@pytest.mark.parametrize("kind", ["static", "modes", "windrms"])
+def test_a_name_without_its_unit_is_told_the_name():
+    with pytest.raises(KeyError, match="did you mean sag_m"):
+        cablestudy.load(CARLINA).static()["sag"]
+    assert set(cablestudy.__all__) < set(dir(cablestudy))
+
+
+@pytest.mark.parametrize("kind", ["static", "modes", "windrms", "loop"])
 def test_pictures_are_figures(kind):
     from matplotlib.figure import Figure
 
@@ -140,7 +160,9 @@ def test_pictures_are_figures(kind):
         (lambda: cablestudy.load("nothing.yaml"), "nothing.yaml: no such file"),
         (lambda: cablestudy.load(CARLINA, set={"cable.diamter": 3}), "unknown key (did you mean diameter?)"),
         (lambda: cablestudy.load(CARLINA, case="ice"), 'unknown case "ice"'),
-        (lambda: cablestudy.load(CARLINA).plot("bode"), "unknown kind 'bode' (allowed: static, modes, windrms)"),
+        (lambda: cablestudy.load(CARLINA).plot("bode"), "unknown kind 'bode' (allowed: static, modes, windrms, loop)"),
+        (lambda: cablestudy.load(CARLINA).compute("windrmss"), "unknown 'windrmss' (allowed: "),
+        (lambda: cablestudy.load(CARLINA).state_space("gondole"), "unknown 'gondole' (allowed: gondola, loop)"),
         (lambda: cablestudy.load(CARLINA).modes(3, 4.0), "count and upto exclude each other"),
         (lambda: cablestudy.load(CARLINA).find("sag", by="cable.preload"), "expected COLUMN = VALUE"),
         (lambda: cablestudy.sweep(CARLINA), "this is a scene (it has the key cable)"),

@@ -376,7 +376,7 @@ def test_a_picture_has_the_variance_that_is_printed(on, sets):
         frequency, spectrum = curves[label]  # [mm^2/Hz], from 1e-3 to 1e2 Hz
         below = 1e-3 * spectrum[0]  # flat at low frequencies
         assert np.sqrt(trapezoid(spectrum, frequency) + below) == pytest.approx(printed[name], rel=2e-3)
-        assert line.get_label() == f"{label}: {printed[name]:.3g} mm RMS"
+        assert line.get_label() == f"{label}: {printed[name]:.4g} mm RMS"
 
 
 def test_a_picture_of_wind_that_moves_nothing_is_refused(tmp_path):

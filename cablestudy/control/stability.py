@@ -44,6 +44,7 @@ MOST_MODES = 300  # more are refused: one eigenvalue problem of some 600 states 
 SMALL = 0.3  # loop gain from which down a delay and its approximant cannot encircle -1: less than a third
 BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 NEEDED = 1e-4  # relative error of the poles by the other modes
+NEEDED_BROAD = 1e-6  # the same of a law that is no integrator
 EXACT = 0.1  # the same where a pole decides, relative to the tolerance of the response
 TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed with more modes; at most so many poles
 # search for the largest gain
@@ -202,6 +203,8 @@ class ResolvedLoop:
         whole, limit = (plant.excited, np.inf) if plant.resolved is None else plant.resolved(plant, gain)
         self.plant, self.gain = plant, gain
         chosen = _driven(plant, whole, gain) & (whole.omega <= limit)
+        if plant.broad:  # nothing is known of where poles are that matter
+            chosen[plant.needed(whole, NEEDED_BROAD, 1.0)] = True
         if chosen.sum() > MOST_MODES:
             raise too_many(plant.said(gain, 4), int(chosen.sum()), float(whole.omega[chosen].max()))
         self._whole, self._chosen, self._exact = whole, chosen, {}
@@ -272,7 +275,7 @@ class ResolvedLoop:
         poles = self.poles([gain])[0] if self._own else self.plant.closed_poles(gain)
         ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
         verdicts = []
-        for place in np.argsort(-ratio)[:FEW]:
+        for place in np.argsort(-ratio)[: None if self.plant.broad else FEW]:
             growth, pole = float(ratio[place]), complex(poles[place])
             open_ratio = self.open_ratio(pole)
             if pole.imag > 0 and growth > -TAKEN * open_ratio:  # with all modes that matter

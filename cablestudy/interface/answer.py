@@ -39,6 +39,11 @@ class Values(dict[str, Any]):
         self.errors = next(iter(table.errors()), {}) if table.errors else {}
         self.warnings = tuple(warnings)
 
+    def __missing__(self, name: str) -> object:
+        from cablestudy.scene.fields import suggestion
+
+        raise KeyError(f"no {name!r} ({suggestion(name, list(self))})")
+
 
 @dataclass(frozen=True)
 class Answer:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -52,6 +53,7 @@ class Scene:
     """
 
     is_suspension: ClassVar[bool] = False
+    attachable: ClassVar[tuple[str, ...]] = ("gondola", "loop")
 
     def __init__(self, path: str, changes: tuple[str, ...], document: Any, model: Any) -> None:
         self.path, self.changes, self.document, self.model = path, changes, document, model
@@ -67,11 +69,14 @@ class Scene:
 
         Parameters
         ----------
-        what : {"static", "modes", "windrms", "trade", "find"}
-            The command.
+        what : {"static", "shape", "modes", "windrms", "loop", "ssm", "trade", "find"}
+            The command, or "shape" of static.
         **options
             Those of the method of this class that begins with its name and ends with `_answer`.
         """
+        commands = [name[1:-7] for name in dir(self) if name.startswith("_") and name.endswith("_answer")]
+        if what not in commands:
+            raise SceneError(f"compute: unknown {what!r} (allowed: {', '.join(commands)})")
         return with_large_lengths(self._compute(what, **options), self.document)
 
     def _compute(self, what, **options):
@@ -291,9 +296,14 @@ class Scene:
         """
         from cablestudy.study import ssm
 
+        if with_ not in (None, *self.attachable):
+            raise SceneError(f"with_: unknown {with_!r} (allowed: {', '.join(self.attachable)})")
         names = {"input": input, "output": output, "proper": proper}
         options = ssm.Options(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
-        return ssm.exported(self._choose(options).system(), options)
+        choice = self._choose(options)
+        for line in choice.warnings:
+            warnings.warn(line.removeprefix("warning: "), stacklevel=2)
+        return ssm.exported(choice.system(), options)
 
     def _choose(self, options, highest=None):
         """The modes to keep: `Choice`."""
@@ -397,9 +407,9 @@ class Scene:
 
         Parameters
         ----------
-        kind : {"static", "modes", "windrms"}
+        kind : {"static", "modes", "windrms", "loop"}
         """
-        kinds = ("static", "modes", "windrms")
+        kinds = ("static", "modes", "windrms", "loop")
         if kind not in kinds:
             raise SceneError(f"plot: unknown kind {kind!r} (allowed: {', '.join(kinds)})")
         return self.compute(kind).figure()

@@ -21,7 +21,7 @@ def sweep(
     study: str | os.PathLike[str],
     set: Changes = (),
     vary: Mapping[str, str] | None = None,
-    jobs: int | None = None,
+    jobs: int | None = 1,
     out: str | os.PathLike[str] | None = None,
 ) -> pandas.DataFrame:
     """Compute a study.
@@ -33,8 +33,9 @@ def sweep(
         Dotted key -> value that changes the base.
     vary : dict, optional
         Dotted key -> text of values, as of the option `--vary`: "100N:2kN:20log", "10kg,50kg".
-    jobs : int, optional
-        Processes; by default as many as the work is worth.
+    jobs : int or None
+        Processes; None for as many as the work is worth. A script that asks for several must call this function below
+        `if __name__ == "__main__":`, since each process imports it.
     out : str, optional
         Folder in which the rows are kept, and the files of the study written, as `cablestudy sweep --out` does; by
         default nothing is written.

@@ -18,6 +18,7 @@ class Suspension(Scene):
     """A scene of several cables, bodies and points; its tables are mappings of name -> pandas.DataFrame."""
 
     is_suspension: ClassVar[bool] = True
+    attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
 
     @cached_property
     def case(self) -> Any:

@@ -114,7 +114,7 @@ def _phase(axes, loop, frequency, value):
         axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
-    if loop.gain_crossover and frequency[0] < loop.gain_crossover < frequency[-1]:
+    if loop.stable and loop.gain_crossover and frequency[0] < loop.gain_crossover < frequency[-1]:
         place = loop.gain_crossover
         # the phase there without a turn, and the nearest -180 degrees
         found = np.interp(np.log(place), np.log(frequency), phase)
@@ -155,7 +155,7 @@ def _nyquist(axes, loop, value):
         near = 1 / loop.sensitivity_peak[0]
         around = -1 + near * circle
         axes.plot(around.real, around.imag, color=RED, lw=0.8, ls=":", label=f"nearest to −1: {near:.4g}")
-    if loop.gain_crossover:
+    if loop.stable and loop.gain_crossover:
         here = loop.gain * complex(loop.unit_gain(np.array([2j * np.pi * loop.gain_crossover]))[0])
         axes.plot(
             here.real, here.imag, "s", color=GREEN, ms=4, zorder=5, label=f"phase margin {loop.phase_margin:.4g}°"
