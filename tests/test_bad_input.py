@@ -106,7 +106,9 @@ def test_scenes_and_studies_given_to_the_wrong_command_are_refused(folder):
         ("sweep", "scene", "scene (it has the key cable)", "static"),
     ):
         (line,) = refused(folder, command, f"{file}.yaml")
-        assert re.fullmatch(rf"{file}.yaml:2:1: this is a {re.escape(kind)}: use 'cablestudy {instead}'(; a study of it .*)?", line)
+        assert re.fullmatch(
+            rf"{file}.yaml:2:1: this is a {re.escape(kind)}: use 'cablestudy {instead}'(; a study of it .*)?", line
+        )
 
 
 def test_several_mistakes_are_reported_at_once_in_the_order_of_the_file(folder):

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationEr
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.bare_numbers import large_lengths
-from cablestudy.scene.document import apply_sets, read_base, read_file
+from cablestudy.scene.document import STDIN, apply_sets, read_base, read_file
 from cablestudy.scene.entries import clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.layers import replaced_by, split_key
@@ -245,7 +245,8 @@ def study_of(source, sets=(), vary=()):
     """Study of a document whose `base:` is still unread; see `read_study`."""
     for key in ("cable", "cables", "gravity"):
         if key in source.given:
-            place, name = source.place((key,), of_key=True), os.path.basename(source.name)
+            place = source.place((key,), of_key=True)
+            name = "SCENE" if source.name == STDIN else os.path.basename(source.name)
             study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
             raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
     try:

@@ -121,7 +121,8 @@ def share_hint(document, scene, failure):
     str
         Empty, or a blank and the hint in brackets.
     """
-    if BELOW_LEAST not in failure or scene.cable.section_breaking_force is None:
+    known = getattr(getattr(scene, "cable", None), "section_breaking_force", None)  # a suspension has several cables
+    if BELOW_LEAST not in failure or known is None:
         return ""
     for path in STATED_TENSIONS:
         value = document.value["cable"]
