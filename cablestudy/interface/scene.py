@@ -84,7 +84,9 @@ class Scene:
         try:
             answer = getattr(self, f"_{what}_answer")(**options)
         except NoSolutionError as error:
-            raise NoSolutionError(f"{error}{self._hint(str(error))}") from None
+            if hint := self._hint(str(error)):
+                raise NoSolutionError(f"{error}{hint}") from None
+            raise
         return replace(answer, failures=tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures))
 
     def _hint(self, failure):
