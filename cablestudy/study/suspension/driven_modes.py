@@ -35,7 +35,7 @@ from cablestudy.wind.strips import strips
 BAND = 3.0  # frequencies that are looked at, over the highest of notch, roll-off and gain
 MOST = 1200  # modes that are looked at
 HARMONICS = 60  # of the waves along a cable
-TAKEN = 24  # that are added to a model at most
+TAKEN = 60  # that are added to a model at most
 BESIDE = 0.05  # frequencies that are looked at beyond the highest wave
 CLOSE = 5e-3  # relative distance of modes that nearly coincide
 RISK = 3.0  # gain from which a mode alone would grow, over that of the loop and over its largest gain
