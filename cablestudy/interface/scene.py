@@ -104,9 +104,10 @@ class Scene:
         """
         from cablestudy.study.case_tables import joined
 
-        if not self.cases:
+        cases = self.cases
+        if not cases:
             raise SceneError(f"--case all: {self.path} has no cases")
-        answers = {name: scene._compute(what, **options) for name, scene in self.cases.items()}
+        answers = {name: scene._compute(what, **options) for name, scene in cases.items()}
 
         def lines(of: Callable[[Answer], tuple[str, ...]]) -> tuple[str, ...]:
             return tuple(f"case {name}: {line}" for name, answer in answers.items() for line in of(answer))

@@ -23,12 +23,15 @@ class Suspension(Scene):
     @cached_property
     def case(self) -> Any:
         """Its equilibrium and motion, each computed when it is first asked for: `SuspensionCase`."""
-        return self._solved(False)
-
-    def _solved(self, estimate):
         from cablestudy.study.suspension.case import SuspensionCase
 
-        return SuspensionCase(self.model, estimate=True) if estimate else SuspensionCase(self.model)
+        return SuspensionCase(self.model)
+
+    def _solved(self, estimate):
+        """The case; one of its own where the errors of fixed elements are to be estimated."""
+        from cablestudy.study.suspension.case import SuspensionCase
+
+        return SuspensionCase(self.model, estimate=True) if estimate else self.case
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
         """Not there: a suspension has several tables for each case; see `cases`."""

@@ -6,8 +6,8 @@ from cablestudy.control import margins
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError
 from cablestudy.scene.scene import missing
-from cablestudy.study.columns import STATUS, find, lacks
-from cablestudy.study.row import evaluate
+from cablestudy.study.columns import STATUS
+from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 
 COLUMNS = (
@@ -42,15 +42,11 @@ def loop_table(document, scene, estimate=False):
     SceneError
         The scene has no gondola, or no controller.
     """
-    columns = [find(name) for name in COLUMNS]
     for key in ("gondola", "winch", "winch.controller"):
         table, _, name = key.rpartition(".")
         if getattr(getattr(scene, table) if table else scene, name) is None:
             raise missing(document, key, "loop")
-    for column in columns:
-        if lacks(scene, column):
-            raise missing(document, lacks(scene, column), "loop")
-    row = evaluate(scene, columns, estimate)
+    columns, row = evaluate_named(document, scene, COLUMNS, "loop", estimate)
     fields = tuple(column.field for column in columns)
     return Table((*fields, STATUS), [dict(row.cells)], single=True, errors=row.known_errors), row
 

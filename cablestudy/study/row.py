@@ -4,11 +4,12 @@ import time
 from dataclasses import dataclass
 
 from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.scene.scene import missing
 from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
-from cablestudy.study.columns import over_strength, relative, value
+from cablestudy.study.columns import find, lacks, over_strength, relative, value
 from cablestudy.study.refinement import SETTINGS, Search, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
@@ -105,6 +106,32 @@ def evaluate(scene, columns, estimate=False):
     Row
     """
     return evaluate_cases([scene], columns, estimate)[0]
+
+
+def evaluate_named(document, scene, names, command, estimate=False):
+    """The columns of some names, and the `Row` of a scene.
+
+    Parameters
+    ----------
+    document : Document
+        Of the scene, for the places of mistakes.
+    scene : Scene
+    names : sequence of str
+    command : str
+        That needs them, for messages.
+    estimate : bool
+        Whether the errors of fixed elements are to be estimated.
+
+    Raises
+    ------
+    SceneError
+        The scene lacks a key that a column needs.
+    """
+    columns = [find(name) for name in names]
+    for column in columns:
+        if lacks(scene, column):
+            raise missing(document, lacks(scene, column), command)
+    return columns, evaluate(scene, columns, estimate)
 
 
 def evaluate_cases(scenes, columns, estimate=False):

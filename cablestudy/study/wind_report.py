@@ -4,13 +4,12 @@ from dataclasses import replace
 from math import ceil, floor
 
 from cablestudy.errors import CablestudyError
-from cablestudy.scene.scene import missing
 from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
-from cablestudy.study.columns import STATUS, find, lacks
+from cablestudy.study.columns import STATUS
 from cablestudy.study.notes import gondola_notes
-from cablestudy.study.row import evaluate
+from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, combine, weights_of
 from cablestudy.wind.drag import shedding_frequencies
@@ -63,7 +62,7 @@ def wind_table(document, scene, on=None, estimate=False):
     if scene.gondola is None and on in (None, "cable"):
         return _bare_cable_table(document, scene, estimate)
     on = on or "gondola"
-    columns, row = _evaluated(document, scene, _names(scene, PARTS[on]), estimate)
+    columns, row = evaluate_named(document, scene, _names(scene, PARTS[on]), "windrms", estimate)
     fields, cells, remarks = [column.field for column in columns], dict(row.cells), ()
     if not row.failed:
         response = _response(row.case, on)
@@ -93,20 +92,11 @@ def _names(scene, parts):
 
 def _bare_cable_table(document, scene, estimate):
     """As `wind_table`, of a cable with fixed ends."""
-    columns, row = _evaluated(document, scene, CABLE, estimate)
+    columns, row = evaluate_named(document, scene, CABLE, "windrms", estimate)
     remarks = () if row.failed else tuple(_vortices(row.case))
     row = replace(row, notes=(*row.notes, BARE_NOTE))
     fields, cells = [column.field for column in columns], dict(row.cells)
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
-
-
-def _evaluated(document, scene, names, estimate):
-    """The columns of some names, and their `Row`; SceneError for a key that the scene lacks."""
-    columns = [find(name) for name in names]
-    for column in columns:
-        if lacks(scene, column):
-            raise missing(document, lacks(scene, column), "windrms")
-    return columns, evaluate(scene, columns, estimate)
 
 
 def _response(case, on):

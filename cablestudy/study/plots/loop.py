@@ -9,6 +9,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, RED, SERIES, WIDTH, plain, plain_axis, styled
+from cablestudy.study.plots.words import with_minus
 
 BELOW, ABOVE = 0.02, 3.0  # of the range without another one: of the lowest and the highest frequency that is marked
 POINTS = 1500  # of a curve, without those near resonances
@@ -95,7 +96,7 @@ def _magnitude(axes, loop, frequency, value):
         axes.annotate("", (place, 0), (place, -margin), arrowprops={"arrowstyle": "<->", "color": RED, "lw": 1.2,
                                                                    "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         axes.plot(place, -margin, "o", color=RED, ms=4, zorder=5,
-                  label=_said(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
+                  label=with_minus(f"gain margin {margin:.4g} dB at {place:.4g} Hz"))  # fmt: skip
     if loop.gain_crossover:
         axes.plot(loop.gain_crossover, 0, "s", color=GREEN, ms=4, zorder=5,
                   label=f"|L| = 1 at {loop.gain_crossover:.4g} Hz")  # fmt: skip
@@ -134,7 +135,7 @@ def _sensitivity(axes, loop, frequency, sensitivity, complementary):
         peak, place = loop.sensitivity_peak
         top = max(top, float(decibels(peak)))
         axes.plot(place, decibels(peak), "o", color=RED, ms=4, zorder=5,
-                  label=_said(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
+                  label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {place:.4g} Hz"))  # fmt: skip
     axes.set_ylim(-40, top + 6)
     axes.set_ylabel("|S|, |T| [dB]")
     axes.set_xlabel("frequency [Hz]")
@@ -162,7 +163,7 @@ def _nyquist(axes, loop, value):
         )
     if _has_limit(loop):
         axes.plot(-loop.gain / loop.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
-                  label=_said(f"gain margin {loop.gain_margin:.4g} dB"))  # fmt: skip
+                  label=with_minus(f"gain margin {loop.gain_margin:.4g} dB"))  # fmt: skip
     axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR), xlabel="real part of L", ylabel="imaginary part of L")
     axes.set_aspect("equal", adjustable="box")
     plain(axes, 6, 6)
@@ -189,7 +190,7 @@ def _numbers(axes, loop):
     for place, (name, number) in enumerate(lines):
         height = 0.97 - LINE * place
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)
-        axes.text(0.98, height, _said(number), transform=axes.transAxes, ha="right", fontsize=8)
+        axes.text(0.98, height, with_minus(number), transform=axes.transAxes, ha="right", fontsize=8)
 
 
 @styled
@@ -211,7 +212,7 @@ def loop_in_time(solved):
     second.plot(time, moved, color=BLUE, label="loop closed")
     place = int(np.argmax(np.abs(moved)))
     second.plot(time[place], moved[place], "o", color=RED, ms=4,
-                label=_said(f"{moved[place]:.4g} {unit} at {time[place]:.4g} s"))  # fmt: skip
+                label=with_minus(f"{moved[place]:.4g} {unit} at {time[place]:.4g} s"))  # fmt: skip
     second.set_ylabel(f"{solved.name} [{unit}]")
     several = len(solved.winches) > 1
     for winch, (name, value) in enumerate(zip(solved.winches, MILLI * found.winch.T, strict=True)):
@@ -237,8 +238,3 @@ def _room_above(axes):
     """Widen the axes so that a legend of one line is above the curves."""
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.2 * (high - low))
-
-
-def _said(text):
-    """A text with the sign for minus."""
-    return text.replace("-", "−")

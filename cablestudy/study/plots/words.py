@@ -24,6 +24,11 @@ def number(value):
     if power:
         text = f"{size}·10{_raised(int(power))}"
         text = re.sub(r"^(-?)1·", r"\1", text)
+    return with_minus(text)
+
+
+def with_minus(text):
+    """A text with the sign for minus instead of hyphens."""
     return text.replace("-", "−")
 
 
