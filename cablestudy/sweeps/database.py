@@ -6,7 +6,9 @@ on even if its folder is renamed or deleted meanwhile. After a clean end NAME-wa
 """
 
 import os
+import random
 import sqlite3
+import time
 from contextlib import contextmanager, suppress
 
 from cablestudy.errors import SceneError
@@ -15,7 +17,8 @@ MAGIC = b"SQLite format 3\0"
 APPLICATION = 0x63616273  # application_id of SQLite: tells our databases from those of other programs
 SIDE_FILES = ("-wal", "-shm", "-journal")
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
-WAIT = 0.2  # for a lock: of several sweeps that begin at once, one succeeds [s]
+WAIT = 1.0  # for a lock [s]
+PAUSE = 0.05  # longest, between two attempts to get it [s]
 AT_WORK = "another sweep is at work on it"
 
 
@@ -39,29 +42,55 @@ class Database:
         self._connect()
 
     def _connect(self):
+        """Open the file alone.
+
+        Two processes that open it at once can each hold what the other waits for. Each attempt that fails therefore
+        gives back all locks, and a random pause lets one of the processes succeed.
+        """
         if self.path:
             _check_beginning(self.path)
-        try:
-            self._connection = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
-            self.execute("PRAGMA locking_mode = EXCLUSIVE")
-            self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
-            if not self.value("PRAGMA page_count"):
-                self.execute(f"PRAGMA application_id = {APPLICATION}")
-            if self.value("PRAGMA application_id") != APPLICATION:
+        latest = time.monotonic() + WAIT
+        while True:
+            try:
+                self._open()
+                return
+            except sqlite3.OperationalError as error:
                 self._connection.close()
-                raise SceneError(f"{self.path}: is a database of another program; move it away")
-            self.execute("PRAGMA journal_mode = WAL")
-            self.execute("PRAGMA synchronous = NORMAL")
-            self.execute("SELECT count(*) FROM sqlite_master")
-        except sqlite3.OperationalError as error:
-            busy = error.sqlite_errorcode & 0xFF in BUSY
-            reason = AT_WORK if busy else f"cannot be written ({error})"
-            raise SceneError(f"{self.path}: {reason}") from None
-        except sqlite3.DatabaseError:
-            return
+                if error.sqlite_errorcode & 0xFF not in BUSY:
+                    raise SceneError(f"{self.path}: cannot be written ({error})") from None
+            except sqlite3.DatabaseError:  # damaged
+                return
+            if time.monotonic() > latest:
+                raise SceneError(f"{self.path}: {AT_WORK}")
+            time.sleep(random.uniform(0, PAUSE))
 
-    def recreate(self):
-        """Begin with an empty file."""
+    def _open(self):
+        self._connection = sqlite3.connect(self.path, timeout=0, isolation_level=None)
+        self.execute("PRAGMA locking_mode = EXCLUSIVE")
+        self.execute("PRAGMA writable_schema = ON")  # reads what is left of a file that was cut
+        if not self.value("PRAGMA page_count"):
+            self.execute(f"PRAGMA application_id = {APPLICATION}")
+        if self.value("PRAGMA application_id") != APPLICATION:
+            self._connection.close()
+            raise SceneError(f"{self.path}: is a database of another program; move it away")
+        self.execute("PRAGMA journal_mode = WAL")
+        self.execute("PRAGMA synchronous = NORMAL")
+        self.execute("SELECT count(*) FROM sqlite_master")
+
+    def empty(self):
+        """Remove all tables, and the file itself where it is damaged: only then is the lock given back meanwhile."""
+        try:
+            tables = [name for (name,) in self.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+            with self._connection:
+                self.execute("BEGIN")
+                for name in tables:
+                    self.execute(f'DROP TABLE "{name}"')
+            if tables:
+                self.execute("VACUUM")  # the file as new: damage among its free pages would stay
+            if not self.value("SELECT count(*) FROM sqlite_master"):
+                return
+        except sqlite3.Error:
+            pass
         self._connection.close()
         for end in ("", *SIDE_FILES) if self.path else ():
             with suppress(FileNotFoundError):

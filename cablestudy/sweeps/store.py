@@ -61,7 +61,7 @@ class RowStore:
 
     def begin(self):
         """Forget whatever the file holds: no rows."""
-        self.database.recreate()
+        self.database.empty()
         with self.database.transaction():
             self.database.execute(f"PRAGMA user_version = {FORMAT}")
             for statement in SCHEMA.values():
