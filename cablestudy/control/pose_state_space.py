@@ -93,7 +93,7 @@ def by_forces(motion, forces, loop=None, actuators=()):
 
 def _rows(motion, forces, loop, actuators):
     """`Equations`, and as rows over x, u, u', u'': x', lengths of winches, outputs of motion and actuators."""
-    found = equations(motion, loop and loop.allocation, loop.notches if loop else (), forces)
+    found = equations(motion, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
     whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
     m, size = len(motion), len(whole)
     inputs = (whole.shape[1] - size) // 3
@@ -143,4 +143,6 @@ def _states(labels, loop, actuators, movements):
     found += [(f"{one.name}.low_pass", "rad" if one.wheel else "m") for one in actuators if one.corner]
     for (name, unit), notch in zip(labels.measured if loop else (), loop.notches if loop else (), strict=True):
         found += [(f"notch.{name}_{k}", unit) for k in (1, 2) if notch]
+    laws = loop.law_names if loop else ()
+    found += [(f"{name}.winches_{k + 1}", "") for k in range(movements) for name in laws]
     return (*found, *((f"winches_{k + 1}", "m") for k in range(movements)))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 DEPENDENT = 1e5  # entry of V^-1, the columns of V of unit size, above which A is taken for one without eigenvectors
+DELAYED = 1e12  # the same with approximants of a delay, whose eigenvalues hardly any change may reach
 NUDGE = 1e-9  # change of its entries then, over the smaller one of the sizes of its rows
 
 
@@ -21,8 +22,8 @@ class Eigen:
     left: np.ndarray
 
 
-def eigen(a):
-    """`Eigen` of a matrix, shape (N, N).
+def eigen(a, dependent=DEPENDENT):
+    """`Eigen` of a matrix, shape (N, N), with eigenvectors up to an entry of V^-1.
 
     Notes
     -----
@@ -39,7 +40,7 @@ def eigen(a):
         left = np.linalg.inv(right)
     except np.linalg.LinAlgError:  # V is singular
         left = np.full_like(a, np.inf)
-    if np.abs(left).max(initial=0.0) > DEPENDENT:
+    if np.abs(left).max(initial=0.0) > dependent:
         noise = np.random.default_rng(0).normal(size=a.shape)
         poles, right = np.linalg.eig(a + NUDGE * np.minimum.outer(size[order], size[order]) * noise)
         left = np.linalg.inv(right)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.control import loop_response
-from cablestudy.control.law import NOTHING
+from cablestudy.control.law import series
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
@@ -135,7 +135,8 @@ def _responses(movement, motion, space, shown, place, components, time):
     plant = state_space(motion, loads, named, None, movement.actuators)
     body, loop = movement.equilibrium.suspension.body_names[movement.body], movement.loop
     names = [f"{body}.{AXES[MOTIONS.index(name)]}" for name in movement.measured]
-    filters = [notch.state_space if notch else NOTHING for notch in loop.notches]
+    own = loop.law_space
+    filters = [series(notch.state_space, own) if notch else own for notch in loop.notches]
     shares = -loop.gain * loop.allocation.shares
     rows = tuple(plant.output_names.index(name) for name in names)
     return loop_response.Driven(plant, rows, filters, shares, shown, *place).responses(components, time)

@@ -10,6 +10,7 @@ from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_w
 from cablestudy.control.pose_margins import largest_gain, sensitivity_peak, single_limits
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.study.loops import law_from
 
 TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
@@ -180,14 +181,14 @@ class Movement:
     @cached_property
     def _given_loop(self):
         """The loop with its gain, or with next to none where the gain follows from a margin."""
-        gain = self.scene.control.gain
-        given = float(gain) if isinstance(gain, (int, float)) else LITTLE * self.modes.solution.omega[0]
-        return PoseLoop(self.motion, self.allocation, given, self.notches)
+        law, gain = law_from(self.scene.control, self.scene.control)
+        given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
+        return PoseLoop(self.motion, self.allocation, given, self.notches, law)
 
     @cached_property
     def limit(self):
         """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
-        key = repr(self.scene.control.model_copy(update={"gain": None}))
+        key = repr((self.scene.control.model_copy(update={"gain": None}), self._given_loop.law))
         if key not in self.linear.limits:
             self.linear.limits[key] = largest_gain(self._given_loop)
         return self.linear.limits[key]
@@ -232,8 +233,10 @@ class Movement:
             raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
         if loop is not None and loop.gain and (pole := loop.growing) is not None:
             limit = self.largest_gain
-            stable = f"; stable below {limit:.4g} rad/s" if limit else ""
-            raise NoSolutionError(f"the loop is unstable at {loop.gain:.4g} rad/s: {self._named(pole, loop)}{stable}")
+            below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
+            stable = f"; stable below {below}" if limit else ""
+            said = loop.law.said(loop.gain, 4).removeprefix("a gain of ")
+            raise NoSolutionError(f"the loop is unstable at {said}: {self._named(pole, loop)}{stable}")
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""

@@ -23,6 +23,7 @@ EXCITED = 1e-6  # share with that damping ratio from which it is refused: what i
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
+DELAYED = 4.0  # largest relative error of a variance by a wrong phase of the loop gain, over that
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 CLOSED, OPEN = 0, 1
 
@@ -130,22 +131,39 @@ class Response:
     @cached_property
     def _wind(self):
         """`Panels`, `Noise` on them, and the weights there, shape (w, n)."""
-        gusts, weights = self.movement.gusts, list(self.weights.values())
-        panels = Panels(smooth_on(gusts.edges(*self.range), weights))
+        gusts, weights, right = self.movement.gusts, list(self.weights.values()), self._right_up_to
+        edges = gusts.edges(*self.range)
+        edges = np.union1d(edges, right) if self.range[0] < right < self.range[1] else edges
+        panels = Panels(smooth_on(edges, weights))
         return panels, gusts.noise(panels.frequency), np.stack([weight(panels.frequency) for weight in weights])
 
-    def _integrated(self, systems):
-        """Variances of the outputs of some `Residues`, shape (w, len(systems), o).
+    @property
+    def _right_up_to(self):
+        """Frequency up to which the phase of the loop is right; infinite without delay. [Hz]"""
+        return self.loop.right_up_to / TURN if self.loop and self.loop.law.delay else np.inf
+
+    @cached_property
+    def _late_error(self):
+        """Error of the variances with the loop by the phase of its delay above that frequency, shape (w, o)."""
+        panels, _, weights = self._wind
+        late = weights * (panels.frequency > self._right_up_to)
+        if self.loop is None or not late.any():
+            return 0.0
+        return DELAYED * self.loop.gain_beyond * self._integrated(self.movement.residues[:1], late)[:, 0]
+
+    def _integrated(self, systems, weights=None):
+        """Variances of the outputs of some `Residues`, shape (w, len(systems), o), with other weights than `weights`.
 
         Poles above the range follow statically. A pole within it that nothing damps is left out: `check_damped` refuses
         it where the wind excites it.
         """
-        found = []
+        (panels, noise, own), found = self._wind, []
+        weights = own if weights is None else weights
         for system in systems:
             size = np.abs(system.poles)
             system = system.statically(size > TURN * self.range[1])
             damped = -system.poles.real >= UNDAMPED * np.abs(system.poles)
-            found.append(variances(system.some(damped), *self._wind))
+            found.append(variances(system.some(damped), panels, noise, weights))
         return np.stack(found, axis=1)
 
     def check_damped(self):
@@ -206,6 +224,7 @@ class Response:
         energy = value * self.stiffness
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
         error = added + INTERPOLATED * value
+        error[:, CLOSED] += self._late_error
 
         def both_states(part):
             return part if len(part) == 2 else np.concatenate([part, part])
