@@ -20,7 +20,7 @@ from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
 from cablestudy.control.motion import Motion
 from cablestudy.control.pose_equations import DEPENDENT, equations
 from cablestudy.control.pose_frequencies import CLOSER, beside, by_parts, eigenvalues
-from cablestudy.control.residues import DELAYED, eigen
+from cablestudy.control.residues import eigen, eigen_apart
 from cablestudy.errors import NoSolutionError
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
@@ -263,12 +263,12 @@ class PoseLoop:
 
     @cached_property
     def eigen(self):
-        """`Eigen` of the closed loop."""
+        """`Eigen` of the closed loop; with a delay that of poles that do not nearly coincide."""
         if self.allocation is None:
             return self.motion.eigen
         fixed, scaled = self._matrices(self.law.approximants(self.right_up_to))
         whole = fixed + self.gain * scaled.sum(axis=0)
-        return eigen(whole, DELAYED) if self.law.delay else eigen(whole)
+        return eigen_apart(whole) if self.law.delay else eigen(whole)
 
     @property
     def poles(self):

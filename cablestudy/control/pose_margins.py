@@ -1,4 +1,4 @@
-"""How far a loop of several winches is from instability: largest gain, margins of one loop alone, sensitivity.
+"""How far a loop of several winches is from instability: largest gain, margins, those of one loop alone, sensitivity.
 
 A pole of the closed loop lies on the imaginary axis at i w for the gain -1/l where an eigenvalue l of the loop gain
 L(i w) over the gain is real and negative. The candidates that a grid of frequencies shows are refined, and the
@@ -17,6 +17,7 @@ BESIDE = 0.03  # relative distance of the gains on either side of a candidate th
 SIMILAR = 0.1  # logarithm of the ratio of two frequencies up to which they belong to one crossing
 SETTLED = 1e-12  # relative, of a frequency or gain that is found
 PEAKS = 4  # of the sensitivity: the highest on the grid
+STEPS = 50  # of bisection, to rounding
 POINTS, REFINEMENTS = 15, 4  # by which a peak or crossing is refined, and how often
 
 
@@ -67,6 +68,34 @@ def gain_beside(loop, known):
     values = _eigenvalues(loop)
     found = [refined(values, one).factor for one in crossings(omega, values(omega))]
     return min(found, key=lambda gain: abs(gain - known.factor), default=None)
+
+
+def gain_crossovers(loop):
+    """Where an eigenvalue of the loop gain has the size 1: frequencies [rad/s], and its angle from -1 [deg], each (c,).
+
+    Notes
+    -----
+    A phase that is common to all eigenvalues, as that of a further delay, brings the loop to the limit of stability
+    where it turns one of these eigenvalues to -1.
+    """
+    values = _eigenvalues(loop)
+
+    def by_size(omega):
+        found = loop.gain * values(omega)
+        return np.take_along_axis(found, np.argsort(np.abs(found), axis=1), axis=1)
+
+    omega = beside(np.concatenate([loop.open_poles, loop.poles]), CLOSER, loop.law)
+    size = np.abs(by_size(omega)) - 1
+    where, which = np.nonzero(size[:-1] * size[1:] < 0)
+    if not len(where):
+        return np.zeros(0), np.zeros(0)
+    rows, below = np.arange(len(where)), np.sign(size[where, which])
+    low, high = omega[where], omega[where + 1]
+    for _ in range(STEPS):
+        middle = (low + high) / 2
+        same = np.sign(np.abs(by_size(middle)[rows, which]) - 1) == below
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return low, np.degrees(np.angle(-by_size(low)[rows, which]))
 
 
 def _eigenvalues(loop):

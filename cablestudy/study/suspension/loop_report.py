@@ -10,7 +10,7 @@ from cablestudy.control.suspension import labels
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension_tables import MOTIONS
-from cablestudy.study.loop_in_time import OF_WIND, TimeCase
+from cablestudy.study.loop_in_time import OF_WIND, TimeCase, remarks_of
 from cablestudy.study.loop_report import decibels
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
@@ -112,7 +112,8 @@ def time_case(document, case, options):
     ]
     found = loop_response.compared(*found).times(asked.size)
     unit = f"m{_unit(movement.measured[shown])}"
-    return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches))
+    remarks = remarks_of(scene.control, movement.loop.right_up_to, found)
+    return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
 
 
 def _unit(coordinate):

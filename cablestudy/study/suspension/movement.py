@@ -5,9 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.margins import delay_margin
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.pose_margins import largest_gain, sensitivity_peak, single_limits
+from cablestudy.control.pose_margins import gain_crossovers, largest_gain, sensitivity_peak, single_limits
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
@@ -64,6 +65,15 @@ class Movement:
         linear, loop = self.linear, self.fewer_loop
         open_ = linear.fewer_residues
         return [linear.residues_of(loop.motion, loop, linear.fewer), open_] if loop and loop.gain else [open_]
+
+    @property
+    def winch_residues(self):
+        """`Residues` of the speeds of the winches, and those in the space `LinearMotion.fewer`."""
+        linear, fewer = self.linear, self.fewer_loop
+        return (
+            linear.residues_of(self.motion, self.loop, speeds=True),
+            linear.residues_of(fewer.motion, fewer, linear.fewer, speeds=True),
+        )
 
     # --------------------------------------------------------------------------------------------------- loop
 
@@ -202,6 +212,28 @@ class Movement:
     def sensitivity_peak(self):
         """Largest singular value of the sensitivity at the measured coordinates. [-]"""
         return sensitivity_peak(self.loop)
+
+    @cached_property
+    def _crossovers(self):
+        """See `pose_margins.gain_crossovers`."""
+        return gain_crossovers(self.loop)
+
+    @property
+    def phase_margin(self):
+        """Least angle between -1 and an eigenvalue of the loop gain of size 1; None where there is none. [deg]"""
+        phase = np.abs(self._crossovers[1])
+        return float(phase.min()) if len(phase) else None
+
+    @property
+    def gain_crossover(self):
+        """Frequency of the phase margin; None where there is none. [Hz]"""
+        omega, phase = self._crossovers
+        return float(omega[np.argmin(np.abs(phase))] / TURN) if len(omega) else None
+
+    @property
+    def delay_margin(self):
+        """Least further delay that makes the loop unstable; None where no eigenvalue of the loop gain is 1. [s]"""
+        return delay_margin(*self._crossovers)
 
     @cached_property
     def single_limits(self):

@@ -13,6 +13,7 @@ from cablestudy.study.suspension.report import listed
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
+    WINCHES,
     actuator_columns,
     limits_passed,
     place_columns,
@@ -57,7 +58,7 @@ def wind_tables(document, case, only=None):
         "open_loop": scene.control and (lambda: _listed(case, places, _open)),
         "cables": lambda: _listed(case, list(scene.cables), tension_columns),
         "actuators": scene.actuators and (lambda: _listed(case, list(scene.actuators), _actuator_columns(scene))),
-        "loop": scene.control and (lambda: loop_table(case)),
+        "loop": scene.control and (lambda: loop_table(case, WINCHES if scene.control.max_speed else ())),
         "coordinates": scene.control and (lambda: coordinate_table(case)),
     }
     if only and not makers[only]:
@@ -85,14 +86,14 @@ def _listed(case, names, columns_of):
     return listed(case, names, lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)])
 
 
-def loop_table(case):
-    """Gain, largest gain, margin and peak of the sensitivity of a `SuspensionCase`; raises as `SuspensionCase`."""
-    cells, errors = {}, {}
-    for column in LOOP:
+def loop_table(case, more=()):
+    """Gain, margins, peak of the sensitivity and more columns of a `SuspensionCase`; raises as `SuspensionCase`."""
+    (cells, errors), columns = ({}, {}), (*LOOP, *more)
+    for column in columns:
         cells[column.header], error = value(case, column)
         errors[column.header] = error
     known = {header: error for header, error in errors.items() if error is not None}
-    return Table(tuple(column.field for column in LOOP), [cells], single=True, errors=lambda: iter([known]))
+    return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([known]))
 
 
 def coordinate_table(case):
