@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from cablestudy.interface.scene import Changes, texts_of
+from cablestudy.interface.changes import Changes, texts_of
 
 if TYPE_CHECKING:
     import pandas
