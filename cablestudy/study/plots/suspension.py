@@ -32,6 +32,7 @@ SIZE = (WIDTH, 7.0)  # of a picture [in]
 PANEL = 2.5  # width of a view, about [in]
 MANY = 50  # anchors or junctions from which they are small
 NAMED = 12  # anchors up to which each is named
+CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
 
@@ -207,14 +208,6 @@ def _draw(axes, drawing, view, colours):
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
 
 
-def _beside(place, side, up, extent, per_inch):
-    """Box of a text on one side of a place: left, right, bottom and top."""
-    (width, height), (x, y) = extent, place
-    left = x + side * 0.07 * per_inch - (width if side < 0 else 0)
-    bottom = y + up * 0.05 * per_inch - (height if up < 0 else 0)
-    return left, left + width, bottom, bottom + height
-
-
 def _name_all(axes, drawing, view, per_inch):
     """Names bodies, and anchors if they are few, where there is room beside cables; names at one place share a text.
 
@@ -226,24 +219,65 @@ def _name_all(axes, drawing, view, per_inch):
     bodies = {name: view(places[-1]) for name, places in drawing.bodies.items()}
     anchors = {name: view(place) for name, place in drawing.anchors.items()} if len(drawing.anchors) <= NAMED else {}
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    scale = low + (high - low) * BAR_ROOM, right - (right - left) * 2 * BAR_ROOM  # its top and its left
-    cables, boxes = view(drawing.cables).reshape(-1, 2), []
+    scale = right - (right - left) * 2 * BAR_ROOM, right, low, low + (high - low) * BAR_ROOM
+    room = _Room((left, right, low, high), [scale], view(drawing.cables).reshape(-1, 2), per_inch)
     for places, size, colour in ((bodies, 8, RED), (anchors, 7, GREY)):
         for names, place in _at_one_place(places, 0.05 * per_inch):
-            text, free = shortened(", ".join(names), 32), []
-            extent = (text_width(text, size) + 0.03) * per_inch, size / 60 * per_inch
-            for side, up in ((1, -1), (1, 1), (-1, 1), (-1, -1)):
-                box = _beside(place, side, up, extent, per_inch)
-                outside = box[0] < left or box[1] > right or box[2] < low or box[3] > high
-                taken = (box[2] < scale[0] and box[1] > scale[1]) or any(_overlap(box, other) for other in boxes)
-                if not (outside or taken):
-                    free.append((_inside(box, cables), side, up, box))
-            if free:
-                _, side, up, box = min(free, key=lambda one: one[0])
-                boxes.append(box)
-                look = {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
-                axes.annotate(text, place, (5 * side, 3.6 * up), textcoords="offset points", fontsize=size,
-                              color=colour, zorder=6, **look)  # fmt: skip
+            text = shortened(", ".join(names), 32)
+            corner = room.beside(place, text, size)
+            if corner is None:
+                continue
+            side, up = corner
+            look = {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
+            axes.annotate(text, place, (5 * side, 3.6 * up), textcoords="offset points", fontsize=size,
+                          color=colour, zorder=6, **look)  # fmt: skip
+
+
+@dataclass
+class _Room:
+    """What room a view has for names. Boxes are (left, right, low, high). [m]
+
+    Attributes
+    ----------
+    limits : tuple of float
+        Box of the view.
+    taken : list of (tuple of float)
+        Boxes of what stands there: the scale, and names.
+    cables : ndarray, shape (n, 2)
+        Points along the cables, which a name had better not cover.
+    per_inch : float
+        Length in the view over that on paper, about. [m/in]
+    """
+
+    limits: tuple
+    taken: list
+    cables: np.ndarray
+    per_inch: float
+
+    def beside(self, place, text, size):
+        """The corner of a place where a text covers least of the cables, +-1 along x and y, which is then taken.
+
+        None if there is no room.
+        """
+        extent = (text_width(text, size) + 0.03) * self.per_inch, size / 60 * self.per_inch
+        free = [(corner, box) for corner in CORNERS if self._is_free(box := self._box(place, corner, extent))]
+        if not free:
+            return None
+        corner, box = min(free, key=lambda one: _inside(one[1], self.cables))
+        self.taken.append(box)
+        return corner
+
+    def _box(self, place, corner, extent):
+        """Box of a text at a corner of a place."""
+        (side, up), (width, height), (x, y) = corner, extent, place
+        left = x + side * 0.07 * self.per_inch - (width if side < 0 else 0)
+        low = y + up * 0.05 * self.per_inch - (height if up < 0 else 0)
+        return left, left + width, low, low + height
+
+    def _is_free(self, box):
+        left, right, low, high = self.limits
+        outside = box[0] < left or box[1] > right or box[2] < low or box[3] > high
+        return not (outside or any(_overlap(box, other) for other in self.taken))
 
 
 def _at_one_place(places, near):
