@@ -157,18 +157,8 @@ def needs_of(case, required):
     NoSolutionError, ConvergenceError
         The case has no motion.
     """
-    results, index = case.results, case.index
-    waves, axial, body = required.waves, required.axial, required.gondola
-    if required.sagging_waves > waves:
-        waves = max(waves, min(required.sagging_waves, float(results.sag_waves[index])))
-    axial_waves, travel_time = float(results.axial_waves[index]), float(results.travel_time[index])
-    if axial and SETTINGS.unresolved * case.refined(1, SETTINGS.lowest).waves(0.0)[1] > case.scene.model.accuracy:
-        waves = max(waves, axial * axial_waves)  # an axial mode of a curved cable excites the transverse waves
-    if body:
-        waves = max(waves, 2 * case.gondola_frequency_static * travel_time)
-    if required.cable_wind:
-        waves = max(waves, SETTINGS.waves_in_wind)
-
+    results, axial, body = case.results, required.axial, required.gondola
+    axial_waves, travel_time = float(results.axial_waves[case.index]), float(results.travel_time[case.index])
     names = {column.name for column in required.motion}
 
     def highest(finer, values):
@@ -185,11 +175,34 @@ def needs_of(case, required):
         alone = axial * axial_waves / (4 * travel_time) / slower if axial else 0.0
         return max(alone, finer.gondola_frequency) if body else alone
 
-    limited = {"largest_gain", "gain_margin", *(["gain"] if gain_follows(case.scene) else [])}
-    near_limit = [c.header for c in required.motion if c.name in limited]
+    waves, near_limit = _half_waves(case, required), _near_limit(case, required)
+    return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only, near_limit)
+
+
+def _half_waves(case, required):
+    """Estimated number of transverse half-waves along the cable that the columns depend on. [-]"""
+    results, index, waves = case.results, case.index, required.waves
+    if required.sagging_waves > waves:
+        waves = max(waves, min(required.sagging_waves, float(results.sag_waves[index])))
+    if (
+        required.axial
+        and SETTINGS.unresolved * case.refined(1, SETTINGS.lowest).waves(0.0)[1] > case.scene.model.accuracy
+    ):
+        # an axial mode of a curved cable excites the transverse waves
+        waves = max(waves, required.axial * float(results.axial_waves[index]))
+    if required.gondola:
+        waves = max(waves, 2 * case.gondola_frequency_static * float(results.travel_time[index]))
+    if required.cable_wind:
+        waves = max(waves, SETTINGS.waves_in_wind)
+    return waves
+
+
+def _near_limit(case, required):
+    """Headers of the columns whose modes left out are the same at all levels: frozenset."""
     if case.scene.cable.damping.model == "modal":
-        near_limit = []
-    return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only, frozenset(near_limit))
+        return frozenset()
+    limited = {"largest_gain", "gain_margin", *(["gain"] if gain_follows(case.scene) else [])}
+    return frozenset(column.header for column in required.motion if column.name in limited)
 
 
 def gain_follows(scene):

@@ -16,7 +16,7 @@ from cablestudy.study.plots.style import (
     plain_axis,
     wrapped,
 )
-from cablestudy.study.plots.words import number, shortened
+from cablestudy.study.plots.words import number, panels_left_out, shortened
 
 PANELS = 6  # in one picture
 SPARSE = 4  # places of a grid over rows, above which it is no grid
@@ -41,8 +41,7 @@ def colour_map(study, every, rows):
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
     along_y = [quantity_named(study, name, every) for name in plot.y]
     shown = [(y, one) for y in along_y for one in series_of(study, every, rows, x, y, colour)[0]]
-    known = [value for row in rows if (value := colour.value(row)) is not None]
-    mappable = colours_over(known or [0.0], logarithmic=None if colour.categories is None else False)
+    mappable = _colours(colour, rows)
     alone, count = len(shown) == 1, min(len(shown), PANELS)
     side = 1 if alone else 2
     figure = Figure(figsize=(WIDTH, -(-count // side) * (4.4 if alone else 3.0) + 0.6), layout="constrained")
@@ -53,12 +52,16 @@ def colour_map(study, every, rows):
         axes.set_title(wrapped(one.label, (0.8 if alone else 0.38) * WIDTH, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
         axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
-    ticks = range(len(colour.categories or ()))
-    colour_bar(figure, mappable, colour.label, grid, ticks, [shortened(colour.level(k), 24) for k in ticks], aspect=30)
-    left_out = f" (first {count} of {len(shown)} panels)" if count < len(shown) else ""
-    if study.title or left_out:
-        heading(figure, f"{study.title}{left_out}")
+    named = range(len(colour.categories or ()))
+    colour_bar(figure, mappable, colour.label, grid, named, [shortened(colour.level(k), 24) for k in named], aspect=30)
+    heading(figure, f"{study.title}{panels_left_out(count, len(shown))}")
     return figure
+
+
+def _colours(colour, rows):
+    """Colours for the values that a quantity has in rows, as a ScalarMappable."""
+    known = [value for row in rows if (value := colour.value(row)) is not None]
+    return colours_over(known or [0.0], logarithmic=None if colour.categories is None else False)
 
 
 def _panel(axes, quantities, rows, mappable, plot, alone):

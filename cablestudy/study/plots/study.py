@@ -32,6 +32,8 @@ SELDOM = 0.5  # categories over rows, from which a name that comes again is draw
 HEIGHT = 1.75  # of a panel [in]
 MANY_POINTS = 3000  # from which they are drawn as an image in a file of lines, else far larger
 OWN_TICKS = 8  # values along a logarithmic x axis that are themselves its ticks
+AROUND = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a share of their range
+ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a linear and on a logarithmic axis
 PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
 
 
@@ -78,8 +80,7 @@ def _curves(study, every, rows):
     if bar:
         colour_bar(figure, bar.mappable, bar.label, grid, bar.ticks, bar.names, aspect=40)
     figure.align_ylabels()
-    if study.title:
-        heading(figure, study.title)
+    heading(figure, study.title)
     return figure
 
 
@@ -148,7 +149,7 @@ def _first_varied(study, rows):
 
     Where no key tells the steps apart, rows are numbered. None: nothing varies.
     """
-    entries = [entry for entry in quantities_varied(study, rows) if entry]
+    entries = list(filter(None, quantities_varied(study, rows)))
     if not entries:
         return None
     apart = [quantity for entry in entries for quantity in _telling_apart(study, entry, rows)]
@@ -209,19 +210,19 @@ def _scale(axes, which, quantity, logarithmic, lines):
         name_axis(axes, which, [value_text(name) for name in quantity.categories], WIDTH - 1.0)
         return
     values = _values(lines, which)
-    axes.margins(**{which: 0.08 if which == "x" else 0.15})
+    axes.margins(**{which: AROUND[which]})
     positive = len(values) > 0 and values[0] > 0
     if logarithmic is None:
         logarithmic = positive and spans_decades(values[0], values[-1])
-    many = which == "x"
     if logarithmic and positive:
-        log_axis(axis, values[0], values[-1], 8 if many else 6, _own_ticks(lines, values) if many else [])
+        own = _own_ticks(lines, values) if which == "x" else []
+        log_axis(axis, values[0], values[-1], DECADE_TICKS[which], own)
         return
     if len(values) and np.ptp(values) <= 1e-9 * np.abs(values).max():  # equal but for rounding
         middle = float(values.mean())
         around = 0.1 * abs(middle) or 1.0
         getattr(axes, f"set_{which}lim")(middle - around, middle + around)
-    plain_axis(axis, 7 if many else 5)
+    plain_axis(axis, ROUND_TICKS[which])
 
 
 def _own_ticks(lines, values):
