@@ -202,10 +202,10 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     """
     strokes = [one for one in actuators if not one.wheel]
     count, size = len(omega), len(omega) + len(strokes)
-    mass, lost, stiffness = np.zeros((3, size, size))
+    mass, damping_matrix, stiffness = np.zeros((3, size, size))
     kept = slice(count)
     mass[kept, kept], stiffness[kept, kept] = np.eye(count), np.diag(omega**2)
-    lost[kept, kept] = shapes.T @ whole.damping @ shapes + damping
+    damping_matrix[kept, kept] = shapes.T @ whole.damping @ shapes + damping
     feedback, place = [], count
     for one in actuators:
         along, about, weight = _movements(layout, one, shapes)
@@ -220,7 +220,7 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
         stiffness[place] += one.inertia * weight
         stiffness[:, place] += one.inertia * weight
         stiffness[place, place] = one.inertia * one.omega**2
-        lost[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
+        damping_matrix[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
         feedback.append(Feedback(along, np.eye(size)[place], one.velocity_gain, one.position_gain, one.corner))
         place += 1
 
@@ -230,7 +230,7 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     return Motion(
         np.concatenate([omega, [one.omega for one in strokes]]),
         mass,
-        lost,
+        damping_matrix,
         stiffness,
         tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
         tuple(widened(part @ shapes) for part in whole.moved),

@@ -255,20 +255,20 @@ def feedback(plant, measured, filters, shares):
     inputs = count + len(plant.inputs)
     a, b = np.zeros((size, size)), np.zeros((size, inputs))
     a[:n, :n], a[:n, size - winches :], b[:n, count:] = plant.a, plant.b[:, :winches], plant.b
-    seen, at_once = np.zeros((count, size)), np.zeros((count, inputs))
-    seen[:, :n], seen[:, size - winches :] = plant.c[measured], plant.d[measured, :winches]
+    observed, at_once = np.zeros((count, size)), np.zeros((count, inputs))
+    observed[:, :n], observed[:, size - winches :] = plant.c[measured], plant.d[measured, :winches]
     at_once[:, count:] = plant.d[measured]
     error = at_once - np.eye(count, inputs)
     filtered, given, begin = np.zeros((count, size)), np.zeros((count, inputs)), n
     for place, (own, into, shown, direct) in enumerate(filters):
         states = slice(begin, begin + len(own))
-        a[states], b[states] = np.outer(into, seen[place]), np.outer(into, error[place])
+        a[states], b[states] = np.outer(into, observed[place]), np.outer(into, error[place])
         a[states, states] += own
-        filtered[place], given[place] = direct * seen[place], direct * error[place]
+        filtered[place], given[place] = direct * observed[place], direct * error[place]
         filtered[place, states] += shown
         begin += len(own)
     a[size - winches :], b[size - winches :] = shares @ filtered, shares @ given
-    return Feedback(a, b, (seen, at_once))
+    return Feedback(a, b, (observed, at_once))
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ def of_refined(case, error, tried):
     )
     planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.known]
     if case.planar and planes in (["in_plane"], ["out_of_plane"]):
-        there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
-        yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
+        there, excluded = ("in", "across") if planes == ["in_plane"] else ("across", "in")
+        yield f"left out: motion {excluded} the cable's plane, since all that is asked for moves {there} it"
     yield f"compared: {tried} models, coarse to fine"
 
 

@@ -258,7 +258,7 @@ class Search:
         index, results = self.case.index, self.case.results
         self._rounding = float(results.motion_rounding[index])
         self._history, self._missing, self._last_waves, self._needed = [], {}, 0.0, 0.0
-        self._reached, self._best, self._in_vain = "the finest model is too coarse", inf, 0
+        self._reached, self._best, self._no_gain = "the finest model is too coarse", inf, 0
         per_digit, more = SETTINGS.single if self.needs.single else SETTINGS.compared
         orders = SETTINGS.per_wave * self.needs.waves * float(results.longest_segment[index])
         digits, elements = per_digit * -log10(self._accuracy) + more, 1
@@ -340,10 +340,10 @@ class Search:
             self.finer = self.finer if pending else None
             return
         worst = max(errors.values())
-        self._in_vain = self._in_vain + 1 if self._best <= worst < SETTINGS.rounding_limit else 0
+        self._no_gain = self._no_gain + 1 if self._best <= worst < SETTINGS.rounding_limit else 0
         self._best = min(worst, self._best)
         self._reached = f"the error reached is about {self._best:.1e}"
-        if self._in_vain == SETTINGS.without_gain:
+        if self._no_gain == SETTINGS.without_gain:
             self._give_up(self._reached)
 
     def _error_left(self, header, known, unresolved):
