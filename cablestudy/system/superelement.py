@@ -407,6 +407,11 @@ class Superelement:
             found.append(force @ np.linalg.solve(matrix, c * right[0] + g * right[1]))
         return np.concatenate(found)
 
+    @property
+    def _checked(self):
+        """Places at which a sum over poles is held against solved systems, shape (8,). [rad/s]"""
+        return (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
+
     @cached_property
     def resolvent(self):
         """(values, left, right) of damped strain; None where rounding spoils the sum.
@@ -418,7 +423,7 @@ class Superelement:
                 poles = self._slow_poles()
         except np.linalg.LinAlgError:
             return None
-        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
+        s = self._checked
         factor, inertial = self.strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
         columns = [GROUND, GONDOLA]
         with np.errstate(all="ignore"):
@@ -473,7 +478,7 @@ class Superelement:
             return None
         n, slowness = len(self.omega), np.diag(1 / self.omega)
         _, damping, stiffness = (part[:n, :n] for part in self.matrices())
-        s = (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
+        s = self._checked
         try:
             with np.errstate(all="ignore"):  # what is not finite is not trusted
                 give = np.linalg.inv(slowness @ stiffness @ slowness)

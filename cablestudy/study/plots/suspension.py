@@ -1,6 +1,7 @@
 """A suspension in space: from above, from two sides, and in perspective."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -105,6 +106,16 @@ class Drawing:
         """All of them, shape (n, 3)."""
         return np.concatenate([self.cables.reshape(-1, 3), *self.bodies.values(), self.markers])
 
+    @cached_property
+    def size(self):
+        """Diagonal of the box that holds them. [m]"""
+        return float(np.linalg.norm(np.ptp(self.places, axis=0)))
+
+    @property
+    def perspective(self):
+        """`Perspective` about the centre of that box."""
+        return Perspective((self.places.min(axis=0) + self.places.max(axis=0)) / 2, self.size)
+
 
 def drawing_of(case):
     """`Drawing` of a case in equilibrium."""
@@ -147,15 +158,13 @@ def suspension_views(case):
     matplotlib.figure.Figure
     """
     drawing = drawing_of(case)
-    low, high = drawing.places.min(axis=0), drawing.places.max(axis=0)
-    size = float(np.linalg.norm(high - low))
     figure = Figure(figsize=SIZE, layout="constrained")
     grid = figure.subplots(2, 2).ravel()
     least, most = float(drawing.tension.min()), float(drawing.tension.max())
     equal = most <= least * (1 + 1e-3)
     colour = ScalarMappable(Normalize(0.0, most or 1.0) if equal else Normalize(least, most), SHADES)
     views = (
-        ("perspective", Perspective((low + high) / 2, size), ("", "")),
+        ("perspective", drawing.perspective, ("", "")),
         ("from above", from_above, ("x [m]", "y [m]")),
         ("from the front", from_front, ("x [m]", "z [m]")),
         ("from the side", from_side, ("y [m]", "z [m]")),
@@ -173,7 +182,7 @@ def suspension_views(case):
         plain(axes, 5, 5)
         if not labels[0]:
             axes.set_axis_off()
-        scale_bar(axes, size)
+        scale_bar(axes, drawing.size)
     count = len(drawing.cables)
     title = f"Static form: {count} cable{'s' * (count != 1)}"
     if equal:
@@ -200,12 +209,17 @@ def _draw(axes, drawing, view, colours):
         axes.plot(x, y, "o", color="#333333", ms=3 if len(x) < MANY else 1.2, zorder=4)
     for places in drawing.bodies.values():
         flat = view(places)
-        arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
-        axes.add_collection(LineCollection(arms, colors="#222222", linewidths=1.2, zorder=4))
+        draw_arms(axes, flat, colors="#222222", linewidths=1.2, zorder=4)
         axes.plot(*flat[-1], "s", color=RED, ms=5, zorder=5)
     if len(drawing.markers):
         x, y = view(drawing.markers).T
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
+
+
+def draw_arms(axes, flat, **look):
+    """Lines from the reference point of a body, the last of its places on the paper, to its attachments."""
+    arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
+    axes.add_collection(LineCollection(arms, **look))
 
 
 def _name_all(axes, drawing, view, per_inch):
