@@ -116,6 +116,11 @@ class Case:
         return self.scene.model.elements is None
 
     @property
+    def has_elements(self):
+        """Whether its motion has elements: as many as the scene states, or those of a level of refinement."""
+        return self.level is not None or not self.exact_statics
+
+    @property
     def span(self):
         """The cable, with its unstretched length: `Span`.
 

@@ -53,6 +53,8 @@ def loop_table(document, scene, estimate=False):
 
 def has_loop(case):
     """Whether the loop of a case can be had, stable or not."""
+    if not case.has_elements:  # nothing was refined, as every column failed before
+        return False
     try:
         _ = case.loop
     except CablestudyError:
