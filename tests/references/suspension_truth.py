@@ -234,7 +234,7 @@ class Statics:
             raise Unknown("a cable bends too sharply for bars")
         levels = np.array([Bars(self, bars).frequencies(count + 1) for bars in BARS])  # one more: it may come before
         one, two = ((4 * fine - coarse) / 3 for coarse, fine in pairwise(levels))
-        doubt = np.abs(one / two - 1) + 1e-12
+        doubt = np.abs(one / two - 1) + 1e-9  # rounding: the stiffest cables leave some ten digits of a tension
         change = np.ptp(levels, axis=0) / two
         for k in range(count):  # modes that change places from mesh to mesh: no extrapolation holds for either
             if two[k + 1] - two[k] < (change[k] + change[k + 1]) * two[k]:
