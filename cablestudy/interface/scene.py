@@ -13,7 +13,7 @@ from cablestudy.interface.comparison import compare_models
 from cablestudy.interface.one_cable import ANSWERS
 from cablestudy.interface.search import find_value
 from cablestudy.interface.state_space import choose, ssm
-from cablestudy.scene.bare_numbers import large_lengths
+from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.scene import each_case
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Scene:
         """
         if what not in self.answers:
             raise SceneError(f"compute: unknown {what!r} (allowed: {', '.join(self.answers)})")
-        return with_large_lengths(self._compute(what, **options), self.document)
+        return with_likely_mistakes(self._compute(what, **options), self.document)
 
     def _compute(self, what, **options):
         """As `compute`, without what is to be said about the file."""
@@ -114,7 +114,7 @@ class Scene:
             failures=lines(lambda answer: answer.failures),
             draw=(lambda plots: plots.case_forms(solved)) if what == "static" and solved else None,
         )
-        return with_large_lengths(answer, self.document)
+        return with_likely_mistakes(answer, self.document)
 
     def static(self) -> Values:
         """Tension, sag, end stiffness and more: `Values`."""
@@ -270,6 +270,6 @@ class Scene:
         return self.compute(kind).figure()
 
 
-def with_large_lengths(answer, document):
+def with_likely_mistakes(answer, document):
     """An `Answer` with the warnings about lengths in a document that lack a unit."""
-    return replace(answer, warnings=(*large_lengths(document), *answer.warnings))
+    return replace(answer, warnings=(*likely_mistakes(document), *answer.warnings))

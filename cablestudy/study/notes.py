@@ -4,7 +4,7 @@ import numpy as np
 
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.scene.bare_numbers import bare_number
+from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of
 from cablestudy.study.refinement import REFERENCE
