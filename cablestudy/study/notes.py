@@ -20,7 +20,7 @@ STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
 
 
 def of_refined(case, error, tried):
-    """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Search`."""
+    """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Refinement`."""
     mesh = case.model.mesh
     yield (
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"

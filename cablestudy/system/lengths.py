@@ -177,7 +177,7 @@ def linearised(suspension, state, which, found):
     ----------
     suspension : Suspension
         With cases of shape (n,); what each cable states is kept while the bodies move.
-    state : State
+    state : PoseState
     which : ndarray of int, shape (m,)
     found : ndarray of bool, shape (b, 6)
 
@@ -239,7 +239,7 @@ def search(suspension, which, found, method, low, high, reference, above):
 
     Returns
     -------
-    State
+    PoseState
     Record
     problems : ndarray of str, shape (n,)
     """
