@@ -240,6 +240,13 @@ PID = ("winch.delay=5 ms", "winch.bandwidth=10 Hz", "winch.controller.proportion
        "winch.controller.derivative_gain=1 ms", "winch.controller.derivative_filter=5 Hz")  # fmt: skip
 
 
+@pytest.mark.parametrize("given", [(), ("--response", "0.1Hz:1Hz:3"), ("--time", "1 s:3")])
+def test_a_loop_that_no_model_is_made_for_says_why(given):
+    """Modal damping to an accuracy: refused before anything is refined."""
+    done = run("loop", CARLINA, "--set", "model={accuracy: 1e-4}", *given, code=3)
+    assert "modal damping grows with the number of modes" in done.err
+
+
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=80",), ("winch.controller.gain={auto: 6 dB}",), PID])
 def test_pictures_show_the_margins_within_the_figure(sets):
     figure = plots.loop_margins(case_of(*sets))
