@@ -372,3 +372,15 @@ def test_gains_of_zero_change_nothing():
     options = [part for one in zero for part in ("--set", one)]
     assert table_of("windrms", NET, "--table", "motion", *options) == table_of("windrms", NET, "--table", "motion")
     assert table_of("loop", NET, "--table", "loop", *options) == table_of("loop", NET, "--table", "loop")
+
+
+@pytest.mark.parametrize("delay", [1e-12, 1e-9, 1e-6, 1e-5, 1e-3])
+def test_a_short_delay_changes_little(delay):
+    """The limit is a real eigenvalue of L with exp(-s T): to first order its change is at most the phase w T."""
+    late, at_once = (case_of(everything(control=LOOP | {"delay": time})) for time in (delay, 0.0))
+    for name in ("largest_gain", "gondola.rms_x", "winch_peak_speed"):
+        found, expected = (value(case, find(name))[0] for case in (late, at_once))
+        assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
+    loop = late.in_wind.movement.loop
+    assert loop.slight_delay == (delay < 1e-4)
+    assert late.in_wind.movement.limit.omega < 100
