@@ -13,6 +13,7 @@ from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
 from cablestudy.scene.determinacy import determinacy_mistakes
+from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
@@ -276,16 +277,19 @@ def read_suspension(document):
     SceneError
         All that is wrong with it, sorted by place.
     """
+    written = document.value.get("actuators")
+    wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
+    tables = {("actuators", name): ReactionWheel for name in wheels} | SUSPENSION_TABLES
+    empty = list(_explained(empty_keys(document, tables)))
     try:
         context = {"materials": document.value.get("materials")}
         scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
-        written = document.value.get("actuators")
-        wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
-        tables = {("actuators", name): ReactionWheel for name in wheels} | SUSPENSION_TABLES
         found = findings(error, _with_shared(document.value), tables)
         found += connection_mistakes(*written_connections(document.value))
-        raise located(_at_shared(_explained(found), document.value), document) from None
+        raise located([*empty, *_at_shared(_explained(found), document.value)], document) from None
+    if empty:
+        raise located(empty, document)
     scene._written = document.value
     return scene
 
