@@ -7,7 +7,7 @@ import control
 import numpy as np
 import pytest
 import scipy.integrate
-from command import CARLINA, ROOT, process, rows_of, run, table_of
+from command import CARLINA, CONFIGS, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
 from scenes import cells, scene
 from test_encirclements import encirclements, plant_of
@@ -229,6 +229,12 @@ def test_an_unstable_loop_says_why(given):
     assert "unstable loop at a gain of 80 rad/s" in done.err
     if not given:
         assert "gain margin" in done.out
+
+
+@pytest.mark.parametrize("given", [(), ("--response", "0.1Hz:1Hz:3"), ("--time", "10s")])
+def test_a_loop_that_no_mesh_can_answer_says_why(given):
+    done = run("loop", CONFIGS / "slack.yaml", *given, code=3)  # modal damping, to an accuracy
+    assert "modal damping grows with the number of modes" in done.err
 
 
 @cache

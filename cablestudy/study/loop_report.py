@@ -52,7 +52,9 @@ def loop_table(document, scene, estimate=False):
 
 
 def has_loop(case):
-    """Whether the loop of a case can be had, stable or not."""
+    """Whether the loop of a case can be had, stable or not; to an accuracy it cannot where no level was solved."""
+    if case.level is None and case.scene.model.elements is None:
+        return False
     try:
         _ = case.loop
     except CablestudyError:
