@@ -96,7 +96,12 @@ class Suspension(Scene):
         case = self._solved(estimate)
         tables = wind_tables(self.document, case, table)
         return _answer(
-            table, tables, case, lambda: notes_of(case), remarks_of(case), lambda plots: plots.suspension_wind(case)
+            table,
+            tables,
+            case,
+            lambda: notes_of(case),
+            remarks_of(case, tables),
+            lambda plots: plots.suspension_wind(case),
         )
 
     def loop(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]

@@ -70,6 +70,24 @@ def of_comparison(errors, status, what="motion"):
         yield f"{what}: the error of {first_of(unknown, LISTED)} is not known: {status}"
 
 
+def larger_by_loop(found):
+    """A note on what the loop moves more than the winches at rest would, at most one. Returns a tuple of str.
+
+    Parameters
+    ----------
+    found : iterable of (str, float, float)
+        What moves, its RMS displacement with the loop and with the winches at rest [mm]; differences that three digits
+        hide do not count.
+    """
+    shown = [(name, f"{closed:.3g}", f"{at_rest:.3g}") for name, closed, at_rest in found if closed > at_rest]
+    larger = [f"{name} {closed} mm, not {at_rest} mm" for name, closed, at_rest in shown if closed != at_rest]
+    return (
+        (f"note: with the loop the RMS is larger than with the winch at rest: {first_of(larger, LISTED)}",)
+        if larger
+        else ()
+    )
+
+
 def strength_warning(case):
     """A warning where the stress is above the strength, at most one. Returns a tuple of str.
 
