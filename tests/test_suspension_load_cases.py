@@ -4,12 +4,13 @@ The expected suspension is made here from the file's values: lengths at the temp
 cable one vector of weight and wind per length, along which the axes of the reference stand.
 """
 
+import json
 import math
 import re
 
 import numpy as np
 import pytest
-from command import run
+from command import run, table_of
 from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import root
@@ -314,6 +315,64 @@ def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, 
             assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
 
 
+@pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
+@pytest.mark.parametrize("own", ["loads: []", LOADS])
+def test_loads_of_a_case_are_those_of_one_cable(tmp_path, made, stated, own):
+    """Beside those of the cable itself, and beside a cable on which the case puts nothing."""
+    one = tmp_path / "one.yaml"
+    text = LINE.format(stated=f"{stated}\n  {own}", x=180, y=-240)
+    one.write_text(text, encoding="utf-8")
+    many = text.replace("  ends: [[0, 0, 20], [180, -240, 28]]\n", "")
+    begin, visitor, of_case = many.partition("  visitor: {loads: ")
+    many = f"{begin}{visitor}{{n1: {of_case.replace('], wind', ']}, wind')}"
+    many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n  n2: {from: [0, 0, 20], to: [180, -240, 28]}\n"
+    sets = "ground=-3", "case=visitor"
+    for name, more in (("n1", ()), ("n2", ("cases.visitor.loads=[]",))):
+        expected = cells(scene(*sets, *more, base=one), *OF_ONE)
+        found = numbers(made(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
+        for column, value in expected.items():
+            assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+
+
+def test_the_load_of_a_case_on_a_massless_wire_by_hand(made):
+    """Half way between two points at one height: T sin(a) = W/2, and cos(a) from the length of the stretched halves."""
+    text = ("cable: {axial_stiffness: 1 MN, mass_per_length: 1e-9, unstretched_length: 10 m}\n"
+            "cables: {w: {from: [0, 0, 0], to: [10, 0, 0]}}\n"
+            "cases: {lamp: {loads: {w: [{fraction: 0.5, mass: 20 kg}]}}}\ncase: lamp\n")  # fmt: skip
+    weight, stiffness = 20 * G, 1e6
+    sine = root(lambda s: 2 * s * stiffness * (1 / math.sqrt(1 - s[0] ** 2) - 1) - weight, [0.05], tol=1e-13).x[0]
+    found = numbers(made(text), "w.max_tension", "w.min_tension")
+    assert list(found.values()) == pytest.approx([weight / 2 / sine] * 2, rel=1e-8)
+
+
+@pytest.mark.parametrize("table", ["bodies", "cables"])
+def test_all_cases_are_the_rows_of_each(tmp_path, table):
+    path = tmp_path / "s.yaml"
+    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    expected = [
+        {"case": day, **row} for day in DAYS for row in table_of("static", path, "--case", day, "--table", table)
+    ]
+    assert table_of("static", path, "--case", "all", "--table", table) == expected
+    tables = json.loads(run("static", path, "--case", "all", "--format", "json").out)
+    assert tables[table]["rows"] == expected
+    modes = table_of("modes", path, "--case", "all", "-n", "2")
+    assert modes == [{"case": day, **row} for day in DAYS for row in table_of("modes", path, "--case", day, "-n", "2")]
+
+
+def test_all_cases_go_on_beside_one_without_an_answer(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    sets = "--set", "cables.b.expansion=1e-2", "--set", "cases.cold.temperature=100"
+    done = run("static", path, *sets, "--case", "all", "--table", "bodies", "--format", "jsonl", code=3)
+    assert [json.loads(line)["case"] for line in done.out.splitlines()] == [day for day in DAYS if day != "cold"]
+    assert any(re.match(rf"{path}: case cold: b: at the temperature of the case", line) for line in done.lines)
+    refused = run("static", path, "--case", "all", "--plot", tmp_path / "x.png", code=2)
+    assert refused.lines == ["--plot: no effect: of a suspension it is that of one case"]
+    bare = BODY.replace("STATED", "unstretched_length: 77 m").replace(CASES, "")
+    path.write_text(bare, encoding="utf-8")
+    assert "has no cases" in run("static", path, "--case", "all", code=2).err
+
+
 @pytest.mark.parametrize("day", [None, "ice"])
 def test_modes_with_masses_on_a_cable_are_those_of_one_cable(tmp_path, made, day):
     one = tmp_path / "one.yaml"
@@ -452,7 +511,10 @@ def test_the_stated_error_of_uniform_drag_holds(made):
         (["cases.storm.wind.speed=10", "cases.storm.wind.pressure=3"], "given together with"),
         (["cases.storm.wind={direction: 3}"], "missing key: one of speed, pressure"),
         (["cases.storm.wind.gust=3"], "cases.storm.wind.gust: unknown key"),
-        (["cases.storm.loads=[]"], "unknown key in a suspension"),
+        (["cases.storm.loads=[]"], "cases.storm.loads: expected a mapping of cable -> list of loads, got a list"),
+        (["cases.storm.loads.e=[{at: 3, mass: 2}]"], "cases.storm.loads.e: unknown cable (allowed: a, b, c, d)"),
+        (["cases.storm.loads.a=[{at: 78, mass: 2}]"], "78 m is not on the cable, which is 77 m long"),
+        (["cases.storm.loads.a=[{at: 3, masss: 2}]"], "cases.storm.loads.a.0.masss: unknown key (did you mean mass?)"),
         (["cable.expansion=null"], "cable: missing key: expansion (case cold has a temperature)"),
         (["cables.a.reference.temperature=-300 degC"], "cables.a.reference.temperature: must be positive"),
         (["cables.a.reference.loads=true"], "cables.a.reference.loads: unknown key"),

@@ -36,7 +36,7 @@ ALTERNATIVES = {
 }
 # Tables of which there may be many -> where each is; "*" is any name or index.
 PLACES = {
-    "load": ("cable.loads.*", "cables.*.loads.*", "cases.*.loads.*"),
+    "load": ("cable.loads.*", "cables.*.loads.*", "cases.*.loads.*", "cases.*.loads.*.*"),
     "ice": ("cases.*.ice",),
     "steady_wind": ("cases.*.wind",),
     "cables": ("cable", "cables.*"),

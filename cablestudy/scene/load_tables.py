@@ -4,9 +4,9 @@ import math
 from functools import partial
 from typing import Annotated, ClassVar
 
-from pydantic import Field, StrictBool
+from pydantic import BeforeValidator, Field, StrictBool
 
-from cablestudy.scene.fields import Quantity, Table
+from cablestudy.scene.fields import Name, Quantity, Table, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -126,6 +126,20 @@ class LoadCase(CommonLoadCase):
     """One of the days of a scene of one cable."""
 
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
+
+
+def _by_cable(value):
+    if isinstance(value, list):
+        raise wrong("expected a mapping of cable -> list of loads, got a list")
+    return value
+
+
+class SuspensionCase(CommonLoadCase):
+    """One of the days of a suspension."""
+
+    loads: Annotated[
+        dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_by_cable)
+    ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
 
 
 class ReferenceTemperature(Table):

@@ -159,7 +159,7 @@ def _shrunk(scene, warm):
 
 def load_counts(scene):
     """Name of each cable -> at how many places it carries loads."""
-    return {name: len(merged_loads(cable.loads)) for name, cable in scene.cables.items()}
+    return {name: len(merged_loads(scene.loads_on(name))) for name in scene.cables}
 
 
 def _loads(scenes, lengths, warm):
@@ -176,9 +176,9 @@ def _loads(scenes, lengths, warm):
     places, forces, masses = (np.zeros((*lengths.shape, count, *more)) for more in ((), (3,), ()))
     problems = [""] * len(scenes)
     for case, scene in enumerate(scenes):
-        for number, (name, cable) in enumerate(scene.cables.items()):
+        for number, name in enumerate(scene.cables):
             length, own = lengths[case, number], {}
-            for at, fraction, force, mass in merged_loads(cable.loads):
+            for at, fraction, force, mass in merged_loads(scene.loads_on(name)):
                 place = fraction * length if np.isnan(at) else at * warm[case, number]
                 if place >= length:
                     end = length / warm[case, number]
