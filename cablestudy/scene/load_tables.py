@@ -142,13 +142,8 @@ class SuspensionCase(CommonLoadCase):
     ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
 
 
-class ReferenceTemperature(Table):
-    """The state in which preload, tension and sag of a cable of a suspension hold."""
+class Reference(Table):
+    """The state in which preload, tension and sag of a cable hold."""
 
     temperature: Temperature = Field(288.15, description="Temperature of the cable, also where a case gives none")
-
-
-class Reference(ReferenceTemperature):
-    """The state in which preload, tension and sag of the cable hold."""
-
     loads: StrictBool = Field(False, description="Whether the point loads of the cable are on it")

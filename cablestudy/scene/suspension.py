@@ -18,7 +18,7 @@ from cablestudy.scene.fields import Name, Quantity, Table, suggestion
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
-from cablestudy.scene.load_tables import Ice, Load, ReferenceTemperature, SteadyWind, SuspensionCase
+from cablestudy.scene.load_tables import Ice, Load, Reference, SteadyWind, SuspensionCase
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
@@ -242,7 +242,7 @@ SUSPENSION_TABLES = {
     (): SuspensionScene,
     ("cable",): SharedCable,
     ("cable", "damping"): Damping,
-    ("cable", "reference"): ReferenceTemperature,
+    ("cable", "reference"): Reference,
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
     ("points", "*"): Point,
@@ -250,7 +250,7 @@ SUSPENSION_TABLES = {
     ("bodies", "*", "wind"): BodyWind,
     ("cables", "*"): SuspendedCable,
     ("cables", "*", "damping"): Damping,
-    ("cables", "*", "reference"): ReferenceTemperature,
+    ("cables", "*", "reference"): Reference,
     ("cables", "*", "loads", "*"): Load,
     ("cables", "*", "tension"): TensionAt,
     ("cases", "*"): SuspensionCase,

@@ -111,9 +111,9 @@ def reference_without_loads(scene):
 
     It held with them in version 0.2; the note is for one release. Returns a tuple of str.
     """
-    cable = getattr(scene, "cable", None)
-    if not hasattr(getattr(cable, "reference", None), "loads"):  # of a suspension, which had none before
+    if hasattr(scene, "cables"):  # of a suspension, which had none before
         return ()
+    cable = scene.cable
     stated = [key for key in ("preload", "sag", "tension") if getattr(cable, key, None) is not None]
     if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):
         return ()

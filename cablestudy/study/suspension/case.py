@@ -11,7 +11,13 @@ from cablestudy.study.refinement import reference_scene
 from cablestudy.study.results import ClosedStatics
 from cablestudy.study.suspension.in_wind import InWind
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.study.suspension.load_cases import day_of, load_counts
+from cablestudy.study.suspension.load_cases import (
+    day_of,
+    load_counts,
+    reference_load_counts,
+    reference_loads,
+    too_long,
+)
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of, topology_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.cables import FixedModel
@@ -118,6 +124,7 @@ class Group:
 
     def __init__(self, scenes):
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
+        numbers = replace(numbers, **reference_loads(scenes))
         self._scenes, self._modes = scenes, {}
         self.known = [{} for _ in scenes]  # linear models of each, see `InWind`
         if scenes[0].solve_for == "lengths":
@@ -129,6 +136,12 @@ class Group:
         self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
+
+    @cached_property
+    def _too_long(self):
+        """See `load_cases.too_long`; without loads in the reference state no search has been seen to go astray."""
+        none = [""] * len(self._scenes)
+        return none if self.reference.suspension.load_forces is None else too_long(self.reference)
 
     @property
     def equilibrium(self):
@@ -177,6 +190,8 @@ class Group:
         reference = None
         if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
             reference = _failure(self.reference, place, "in the reference state: ")
+            if reference is None and self._too_long[place]:
+                return NoSolutionError(f"in the reference state: {self._too_long[place]}")
         if reference is None and self._day.problems[place]:
             return NoSolutionError(self._day.problems[place])
         return reference or _failure(self.calm, place) or _failure(self.equilibrium, place)
@@ -512,8 +527,9 @@ def cases_of(scenes):
     groups = {}
     for place, scene in enumerate(scenes):
         method = scene.tensions and scene.tensions.method
-        loads = scene.case is None, scene.load_case.wind is None, scene.wind is None, *load_counts(scene).values()
-        key = (repr(topology_of(scene)), scene.solve_for, method, *loads)
+        kinds = scene.case is None, scene.load_case.wind is None, scene.wind is None
+        loads = *load_counts(scene).values(), *reference_load_counts(scene).values()
+        key = (repr(topology_of(scene)), scene.solve_for, method, *kinds, *loads)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():
