@@ -20,9 +20,6 @@ MODELS = {
 S = 2j * np.pi * np.array([0.003, 0.11, 0.72, 1.5, 9.0, 40.0])
 each_model = pytest.mark.parametrize("name", MODELS)
 
-# models of few modes, whose damping does not matter here
-pytestmark = pytest.mark.filterwarnings("ignore:the gondola's damping")
-
 
 def built(name, **more):
     path, options = MODELS[name]

@@ -89,10 +89,18 @@ def test_response_is_that_of_dense_bars(model, dense):
 def test_response_is_the_dynamic_end_stiffness(damping, selection, residual):
     model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
     kept = chosen(model, selection)
-    reduced = model.select(kept) if residual else reduction.truncated(model, kept)
+    reduced = model.condense(kept) if residual else reduction.truncated(model, kept)
     expected = reduced.dynamic_stiffness(1j * OMEGA)
     system = statespace.cable(model, kept, residual)
     assert largest(system.response(1j * OMEGA, derivatives=True) - expected, expected) < 1e-10
+
+
+@pytest.mark.parametrize("selection", SELECTIONS)
+def test_slow_movements_meet_the_modal_damping_of_all_modes(either, selection):
+    s = np.array([1e-4j * either.omega[0]])
+    reduced = statespace.cable(either, chosen(either, selection)).response(s, derivatives=True)
+    whole = either.dynamic_stiffness(s)
+    assert largest(reduced.imag - whole.imag, whole.imag) < 1e-6
 
 
 def test_what_is_left_for_derivatives_is_the_mass_of_the_ends(model):
@@ -178,7 +186,7 @@ def transfers(model, location, s):
 def test_coupled_model_is_gondola_on_end_stiffness(scene, damping, selection, location):
     model = case_of(scene, "model.elements=40", f"cable.damping={DAMPINGS[damping]}").end_model
     kept, s = chosen(model, selection), 1j * OMEGA
-    stiffness, own, driven = transfers(model.select(kept), location, s)
+    stiffness, own, driven = transfers(model.condense(kept), location, s)
     compliance = 1 / (GONDOLA_MASS * s**2 + own)
     system = statespace.coupled(model, GONDOLA_MASS, location, kept)
     computed = system.response(s, derivatives=True)
@@ -198,7 +206,7 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     model = case_of(CARLINA, f"cable.damping={DAMPINGS[damping]}").end_model
     kept, s = chosen(model, "third"), 1j * OMEGA
     loop = Loop(model, GONDOLA_MASS, location, 0.3, notch)
-    stiffness, own, driven = transfers(model.select(kept), location, s)
+    stiffness, own, driven = transfers(model.condense(kept), location, s)
     # u = -C x on the ground, +C x on the gondola, C = (k/s) N: DESIGN 7
     sign = 1 if location == "gondola" else -1
     filtering = 1.0

@@ -7,7 +7,7 @@ from test_suspension_extremes import platform
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.suspension import case as cases
+from cablestudy.study.suspension import group
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -40,7 +40,7 @@ def answer(case):
 
 @pytest.mark.parametrize("cables", [100, 20])
 def test_each_case_has_the_digits_that_it_has_alone(monkeypatch, cables):
-    monkeypatch.setattr(cases, "TOGETHER", cables)
+    monkeypatch.setattr(group, "TOGETHER", cables)
     together = [answer(case) for case in cases_of(scenes())]
     alone = [answer(SuspensionCase(scene)) for scene in scenes()]
     assert [one for one in alone if isinstance(one, str)] == [one for one in together if isinstance(one, str)]

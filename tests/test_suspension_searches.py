@@ -11,6 +11,7 @@ from suspensions import body, cable, point, suspension, trifilar
 
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
+from cablestudy.errors import ConvergenceError
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system import lengths, stated, statics
@@ -63,6 +64,13 @@ def test_a_dead_moment_that_cables_cannot_hold():
     turned = statics.pose(trifilar(stiffness=1e7, moment=(0, 0, 20.0)))
     assert not turned.record.converged
     assert "about z are left on disk, whose dead moment may be more than the cables can hold" in explain(turned)
+
+
+def test_a_dead_moment_beside_loose_cables_without_gravity():
+    """No other force gives a scale for what is left, which must not overflow: pytest takes a warning for an error."""
+    case = SuspensionCase(SuspensionScene.model_validate(scene_data(2008, states=False)))
+    with pytest.raises(ConvergenceError, match="N m about x are left on a, whose dead moment may be more than"):
+        _ = case.equilibrium
 
 
 def topheavy(**more):

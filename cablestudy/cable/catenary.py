@@ -230,9 +230,9 @@ class Catenary(SegmentedCable):
         along, across = displacement[..., 0, 0], displacement[..., 0, 1]
         cosine, sine = np.asarray(self.span.cosine), np.asarray(self.span.sine)
         # displacements across the chord do not cancel; a nearly vertical cable under a large transverse load needs both
-        leaning = (np.abs(cosine) > 0.1) | (self.span.transverse_load < np.abs(cosine) * self.mean_tension)
+        sloping = (np.abs(cosine) > 0.1) | (self.span.transverse_load < np.abs(cosine) * self.mean_tension)
         steep = sine * ((1 + self.span.chord_strain) * (0.5 - position) - along) - cosine * across
-        sag = self.span.unstretched_length * np.where(leaning, -across / np.where(leaning, cosine, 1.0), steep)
+        sag = self.span.unstretched_length * np.where(sloping, -across / np.where(sloping, cosine, 1.0), steep)
         if self._blown.any():
             sag = np.where(self._blown, sag_and_swing(self, position)[0], sag)
         return np.where(self.slack, np.nan, sag)

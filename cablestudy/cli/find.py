@@ -27,5 +27,5 @@ def find(scene, goal, by, between, names, sets, case, style, quiet):
     from cablestudy.interface import compute_find
 
     one_case(case, "a search takes one case: give --case NAME")
-    found = compute_find(scene, goal, by, between, names, sets, case)
+    found = compute_find(scene, sets, case, goal=goal, by=by, between=between, columns=names)
     return finish(scene, found, style, quiet=quiet)

@@ -32,10 +32,10 @@ SETTLED = 1e-8  # relative step of Newton after which nothing is left but roundi
 HALF = 0.5  # share in the static compliance above which no other pole has more
 GUESSES = 6  # of where else the mass may move
 SHARES = (0.05, 0.2, 0.5, 1.0)  # of the damping
-CREEPING = 0.03  # imaginary part of a pole, over its size, below which it may meet its conjugate
+NEARLY_REAL = 0.03  # imaginary part of a pole, over its size, below which it may meet its conjugate
 TRUSTED = 1e-10  # difference between a damping ratio by the place of the pole and by its energies
-LOST = "the gondola's mode is damped so much that it is no oscillation"
-STRAINLESS = 1e-26  # share of the energy that is in the strain, below which it is rounding: squares of 1e-16, tenfold
+NO_OSCILLATION = "the gondola's mode is damped so much that it is no oscillation"
+NO_STRAIN = 1e-26  # share of the energy that is in the strain, below which it is rounding: squares of 1e-16, tenfold
 
 
 @lru_cache(maxsize=64)
@@ -166,16 +166,16 @@ class _Plane:
         aside = force - self._t * tension[..., None]
         weights, share = self._weights * self._compliance, 1 / (1 + loss)
         weighted = self._h[:, None, None] * np.einsum("ik,ekj->eij", self._nodal, shape)
-        borne = np.concatenate([shape[:, 0], [self._direction * self._scale]])  # where elements meet
+        at_masses = np.concatenate([shape[:, 0], [self._direction * self._scale]])  # where elements meet
         return (
             complex(self._direction @ pull),
             complex((weights * tension**2).sum() * share**2),
             complex((shape * weighted).sum()),
-            complex(self._carried @ (borne**2).sum(axis=1)),
+            complex(self._carried @ (at_masses**2).sum(axis=1)),
             float((weights * np.abs(tension) ** 2).sum() * abs(share) ** 2),
             float(((self._weights * self._across)[..., None] * np.abs(aside) ** 2).sum()),
             float((shape.conj() * weighted).real.sum()),
-            float(self._carried @ (np.abs(borne) ** 2).sum(axis=1)),
+            float(self._carried @ (np.abs(at_masses) ** 2).sum(axis=1)),
         )
 
     def _elements(self, square, give):
@@ -257,7 +257,7 @@ def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
     Returns
     -------
     float
-        1 where it creeps back. [-]
+        1 where it does not oscillate. [-]
 
     Raises
     ------
@@ -275,9 +275,9 @@ def damping_ratio(stiffness, mass, omega, law, amount, viscous=0.0):
             here = path.largest_share(path.follow(1j * omega), omega)
             moved = path.at(here, 1.0)[0]
     except (np.linalg.LinAlgError, ZeroDivisionError, OverflowError):
-        raise NoSolutionError(LOST) from None
+        raise NoSolutionError(NO_OSCILLATION) from None
     whole, strain, drag = moved.bend + moved.strain, moved.strain, stiffness.viscous * moved.moving_mass + viscous
-    if strain <= STRAINLESS * whole:
+    if strain <= NO_STRAIN * whole:
         strain = 0.0
     if not strain and not drag:
         return 0.0
@@ -379,7 +379,7 @@ class _Path:
             if (found := self._beyond_conjugate(s, beyond)) is not None:
                 s, share, step = found, beyond, beyond
         if share < 1.0 or s is None:
-            raise NoSolutionError(LOST)
+            raise NoSolutionError(NO_OSCILLATION)
         return s
 
     def _beyond_conjugate(self, s, beyond):
@@ -387,7 +387,7 @@ class _Path:
 
         The square of the imaginary part falls evenly through zero.
         """
-        if beyond >= 1.0 or not 0 < s.imag < CREEPING * abs(s):
+        if beyond >= 1.0 or not 0 < s.imag < NEARLY_REAL * abs(s):
             return None
         found = self.settled(complex(s.real + s.imag), beyond, s.imag)
         return None if found is None or found.imag else found

@@ -49,7 +49,7 @@ class Driven:
     filters : list
     shares : ndarray, shape (i, k)
     shown : int
-        Which measured coordinate is wanted.
+        Which measured coordinate is returned.
     place : {REFERENCE, WINCH, FORCE}
     number : int
         Which reference, winch, or force after the winches among the inputs of the plant.

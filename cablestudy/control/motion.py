@@ -58,7 +58,7 @@ class Actuator:
 
 
 @dataclass(frozen=True)
-class Feedback:
+class ActuatorFeedback:
     """What an actuator does with the movement that it measures.
 
     Attributes
@@ -95,7 +95,7 @@ class Motion:
         B0, B1, B2.
     moved, follow : tuple of 3 ndarray, shapes (o, m) and (o, i)
         Outputs by z, z', z'' and by v, v', v''.
-    feedback : tuple of Feedback
+    feedback : tuple of ActuatorFeedback
     shapes : ndarray, shape (n, m - strokes)
         The coordinates in terms of those of the suspension; strokes have none.
     """
@@ -202,17 +202,17 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     """
     strokes = [one for one in actuators if not one.wheel]
     count, size = len(omega), len(omega) + len(strokes)
-    mass, lost, stiffness = np.zeros((3, size, size))
+    mass, damping_matrix, stiffness = np.zeros((3, size, size))
     kept = slice(count)
     mass[kept, kept], stiffness[kept, kept] = np.eye(count), np.diag(omega**2)
-    lost[kept, kept] = shapes.T @ whole.damping @ shapes + damping
+    damping_matrix[kept, kept] = shapes.T @ whole.damping @ shapes + damping
     feedback, place = [], count
     for one in actuators:
         along, about, weight = _movements(layout, one, shapes)
         along, about, weight = (np.append(part, np.zeros(len(strokes))) for part in (along, about, weight))
         if one.wheel:
             mass -= one.inertia * np.outer(about, about)
-            feedback.append(Feedback(about, -about, one.velocity_gain, 0.0, one.corner))
+            feedback.append(ActuatorFeedback(about, -about, one.velocity_gain, 0.0, one.corner))
             continue
         mass[place] += one.inertia * along
         mass[:, place] += one.inertia * along
@@ -220,8 +220,8 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
         stiffness[place] += one.inertia * weight
         stiffness[:, place] += one.inertia * weight
         stiffness[place, place] = one.inertia * one.omega**2
-        lost[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
-        feedback.append(Feedback(along, np.eye(size)[place], one.velocity_gain, one.position_gain, one.corner))
+        damping_matrix[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
+        feedback.append(ActuatorFeedback(along, np.eye(size)[place], one.velocity_gain, one.position_gain, one.corner))
         place += 1
 
     def widened(part):
@@ -230,7 +230,7 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     return Motion(
         np.concatenate([omega, [one.omega for one in strokes]]),
         mass,
-        lost,
+        damping_matrix,
         stiffness,
         tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
         tuple(widened(part @ shapes) for part in whole.moved),

@@ -321,9 +321,10 @@ class Plant:
         decay = decay + moved**2 * loss * static / (2 * omega)
         whole = max(float(loss), 1e-3) * main / 2 + self.damping / (2 * self.mass)
         ratio = np.where(decay > 0, whole / np.where(decay > 0, decay, 1.0), np.inf)
-        shaken = np.where(moved > 0, (moved * np.sqrt(self.mass)) ** 4, 0.0) * np.where(np.isfinite(ratio), ratio, 1e12)
-        shaken = shaken * np.where(omega > main, 1.0, (main / omega) ** 3)
-        return np.union1d(_largest(change, shift), _largest(shaken, variance))
+        finite = np.where(np.isfinite(ratio), ratio, 1e12)
+        resonant = np.where(moved > 0, (moved * np.sqrt(self.mass)) ** 4, 0.0) * finite
+        resonant = resonant * np.where(omega > main, 1.0, (main / omega) ** 3)
+        return np.union1d(_largest(change, shift), _largest(resonant, variance))
 
     @cached_property
     def closed(self):

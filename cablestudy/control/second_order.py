@@ -81,11 +81,11 @@ class SecondOrderSystem:
         """
         compliance, shapes = self.modes
         inertia = compliance * (shapes.T @ self.driven[0][:, input_]) - shapes.T @ self.driven[2][:, input_]
-        seen = compliance * (self.moved[0][output] @ shapes) - self.moved[2][output] @ shapes
+        observed = compliance * (self.moved[0][output] @ shapes) - self.moved[2][output] @ shapes
         square = np.where(
             compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0
         )  # of mass-normalised shapes
-        return shares(np.abs(seen * inertia) * square)
+        return shares(np.abs(observed * inertia) * square)
 
     def keep(self, chosen):
         """The system in some of its modes, the static part of the others kept.
@@ -161,9 +161,9 @@ class SecondOrderSystem:
     def _response(self, output, input_, s):
         dynamic = polynomial((self.stiffness, self.damping, self.mass), s)
         right = polynomial([part[:, input_] for part in self.driven], s)
-        seen = polynomial([part[output] for part in self.moved], s)
+        observed = polynomial([part[output] for part in self.moved], s)
         direct = polynomial([part[output, input_] for part in self.follow], s)
-        return (seen * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
+        return (observed * solved(dynamic, right[..., None])[..., 0]).sum(axis=-1) + direct
 
 
 def polynomial(parts, s):

@@ -6,7 +6,8 @@ All of it follows from the second-order model in the absolute modal coordinates 
     [0  Mr] [u]   + [  C   ] [u]  + [p^T  D] [u] = [forces at the ends  ]
 
 (Craig and Bampton, 1968, with modes normalised to unit mass). D is the static end stiffness plus what the kept modes
-take off it, Mr the inertia that they leave. C holds 2 zeta W of each mode for modal damping. Kelvin-Voigt damping of
+take off it, Mr the inertia that they leave. C holds 2 zeta W of each mode for modal damping, and for the ends what the
+omitted modes add as slow movements of the ends meet them: the sum of 2 zeta p p^T/W^3. Kelvin-Voigt damping of
 the strain is exact. Hysteretic damping has no state space: each mode of the moving parts (gondola included) gets the
 viscous damping that dissipates the same energy per cycle. States are W y and dy/dt, so that entries of A grow like W.
 
@@ -144,8 +145,8 @@ def cable(model, chosen=None, residual=True, forces=None):
     chosen : ndarray of int, optional
         The modes to keep. Default: all.
     residual : bool
-        Whether the static part and the inertia of the omitted modes are kept. If not, the model is truncated as in the
-        paper, with D = K11 of the whole model.
+        Whether the static part, the inertia and the modal damping of the omitted modes are kept. If not, the model is
+        truncated as in the paper, with D = K11 of the whole model.
     forces : Forces, optional
     """
     second_order = _second_order(model, chosen, residual, forces)
@@ -254,20 +255,20 @@ def feedback(plant, measured, filters, shares):
     inputs = count + len(plant.inputs)
     a, b = np.zeros((size, size)), np.zeros((size, inputs))
     a[:n, :n], a[:n, size - winches :], b[:n, count:] = plant.a, plant.b[:, :winches], plant.b
-    seen, at_once = np.zeros((count, size)), np.zeros((count, inputs))
-    seen[:, :n], seen[:, size - winches :] = plant.c[measured], plant.d[measured, :winches]
+    observed, at_once = np.zeros((count, size)), np.zeros((count, inputs))
+    observed[:, :n], observed[:, size - winches :] = plant.c[measured], plant.d[measured, :winches]
     at_once[:, count:] = plant.d[measured]
     error = at_once - np.eye(count, inputs)
     filtered, given, begin = np.zeros((count, size)), np.zeros((count, inputs)), n
     for place, (own, into, shown, direct) in enumerate(filters):
         states = slice(begin, begin + len(own))
-        a[states], b[states] = np.outer(into, seen[place]), np.outer(into, error[place])
+        a[states], b[states] = np.outer(into, observed[place]), np.outer(into, error[place])
         a[states, states] += own
-        filtered[place], given[place] = direct * seen[place], direct * error[place]
+        filtered[place], given[place] = direct * observed[place], direct * error[place]
         filtered[place, states] += shown
         begin += len(own)
     a[size - winches :], b[size - winches :] = shares @ filtered, shares @ given
-    return Feedback(a, b, (seen, at_once))
+    return Feedback(a, b, (observed, at_once))
 
 
 @dataclass(frozen=True)
@@ -287,7 +288,7 @@ class _Model:
 def _second_order(model, chosen, residual, forces):
     """`_Model` of a superelement; omitted modes contribute to D and Mr, or to nothing without `residual`."""
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
-    source = model.select(chosen) if residual else truncated(model, chosen)
+    source = model.condense(chosen) if residual else truncated(model, chosen)
     n = len(chosen)
     mass = np.eye(n + ENDS)
     mass[n:, n:] = source.residual_inertia
@@ -300,6 +301,7 @@ def _second_order(model, chosen, residual, forces):
         damping = damping - source.viscous * carried.T @ carried
     if source.strain is None:
         damping[:n, :n] += np.diag(2 * source.damping_ratio * source.omega)
+        damping[n:, n:] += source.residual_damping
     else:
         elastic = source.strain.amount * absolute.T @ source.strain.matrix @ absolute
         if source.strain.law == "kelvin_voigt":

@@ -14,7 +14,9 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from cablestudy.interface.scene import Scene, case_text, find_answer, texts_of, with_large_lengths
+from cablestudy.interface.changes import case_text, texts_of
+from cablestudy.interface.scene import Scene, with_likely_mistakes
+from cablestudy.interface.search import find_value
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import apply_sets, read_document
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     import pandas
 
     from cablestudy.interface.answer import Answer
-    from cablestudy.interface.scene import Changes
+    from cablestudy.interface.changes import Changes
 
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
@@ -82,18 +84,12 @@ def find(
 
     The scene may lack the key.
     """
-    return compute_find(path, goal, by, between, columns, set, case).frame()
+    return compute_find(path, set, case, goal=goal, by=by, between=between, columns=columns).frame()
 
 
 def compute_find(
-    path: str | os.PathLike[str],
-    goal: str,
-    by: str,
-    between: str | None = None,
-    columns: str | None = None,
-    set: Changes = (),
-    case: str | None = None,
+    path: str | os.PathLike[str], set: Changes = (), case: str | None = None, **asked: str | None
 ) -> Answer:
-    """As `find`, with warnings and failures: `Answer`."""
+    """As `find`, whose other parameters are `asked`, with warnings and failures: `Answer`."""
     document = apply_sets(read_document(path), texts_of(set), case)
-    return with_large_lengths(find_answer(document, goal, by, between, columns), document)
+    return with_likely_mistakes(find_value(document, **asked), document)

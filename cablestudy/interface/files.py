@@ -17,7 +17,7 @@ def validate(files, set=()):
     mistakes : list of Mistake
     notes : list of str
     """
-    from cablestudy.interface.scene import texts_of
+    from cablestudy.interface.changes import texts_of
     from cablestudy.study.report import validate_table
 
     return validate_table(files, texts_of(set))

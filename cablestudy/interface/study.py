@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from cablestudy.interface.scene import Changes, texts_of
+from cablestudy.interface.changes import Changes, texts_of
 
 if TYPE_CHECKING:
     import pandas
@@ -89,7 +89,7 @@ class Study:
     @property
     def notes(self) -> Iterable[str]:
         """Warnings about what was written."""
-        return (*self.request.large_lengths(), *self.request.notes)
+        return (*self.request.likely_mistakes(), *self.request.notes)
 
     @property
     def asked(self) -> Iterable[str]:

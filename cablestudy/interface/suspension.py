@@ -1,17 +1,107 @@
-"""A scene of several cables, bodies and points, as the commands take it."""
+"""A scene of several cables, bodies and points: its class, and what the commands compute of it, an `Answer` each."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer
-from cablestudy.interface.scene import DEFAULT_MODES, Scene, fewer_modes, frequency_limit, in_time, loop_options
+from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, in_time, loop_options
+from cablestudy.interface.scene import Scene
 
 if TYPE_CHECKING:
     import pandas
+
+
+def static(scene, table=None, estimate=False):
+    """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
+    from cablestudy.study.suspension.report import static_tables
+
+    case = scene.case
+    return _of_tables(
+        table,
+        static_tables(case, table),
+        case,
+        lambda: notes_of(case),
+        strength_warning(case),
+        lambda plots: plots.suspension_views(case),
+    )
+
+
+def form(scene, table=None):
+    """The form of a net by force densities."""
+    from cablestudy.study.suspension.report import form_tables
+
+    return _of_tables(table, form_tables(scene.model))
+
+
+def modes(scene, count=None, upto=None, estimate=False):
+    """`estimate` changes nothing: the errors are known."""
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
+    from cablestudy.study.suspension.report import mode_notes, mode_table
+
+    limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
+    found = case.modes(size) if limit is None else case.modes_up_to(limit)
+    asked = range(len(found)) if limit is None else found.up_to(limit)
+    return Answer(
+        table=mode_table(case, found, asked),
+        explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
+        warnings=(*strength_warning(case), *fewer_modes(found, size, limit)),
+        draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
+        case=case,
+    )
+
+
+def windrms(scene, table=None, estimate=False):
+    """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
+    from cablestudy.study.suspension.notes import notes_of
+    from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
+
+    case = _solved(scene, estimate)
+    tables = wind_tables(scene.document, case, table)
+    return _of_tables(
+        table, tables, case, lambda: notes_of(case), remarks_of(case, tables), lambda plots: plots.suspension_wind(case)
+    )
+
+
+def loop(scene, response=None, time=None, table=None, estimate=False, **timed):
+    """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
+    from cablestudy.study.suspension import loop_report
+    from cablestudy.study.suspension.notes import notes_of, strength_warning
+
+    span, asked = loop_options(response, time, timed)
+    loop_report.check_control(scene.document, scene.model)
+    case = _solved(scene, estimate)
+    movement = case.in_wind.movement
+    answer = Answer(
+        explain=lambda: notes_of(case),
+        warnings=tuple(strength_warning(case)),
+        draw=lambda plots: plots.suspension_loop(movement),
+        case=case,
+    )
+    if asked:
+        return in_time(answer, loop_report.time_case(scene.document, case, asked))
+    if span:
+        return replace(answer, table=loop_report.response_table(movement, span))
+    tables = loop_report.loop_tables(case, table)
+    return replace(answer, table=tables[table]) if table else replace(answer, tables=tables)
+
+
+def _solved(scene, estimate):
+    """The case; one of its own where the errors of fixed elements are to be estimated."""
+    from cablestudy.study.suspension.case import SuspensionCase
+
+    return SuspensionCase(scene.model, estimate=True) if estimate else scene.case
+
+
+def _of_tables(name, tables, case=None, explain=tuple, warnings=(), draw=None):
+    """The `Answer` of several tables, or of the one of a name."""
+    known = {"table": tables[name]} if name else {"tables": tables}
+    return Answer(**known, explain=explain, warnings=tuple(warnings), draw=draw, case=case)
 
 
 class Suspension(Scene):
@@ -19,6 +109,14 @@ class Suspension(Scene):
 
     is_suspension: ClassVar[bool] = True
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
+    answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
+        "static": static,
+        "form": form,
+        "modes": modes,
+        "windrms": windrms,
+        "loop": loop,
+        **{name: Scene.answers[name] for name in ("ssm", "trade", "find")},
+    }
 
     @cached_property
     def case(self) -> Any:
@@ -26,12 +124,6 @@ class Suspension(Scene):
         from cablestudy.study.suspension.case import SuspensionCase
 
         return SuspensionCase(self.model)
-
-    def _solved(self, estimate):
-        """The case; one of its own where the errors of fixed elements are to be estimated."""
-        from cablestudy.study.suspension.case import SuspensionCase
-
-        return SuspensionCase(self.model, estimate=True) if estimate else self.case
 
     def _compute_case(self, what, **options):
         """As `_compute`, of one of several cases: the others go on where it has no answer."""
@@ -48,46 +140,9 @@ class Suspension(Scene):
         """The tables bodies, points, cables and stiffness: dict of name -> pandas.DataFrame."""
         return self.compute("static").frames()
 
-    def _static_answer(self, table=None, estimate=False):
-        """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
-        from cablestudy.study.suspension.notes import notes_of, strength_warning
-        from cablestudy.study.suspension.report import static_tables
-
-        case, tables = self.case, static_tables(self.case, table)
-        return _answer(
-            table,
-            tables,
-            case,
-            lambda: notes_of(case),
-            strength_warning(case),
-            lambda plots: plots.suspension_views(case),
-        )
-
-    def _form_answer(self, table=None):
-        """The form of a net by force densities."""
-        from cablestudy.study.suspension.report import form_tables
-
-        return _answer(table, form_tables(self.model))
-
     def shape(self) -> pandas.DataFrame:
         """Not there: the tables of `static` have the places of bodies and points."""
         raise SceneError("shape: the scene is a suspension; see the tables of static()")
-
-    def _modes_answer(self, count=None, upto=None, estimate=False):
-        """`estimate` changes nothing: the errors are known."""
-        from cablestudy.study.suspension.notes import notes_of, strength_warning
-        from cablestudy.study.suspension.report import mode_notes, mode_table
-
-        limit, case, size = frequency_limit(count, upto), self.case, count or DEFAULT_MODES
-        found = case.modes(size) if limit is None else case.modes_up_to(limit)
-        asked = range(len(found)) if limit is None else found.up_to(limit)
-        return Answer(
-            table=mode_table(case, found, asked),
-            explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
-            warnings=(*strength_warning(case), *fewer_modes(found, size, limit)),
-            draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
-            case=case,
-        )
 
     def windrms(self, on: str | None = None) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
         """Its tables, motion, cables, loop and others: dict of name -> pandas.DataFrame."""
@@ -95,59 +150,6 @@ class Suspension(Scene):
             raise SceneError("on: the scene is a suspension, whose key wind.on says so")
         return self.compute("windrms").frames()
 
-    def _windrms_answer(self, table=None, estimate=False):
-        """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
-        from cablestudy.study.suspension.notes import notes_of
-        from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
-
-        case = self._solved(estimate)
-        tables = wind_tables(self.document, case, table)
-        return _answer(
-            table,
-            tables,
-            case,
-            lambda: notes_of(case),
-            remarks_of(case, tables),
-            lambda plots: plots.suspension_wind(case),
-        )
-
     def loop(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
         """The tables loop and coordinates: dict of name -> pandas.DataFrame."""
         return self.compute("loop").frames()
-
-    def _loop_answer(self, response=None, time=None, table=None, estimate=False, **timed):
-        from cablestudy.study.suspension import loop_report
-        from cablestudy.study.suspension.notes import notes_of, strength_warning
-
-        span, asked = loop_options(response, time, timed)
-        loop_report.check_control(self.document, self.model)
-        case = self._solved(estimate)
-        movement = case.in_wind.movement
-        answer = Answer(
-            explain=lambda: notes_of(case),
-            warnings=tuple(strength_warning(case)),
-            draw=lambda plots: plots.suspension_loop(movement),
-            case=case,
-        )
-        if asked:
-            return in_time(answer, loop_report.time_case(self.document, case, asked))
-        if span:
-            return replace(answer, table=loop_report.response_table(movement, span))
-        tables = loop_report.loop_tables(case, table)
-        return replace(answer, table=tables[table]) if table else replace(answer, tables=tables)
-
-    def _choose(self, options, highest=None):
-        from cablestudy.study.suspension import ssm
-
-        return ssm.choose(self.document, self.model, options, highest)
-
-    def _tables_of_choice(self):
-        from cablestudy.study.suspension import ssm
-
-        return ssm
-
-
-def _answer(name, tables, case=None, explain=tuple, warnings=(), draw=None):
-    """The `Answer` of several tables, or of the one of a name."""
-    known = {"table": tables[name]} if name else {"tables": tables}
-    return Answer(**known, explain=explain, warnings=tuple(warnings), draw=draw, case=case)

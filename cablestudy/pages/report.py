@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cablestudy.errors import SceneError
-from cablestudy.interface.scene import Changes, Scene, case_text, texts_of
+from cablestudy.interface.changes import Changes, case_text, texts_of
+from cablestudy.interface.scene import Scene
 from cablestudy.interface.suspension import Suspension
 from cablestudy.pages import given
 from cablestudy.pages.markup import paragraph

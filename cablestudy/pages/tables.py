@@ -157,20 +157,27 @@ def _by_rows(fields, table, caption, where_all):
     total = len(table.rows)
     cut = total > MOST_ROWS
     places = [*range(END_ROWS), *range(total - END_ROWS, total)] if cut else range(total)
-    rows = [table.rows[place] for place in places]
-    right = [not any(isinstance(row.get(one.name), str) for row in rows) for one in fields]
-    columns = [(one.head, [one.cell(row) for row in rows], side) for one, side in zip(fields, right, strict=True)]
+    columns = _columns(fields, [table.rows[place] for place in places])
     foot = _beside(columns, fields, table, cut)
-    if cut or (foot and foot[0]):  # with numbers of the rows before it
+    if cut or any(foot[:1]):  # with numbers of the rows before it
         columns.insert(0, ("row", [str(place + 1) for place in places], True))
-        foot = foot and ["", *foot]
+        foot[:0] = [""] if foot else []
     if foot:
         foot[0] = LARGEST if total > 1 else ERROR
     if cut:
-        for _, cells, _ in columns:
-            cells.insert(END_ROWS, "…")
-        caption = f"{caption}: {2 * END_ROWS} of {total} rows, the first and the last{where_all and f'; {where_all}'}"
+        columns = [(head, [*cells[:END_ROWS], "…", *cells[END_ROWS:]], side) for head, cells, side in columns]
+        others = f"; {where_all}" if where_all else ""
+        caption = f"{caption}: {2 * END_ROWS} of {total} rows, the first and the last{others}"
     return "".join(_split(columns, foot, caption))
+
+
+def _columns(fields, rows):
+    """Head, cells, and whether they stand on the right, of each field: list of tuples."""
+    columns = []
+    for one in fields:
+        is_text = any(isinstance(row.get(one.name), str) for row in rows)
+        columns.append((one.head, [one.cell(row) for row in rows], not is_text))
+    return columns
 
 
 def _beside(columns, fields, table, cut):

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION
+from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, matches
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
 Name = Annotated[str, StringConstraints(strict=True, min_length=1)]
@@ -174,7 +174,7 @@ def table_at(tables, path):
     path : sequence of str and int
     """
     for pattern, model in tables.items():
-        if len(pattern) == len(path) and all(name in ("*", part) for name, part in zip(pattern, path, strict=True)):
+        if matches(pattern, path):
             return model
     return None
 

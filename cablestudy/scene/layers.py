@@ -86,6 +86,11 @@ def _alternatives():
 REPLACES = _replaces()
 
 
+def matches(pattern, path):
+    """Whether a path is one of a pattern, in which "*" stands for any name or index."""
+    return len(pattern) == len(path) and all(name in ("*", part) for name, part in zip(pattern, path, strict=True))
+
+
 @lru_cache(maxsize=4096)
 def replaced_by(key):
     """Tuple of the paths that a dotted key removes from a lower layer."""
@@ -93,7 +98,7 @@ def replaced_by(key):
     if path in REPLACES:
         return REPLACES[path]
     for pattern, others in REPLACES.items():
-        if len(pattern) == len(path) and all(name in ("*", part) for name, part in zip(pattern, path, strict=True)):
+        if matches(pattern, path):
             return tuple(
                 tuple(part if name == "*" else name for name, part in zip(other, path, strict=True)) for other in others
             )

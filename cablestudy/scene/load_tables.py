@@ -13,6 +13,9 @@ ICE_DENSITY = 900.0  # [kg/m^3]
 # a bare number below the lowest is one in degrees Celsius by mistake
 TEMPERATURES = {"low": 60.0, "high": 5000.0, "limits": "from 60 K to 5000 K (a bare number is K: write 15 degC)"}
 
+Angle = Annotated[
+    float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
+]
 Force = Annotated[float, Quantity("N", -1e24, 1e24)]
 Temperature = Annotated[float, Quantity("K", **TEMPERATURES)]
 
@@ -64,9 +67,7 @@ class SteadyWind(Table):
     pressure: Annotated[float, Quantity("Pa", 0, 1e18)] | None = Field(
         None, description="Dynamic pressure, rho/2 v^2 (instead of speed)"
     )
-    direction: Annotated[
-        float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
-    ] = Field(0.0, description="Where it blows to: angle from x towards y; a bare number is rad")
+    direction: Angle = Field(0.0, description="Where it blows to: angle from x towards y; a bare number is rad")
     air_density: Annotated[float, Quantity("kg/m^3", 1e-12, 1e6)] = Field(
         1.2, description="With speed: density of the air"
     )

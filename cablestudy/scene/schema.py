@@ -38,15 +38,20 @@ def scene_schema():
     for path, model in TABLES.items():
         table = definitions[model.__name__]
         complete[path] = _complete(model, table)
-        if model.__name__ not in _ALWAYS_WHOLE:
-            table.pop("required", None)
-        if pairs := _exclusions(model.table):
-            table["allOf"] = pairs
+        _allow_parts(model, table)
     schema["properties"] = {"base": BASE, **schema["properties"], "materials": _materials(schema)}
     del definitions["Scene"]
     definitions["Controller"]["properties"]["notch"]["anyOf"].append({"const": "none"})
     schema |= {"if": {"required": ["base"]}, "else": _nested(complete)}
     return {"$schema": DIALECT, "title": "cablestudy scene", **schema, "$defs": definitions}
+
+
+def _allow_parts(model, table):
+    """Let a table of a file lack keys, which `base` may have, but not have keys that exclude each other."""
+    if model.__name__ not in _ALWAYS_WHOLE:
+        table.pop("required", None)
+    if pairs := _exclusions(model.table):
+        table["allOf"] = pairs
 
 
 def suspension_schema():
@@ -64,10 +69,7 @@ def suspension_schema():
         table = definitions[model.__name__]
         condition = _complete(model, table)
         complete[path] = {"anyOf": [complete[path], condition]} if path in complete else condition
-        if model.__name__ not in _ALWAYS_WHOLE:
-            table.pop("required", None)
-        if pairs := _exclusions(model.table):
-            table["allOf"] = pairs
+        _allow_parts(model, table)
         if "material" in table["properties"]:
             _name_materials(table)
     definitions["Control"]["properties"]["notch"]["anyOf"].append({"const": "none"})

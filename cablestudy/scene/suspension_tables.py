@@ -1,6 +1,5 @@
 """Points, bodies, cables, tensions and winches of a suspension: the tables of the file as typed models, in SI."""
 
-import math
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, StrictBool, TypeAdapter
@@ -10,7 +9,7 @@ from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
-from cablestudy.scene.load_tables import MAX_LOADS, Force, Load, Reference
+from cablestudy.scene.load_tables import MAX_LOADS, Angle, Force, Load, Reference
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
@@ -25,9 +24,6 @@ TENSION_KINDS = {
 INERTIA_ROUNDING = 1e-9
 NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
 
-Angle = Annotated[
-    float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
-]
 Angles = tuple[Angle, Angle, Angle]
 ForceVector = tuple[Force, Force, Force]
 Moment = Annotated[float, Quantity("N m", -1e24, 1e24)]

@@ -6,15 +6,15 @@ import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
-from cablestudy.cable.geometry import midspan, sag_and_swing
-from cablestudy.cable.state import interpolate, sag
+from cablestudy.cable.geometry import midspan
 from cablestudy.control import gondola
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study import loops, windrms
 from cablestudy.study.cache import Cache, frozen, shared
 from cablestudy.study.models import MAX_MODES, model_of
-from cablestudy.study.results import ClosedStatics, Results
+from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.statics import ClosedStatics, DiscreteStatics
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
@@ -114,6 +114,11 @@ class Case:
     def exact_statics(self):
         """Whether statics and end stiffness are those of the closed form, not of a fixed number of elements."""
         return self.scene.model.elements is None
+
+    @property
+    def has_elements(self):
+        """Whether its motion has elements: as many as the scene states, or those of a level of refinement."""
+        return self.level is not None or not self.exact_statics
 
     @property
     def span(self):
@@ -419,7 +424,7 @@ class Case:
 
     @cached_property
     def response(self):
-        """The gondola by the wind on it: `windrms.Response`."""
+        """The gondola by the wind on it: `windrms.GondolaResponse`."""
         return windrms.response_of(self, self.loop)
 
     @cached_property
@@ -458,7 +463,7 @@ class Case:
 
     @cached_property
     def cable_response(self):
-        """The gondola by the wind on the cable, which damps the cable too: `windrms.Response`."""
+        """The gondola by the wind on the cable, which damps the cable too: `windrms.GondolaResponse`."""
         return windrms.cable_response_of(self, self.loop_in_air)
 
     @cached_property
@@ -470,7 +475,7 @@ class Case:
 
     @cached_property
     def response_in_air(self):
-        """The gondola by the wind on it, in a wind that damps the cable too: `windrms.Response`."""
+        """The gondola by the wind on it, in a wind that damps the cable too: `windrms.GondolaResponse`."""
         return windrms.response_of(self, self.loop_in_air) if self.cable_air_rate else self.response
 
     @cached_property
@@ -530,30 +535,3 @@ class _ClosedForm:
     @cached_property
     def statics(self):
         return ClosedStatics(self.catenary)
-
-
-class DiscreteStatics:
-    """Statics of a fixed number of elements; attributes as of `ClosedStatics`, of one cable."""
-
-    def __init__(self, case):
-        self._case = case
-        (
-            self.mean_tension,
-            self.horizontal_tension,
-            self.max_tension,
-            self.min_tension,
-            self.stretched_length,
-            self.iterations,
-        ) = case.model.statics
-
-    @property
-    def sag(self):
-        """Vertical distance from chord to cable at mid-span. [m]"""
-        case = self._case
-        if case.results.span.vertical[case.index][2] != 1:  # blown out of the vertical
-            return float(sag_and_swing(case.state, case.middle)[0])
-        return sag(case.state, case.results.catenary.middle[case.index])
-
-    def shape(self, positions):
-        """As `ClosedStatics.shape`."""
-        return interpolate(self._case.state, positions)

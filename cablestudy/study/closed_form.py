@@ -200,8 +200,12 @@ def evaluate_table(table, columns):
     for case in closed.over_strength:
         rows[case] = rows[case][0], OVER_STRENGTH, rows[case][2]
     for case, failures in closed.failures.items():
-        cells, _, errors = rows[case]
-        cells = [None if c.header in failures else cell for c, cell in zip(required.closed, cells, strict=True)]
-        errors = {name: error for name, error in errors.items() if name not in failures}
-        rows[case] = cells, closed.status(case), errors
+        rows[case] = _without(failures, required.closed, rows[case], closed.status(case))
     return rows
+
+
+def _without(failures, columns, row, status):
+    """A row of `evaluate_table` without the numbers of the columns that failed, with its status."""
+    cells, _, errors = row
+    cells = [None if column.header in failures else cell for column, cell in zip(columns, cells, strict=True)]
+    return cells, status, {name: error for name, error in errors.items() if name not in failures}

@@ -34,7 +34,7 @@ class TimeOptions:
     input: str | None = None
     size: str | None = None
     length: str | None = None  # of a gust
-    output: str | None = None  # of a suspension: what of its pose is wanted
+    output: str | None = None  # of a suspension: what of its pose is shown
 
     def __post_init__(self):
         if self.length is not None and self.input != "gust":

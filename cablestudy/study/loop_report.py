@@ -17,7 +17,7 @@ COLUMNS = (
 CURVES = {"open_loop": "L", "sensitivity": "S", "complementary_sensitivity": "T"}  # names and titles of columns
 BESIDE = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
 
-CIRCLE = np.linspace(-1.5, 1.5, 61)  # half of the angles of the points of a picture near a pole [rad]
+CIRCLE = 61  # points of a picture near each pole
 
 
 def loop_table(document, scene, estimate=False):
@@ -52,8 +52,8 @@ def loop_table(document, scene, estimate=False):
 
 
 def has_loop(case):
-    """Whether the loop of a case can be had, stable or not; to an accuracy it cannot where no level was solved."""
-    if case.level is None and case.scene.model.elements is None:
+    """Whether the loop of a case can be had, stable or not."""
+    if not case.has_elements:  # nothing was refined, as every column failed before
         return False
     try:
         _ = case.loop
@@ -83,11 +83,18 @@ def drawn_frequencies(loop, span):
     """The same for a picture: as close as the margins are looked for, and in even steps around the circle that L
     describes near each pole. [Hz]"""
     low, high, _ = span
-    poles = np.concatenate([loop.open_poles, loop.closed_poles])
-    poles = poles[poles.imag > 0]
-    around = (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(CIRCLE)).ravel()
+    around = around_poles(np.concatenate([loop.open_poles, loop.closed_poles]), CIRCLE)
     close = np.concatenate([margins.response_frequencies(loop), around]) / (2 * np.pi)
     return np.unique(np.concatenate([frequencies_of(loop, span), close[(close > low) & (close < high)]]))
+
+
+def around_poles(poles, count):
+    """So many frequencies near each pole of the upper half plane, in even steps around the circle that L describes.
+
+    Shape (poles count,). [rad/s]
+    """
+    poles, half_angle = poles[poles.imag > 0], np.linspace(-1.5, 1.5, count)
+    return (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(half_angle)).ravel()
 
 
 def curves(loop, frequency):

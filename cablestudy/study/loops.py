@@ -23,7 +23,7 @@ FINER = 1.3  # models that follow each other, in orders
 TRIALS = 4
 LIMIT_STEP = 2.0  # of the frequency up to which modes are resolved
 RESPONSE_SHARE = 0.01  # of the accuracy: error by modes that the response leaves out
-NO_DAMPING, CREEPING = 1e-12, 1e-6  # ratio that is none, and imaginary part over size of a pole that creeps back
+NO_DAMPING, NEARLY_REAL = 1e-12, 1e-6  # ratio that is none; imaginary part over size of a pole without oscillation
 LIGHT, DISTINCT = (1e-4, 0.1), 0.8  # damping ratios, and share, with which the gondola's pole is found at once
 
 
@@ -191,8 +191,8 @@ def gondola_damping_ratio(case):
     if damping.model == "modal":
         if abs(ratio) < NO_DAMPING:
             return 0.0
-        if ratio > 0 and abs(pole.imag) < CREEPING * abs(pole):
-            return 1.0  # it creeps back
+        if ratio > 0 and abs(pole.imag) < NEARLY_REAL * abs(pole):
+            return 1.0
         if not (0.3 * omega < abs(pole) < 3 * omega and ratio > 0):
             raise NoSolutionError("the gondola's mode is damped so much that it is no oscillation")
         return float(ratio)

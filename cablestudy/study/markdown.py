@@ -38,7 +38,7 @@ def whole(table):
     if table.single:
         grid = _one_row(fields, table.rows[0])
     elif table.across:
-        grid = _side_by_side([field for field in fields if field.name != table.across], table.rows, table.across)
+        grid = _side_by_side(fields, table.rows, table.across)
     else:
         rows, left_out = _ends(table.rows)
         grid = _rows(fields, rows, left_out)
@@ -71,13 +71,12 @@ def fitted(table, width):
     if table.single:
         return _beside(_one_row(fields, rows[0]), width), []
     if table.across:
-        fields = [field for field in fields if field.name != table.across]
         return _beside(_side_by_side(fields, rows, table.across), width), []
     grid = _rows(fields, rows, omitted)
     fitting = wrapped(grid, width)
     if fitting is None and 0 < len(rows) <= FEW_ROWS:
         names = fields[0].name if _names_rows(fields[0], rows) else ""
-        return _beside(_side_by_side([field for field in fields if field.name != names], rows, names), width), []
+        return _beside(_side_by_side(fields, rows, names), width), []
     fitting, places = (fitting, list(range(len(fields)))) if fitting else _narrowed(grid, fields, width)
     text = rendered(fitting or grid.columns(places)) + (_note_on_rows(table, omitted) if omitted else "")
     left_out = [field for place, field in enumerate(fields) if place not in places]
@@ -143,7 +142,8 @@ def _one_row(fields, row):
 
 def _side_by_side(fields, rows, names):
     """One line for each quantity and one column for each row; `names` is the field of their heads, or empty."""
-    known = [field for field in fields if any(row.get(field.name) is not None for row in rows)]
+    others = [field for field in fields if field.name != names]
+    known = [field for field in others if any(row.get(field.name) is not None for row in rows)]
     columns = zip(known, _columns(known, rows), strict=True)
     heads = [str(row[names]) if names else f"row {place}" for place, row in enumerate(rows, 1)]
     return Grid(

@@ -4,7 +4,7 @@ import numpy as np
 
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.scene.bare_numbers import bare_number
+from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of
 from cablestudy.study.refinement import REFERENCE
@@ -20,7 +20,7 @@ STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
 
 
 def of_refined(case, error, tried):
-    """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Search`."""
+    """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Refinement`."""
     mesh = case.model.mesh
     yield (
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
@@ -28,8 +28,8 @@ def of_refined(case, error, tried):
     )
     planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.known]
     if case.planar and planes in (["in_plane"], ["out_of_plane"]):
-        there, gone = ("in", "across") if planes == ["in_plane"] else ("across", "in")
-        yield f"left out: motion {gone} the cable's plane, since all that is asked for moves {there} it"
+        there, excluded = ("in", "across") if planes == ["in_plane"] else ("across", "in")
+        yield f"left out: motion {excluded} the cable's plane, since all that is asked for moves {there} it"
     yield f"compared: {tried} models, coarse to fine"
 
 

@@ -157,18 +157,8 @@ def needs_of(case, required):
     NoSolutionError, ConvergenceError
         The case has no motion.
     """
-    results, index = case.results, case.index
-    waves, axial, body = required.waves, required.axial, required.gondola
-    if required.sagging_waves > waves:
-        waves = max(waves, min(required.sagging_waves, float(results.sag_waves[index])))
-    axial_waves, travel_time = float(results.axial_waves[index]), float(results.travel_time[index])
-    if axial and SETTINGS.unresolved * case.refined(1, SETTINGS.lowest).waves(0.0)[1] > case.scene.model.accuracy:
-        waves = max(waves, axial * axial_waves)  # an axial mode of a curved cable excites the transverse waves
-    if body:
-        waves = max(waves, 2 * case.gondola_frequency_static * travel_time)
-    if required.cable_wind:
-        waves = max(waves, SETTINGS.waves_in_wind)
-
+    results, axial, body = case.results, required.axial, required.gondola
+    axial_waves, travel_time = float(results.axial_waves[case.index]), float(results.travel_time[case.index])
     names = {column.name for column in required.motion}
 
     def highest(finer, values):
@@ -185,11 +175,34 @@ def needs_of(case, required):
         alone = axial * axial_waves / (4 * travel_time) / slower if axial else 0.0
         return max(alone, finer.gondola_frequency) if body else alone
 
-    limited = {"largest_gain", "gain_margin", *(["gain"] if gain_follows(case.scene) else [])}
-    near_limit = [c.header for c in required.motion if c.name in limited]
+    waves, near_limit = _half_waves(case, required), _near_limit(case, required)
+    return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only, near_limit)
+
+
+def _half_waves(case, required):
+    """Estimated number of transverse half-waves along the cable that the columns depend on. [-]"""
+    results, index, waves = case.results, case.index, required.waves
+    if required.sagging_waves > waves:
+        waves = max(waves, min(required.sagging_waves, float(results.sag_waves[index])))
+    if (
+        required.axial
+        and SETTINGS.unresolved * case.refined(1, SETTINGS.lowest).waves(0.0)[1] > case.scene.model.accuracy
+    ):
+        # an axial mode of a curved cable excites the transverse waves
+        waves = max(waves, required.axial * float(results.axial_waves[index]))
+    if required.gondola:
+        waves = max(waves, 2 * case.gondola_frequency_static * float(results.travel_time[index]))
+    if required.cable_wind:
+        waves = max(waves, SETTINGS.waves_in_wind)
+    return waves
+
+
+def _near_limit(case, required):
+    """Headers of the columns whose modes left out are the same at all levels: frozenset."""
     if case.scene.cable.damping.model == "modal":
-        near_limit = []
-    return AccuracyNeeds(waves, highest, least, required.damped, required.frequencies_only, frozenset(near_limit))
+        return frozenset()
+    limited = {"largest_gain", "gain_margin", *(["gain"] if gain_follows(case.scene) else [])}
+    return frozenset(column.header for column in required.motion if column.name in limited)
 
 
 def gain_follows(scene):
@@ -199,7 +212,7 @@ def gain_follows(scene):
 
 
 @dataclass
-class Search:
+class Refinement:
     """The refinement of one case.
 
     A frequency of the cable has an error estimate of its own, by what the highest orders contribute to its shape. Other
@@ -245,7 +258,7 @@ class Search:
         index, results = self.case.index, self.case.results
         self._rounding = float(results.motion_rounding[index])
         self._history, self._missing, self._last_waves, self._needed = [], {}, 0.0, 0.0
-        self._reached, self._best, self._in_vain = "the finest model is too coarse", inf, 0
+        self._reached, self._best, self._no_gain = "the finest model is too coarse", inf, 0
         per_digit, more = SETTINGS.single if self.needs.single else SETTINGS.compared
         orders = SETTINGS.per_wave * self.needs.waves * float(results.longest_segment[index])
         digits, elements = per_digit * -log10(self._accuracy) + more, 1
@@ -327,10 +340,10 @@ class Search:
             self.finer = self.finer if pending else None
             return
         worst = max(errors.values())
-        self._in_vain = self._in_vain + 1 if self._best <= worst < SETTINGS.rounding_limit else 0
+        self._no_gain = self._no_gain + 1 if self._best <= worst < SETTINGS.rounding_limit else 0
         self._best = min(worst, self._best)
         self._reached = f"the error reached is about {self._best:.1e}"
-        if self._in_vain == SETTINGS.without_gain:
+        if self._no_gain == SETTINGS.without_gain:
             self._give_up(self._reached)
 
     def _error_left(self, header, known, unresolved):
@@ -375,7 +388,7 @@ def refine(searches, prepare):
 
     Parameters
     ----------
-    searches : list of Search
+    searches : list of Refinement
     prepare : callable
         List of cases at one level -> None; solves their models together.
     """

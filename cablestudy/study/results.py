@@ -12,8 +12,9 @@ from cablestudy.cable.element import pieces
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import ROUNDING, SHAPELESS, UPRIGHT
+from cablestudy.study.columns import ROUNDING
 from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, shrunk, with_loads
+from cablestudy.study.statics import ClosedStatics
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
@@ -304,34 +305,3 @@ def along(span, stiffness, axis, moved=None):
     """
     turn, other = span.frame[..., axis], span.frame[..., axis if moved is None else moved]
     return sum(turn[..., i] * stiffness[..., i, j] * other[..., j] for i in range(3) for j in range(3))
-
-
-class ClosedStatics:
-    """Statics of the elastic catenary, of one cable or with an axis of cases: tensions [N], length [m], iterations."""
-
-    def __init__(self, catenary):
-        self._catenary = catenary
-        self.mean_tension, self.max_tension = catenary.mean_tension, catenary.max_tension
-        # the solver leaves a folded cable a tiny tension at its fold, and an upright one a tiny horizontal tension
-        least, horizontal = catenary.min_tension, catenary.horizontal_tension
-        folded = least <= FOLDED * self.max_tension
-        self.min_tension = np.where(folded, 0.0, least)
-        floor = np.where(folded, FOLDED, UPRIGHT) * self.max_tension
-        self.horizontal_tension = np.where(horizontal > floor, horizontal, 0.0)
-        self.stretched_length, self.iterations = catenary.stretched_length, catenary.record.steps
-
-    @property
-    def sag(self):
-        """Vertical distance from chord to cable at mid-span, shape (...). [m]"""
-        return self._catenary.sag
-
-    def shape(self, positions):
-        """Displacement from the chord, shape (j, 3), and tension, shape (j,) [N], of one cable.
-
-        Displacements are in unstretched lengths, in the chord frame; `positions`, shape (j,), are arc lengths over
-        unstretched length. NoSolutionError where a part of the cable is slack.
-        """
-        if np.any(self._catenary.slack):
-            raise NoSolutionError(SHAPELESS)
-        displacement, tension = self._catenary.at(positions)
-        return displacement, np.sqrt((tension**2).sum(axis=-1))

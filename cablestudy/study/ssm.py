@@ -24,7 +24,6 @@ DEFAULT_MODES = 12  # of a model to an accuracy
 LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies, whose squares neither underflow nor overflow [Hz]
 MAX_FREQUENCIES = 10_000_000
 END = "end_2_x"
-DAMPING_LEFT_OUT = 0.1  # share of the gondola's damping ratio that may be missing without a warning
 DAMPING_NOTES = {
     "modal": (),
     "hysteretic": (
@@ -149,7 +148,7 @@ class Choice:
     def kept(self):
         """Superelement of the chosen modes."""
         model = self.case.end_model
-        return model.select(self.chosen) if self.options.residual else reduction.truncated(model, self.chosen)
+        return model.condense(self.chosen) if self.options.residual else reduction.truncated(model, self.chosen)
 
     def system(self):
         """The StateSpace of the cable, alone or with gondola or winch loop; NoSolutionError where it overflows."""
@@ -212,34 +211,7 @@ class Choice:
                 self.case.loop.check_stable()
             except NoSolutionError as error:
                 warnings.append(f"warning: {error}")
-        return [*warnings, *self._damping_left_out()]
-
-    def _damping_left_out(self):
-        """A warning where the modes left out carry much of the gondola's damping: list of str, at most one.
-
-        Their static part and inertia are kept, but a state space has no place for their damping.
-        """
-        case, attached = self.case, self.options.attached
-        if not attached or len(self.chosen) == len(self.modes):
-            return []
-        whole = replace(
-            self, options=replace(self.options, attached="gondola", wind=False), chosen=np.arange(len(self.modes))
-        )
-        kept = replace(whole, chosen=self.chosen)
-        all_, own = (_damping_ratio(one.system().a, case.gondola_frequency) for one in (whole, kept))
-        if abs(own - all_) <= DAMPING_LEFT_OUT * abs(all_):
-            return []
-        return [
-            f"warning: the gondola's damping ratio is {own:.3g} with these modes, and {all_:.3g} with all "
-            f"{len(self.modes)}: the damping of the modes left out is missing; keep more of them (--upto, --modes)"
-        ]
-
-
-def _damping_ratio(a, frequency):
-    """Damping ratio of the eigenvalue of A that is nearest to a frequency [Hz]."""
-    poles = np.linalg.eigvals(a)
-    pole = poles[np.argmin(np.abs(poles - 2j * np.pi * frequency))]
-    return float(-pole.real / abs(pole))
+        return warnings
 
 
 def choose(document, scene, options):

@@ -30,8 +30,7 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     found, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
-        alone = explain or len(cases) == 1 or suspensions
-        closed = None if alone else evaluate_table(table, columns)
+        closed = None if explain or suspensions else _by_arrays(table, columns)
         if closed is None:
             scenes.update((case, table.scene_of(place)) for place, case in enumerate(cases))
         else:
@@ -41,6 +40,11 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
         numbers = [row.cells[header] for header in headers]
         found[case] = numbers, row.cells["status"], _beyond_rounding(row.errors), row.notes if explain else ()
     return found
+
+
+def _by_arrays(table, columns):
+    """As `evaluate_table`; None for a case alone too, whose object costs less than arrays."""
+    return evaluate_table(table, columns) if len(table.cases) > 1 else None
 
 
 def _beyond_rounding(errors):

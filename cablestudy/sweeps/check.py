@@ -92,14 +92,7 @@ def compare(table, path, tolerance):
     """
     names, stored = stream_csv(path)
     columns = _tolerance_columns(table.fields)
-    before = {field.title: field.name for field in table.fields if field.distinct and field.title not in columns}
-    renamed = [name for name in names if before.get(name) not in (None, *names)]  # by versions that wrote text
-    for name in renamed:
-        yield f"column {name}: stored as text by an earlier version, now {before[name]}: sweep it anew without --check"
-    known = {*columns, *renamed}
-    yield from (f"column {name}: stored, not computed" for name in names if name not in known)
-    known = {*names, *(before[name] for name in renamed)}
-    yield from (f"column {name}: computed, not stored" for name in columns if name not in known)
+    yield from _other_columns(table, names, columns)
     never = find(NEVER_COMPARED).header
     cells = [(name, column) for name, column in columns.items() if name in names and name != never]
     count = 0
@@ -110,6 +103,18 @@ def compare(table, path, tolerance):
     count += sum(1 for _ in stored)
     if count != len(table.rows):
         yield f"{count} rows stored, {len(table.rows)} computed"
+
+
+def _other_columns(table, names, columns):
+    """Yield a line for each column that only the computed table has, or only the stored one, with its `names`."""
+    before = {field.title: field.name for field in table.fields if field.distinct and field.title not in columns}
+    renamed = [name for name in names if before.get(name) not in (None, *names)]  # by versions that wrote text
+    for name in renamed:
+        yield f"column {name}: stored as text by an earlier version, now {before[name]}: sweep it anew without --check"
+    known = {*columns, *renamed}
+    yield from (f"column {name}: stored, not computed" for name in names if name not in known)
+    known = {*names, *(before[name] for name in renamed)}
+    yield from (f"column {name}: computed, not stored" for name in columns if name not in known)
 
 
 def _tolerance_columns(fields):

@@ -1,7 +1,7 @@
-"""The Pareto front of points: those that no other one beats.
+"""The Pareto front of points: those that no other one dominates.
 
 Divide and conquer over the points in lexicographic order (Kung, Luccio, Preparata 1975, Journal of the ACM 22, 469):
-a point can be beaten only by one before it, so that the front of the second half is compared with that of the first,
+a point can be dominated only by one before it, so that the front of the second half is compared with that of the first,
 in all coordinates but the first one. Two remaining coordinates need one sorted search, more of them comparisons in
 blocks.
 """
@@ -37,12 +37,12 @@ def _front(points, places):
     """Those places of distinct points, in lexicographic order, that are on the front."""
     if len(places) <= SMALL:
         chosen = points[places]
-        beaten = np.tril(_all_at_most(chosen, chosen).T, -1).any(axis=1)
-        return places[~beaten]
+        dominated = np.tril(_all_at_most(chosen, chosen).T, -1).any(axis=1)
+        return places[~dominated]
     half = len(places) // 2
     first, second = _front(points, places[:half]), _front(points, places[half:])
-    beaten = _beaten(points[first, 1:], points[second, 1:])
-    return np.concatenate([first, second[~beaten]])
+    dominated = _dominated(points[first, 1:], points[second, 1:])
+    return np.concatenate([first, second[~dominated]])
 
 
 def _all_at_most(lower, upper):
@@ -50,7 +50,7 @@ def _all_at_most(lower, upper):
     return (lower[:, None] <= upper[None]).all(axis=2)
 
 
-def _beaten(by, points):
+def _dominated(by, points):
     """Which points have one of another set that is at most as large in all coordinates: shape (k,)."""
     if by.shape[1] == 2:
         order = np.argsort(by[:, 0])

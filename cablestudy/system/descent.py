@@ -75,7 +75,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class State:
+class PoseState:
     """A pose, and the chord strains of the cables, which keep their digits from step to step; n cases.
 
     Attributes
@@ -146,22 +146,20 @@ def moved(suspension, state, step):
     Parameters
     ----------
     suspension : Suspension
-    state : State
+    state : PoseState
     step : ndarray, shape (n, b, 6)
         Displacements [m] and rotation vectors [rad] of the bodies.
 
     Returns
     -------
-    State
+    PoseState
     """
     if not suspension.body_names:
         return state
     turned = turn(step[..., 3:])
-    owner = suspension.owner
     rotation = state.rotation + turned @ state.rotation
     position = state.position + step[..., :3]
-    swing = (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
-    shift = np.where((owner == GROUND)[..., None], 0.0, step[:, owner, :3] + swing)
+    shift = _end_shifts(suspension, state, step, turned)
     change = shift[..., 1, :] - shift[..., 0, :]
     ends = suspension.ends(position, rotation)
     vector = ends[..., 1, :] - ends[..., 0, :]
@@ -169,7 +167,7 @@ def moved(suspension, state, step):
     longer = ((2 * state.vector + change) * change).sum(axis=-1)
     longer /= np.maximum(size(vector) + size(state.vector), TINY)
     strain = state.strain + longer / state.length
-    return State(position, rotation, suspension.arms(rotation), vector, state.length, strain)
+    return PoseState(position, rotation, suspension.arms(rotation), vector, state.length, strain)
 
 
 def spans(suspension, state):
@@ -217,6 +215,13 @@ def _along_and_squared(cables):
     return (ends[..., 0] - ends[..., 1]) / 2, (squared * cables.segments.fraction).sum(axis=-1)
 
 
+def _end_shifts(suspension, state, step, turned):
+    """Displacements of the ends of the cables by a step, whose rotations are `turned`; shape (n, c, 2, 3). [m]"""
+    owner = suspension.owner
+    shift = step[:, owner, :3] + (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
+    return np.where((owner == GROUND)[..., None], 0.0, shift)
+
+
 def work(suspension, state, step):
     """Work of the dead loads along a step: of weights, of half the load of each cable on each of its ends, of forces.
 
@@ -230,21 +235,14 @@ def work(suspension, state, step):
     lifted = step[..., :3] + (turned * center[..., None, :]).sum(axis=-1)
     bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
     bodies = bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
-    owner = suspension.owner
     gravity, vertical = suspension.cable_gravity
     half = suspension.cable_mass * gravity * state.length / 2
-    if vertical is None:
-        swing = step[:, owner, 2] + (turned[:, owner, 2] * state.arms).sum(axis=-1)
-    else:
-        swing = step[:, owner, :3] + (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
-        swing = (swing * vertical[..., None, :]).sum(axis=-1)
-    raised = np.where(owner == GROUND, 0.0, swing).sum(axis=-1)
-    total = bodies.sum(axis=-1) - (half * raised).sum(axis=-1)
+    shift = _end_shifts(suspension, state, step, turned)
+    raised = shift[..., 2] if vertical is None else (shift * vertical[..., None, :]).sum(axis=-1)
+    total = bodies.sum(axis=-1) - (half * raised.sum(axis=-1)).sum(axis=-1)
     if suspension.load_forces is None:
         return total
-    swing = step[:, owner, :3] + (turned[:, owner] * state.arms[..., None, :]).sum(axis=-1)
-    both = np.where((owner == GROUND)[..., None], 0.0, swing).sum(axis=-2)
-    return total + (suspension.load_forces.sum(axis=-2) * both).sum(axis=(-1, -2)) / 2
+    return total + (suspension.load_forces.sum(axis=-2) * shift.sum(axis=-2)).sum(axis=(-1, -2)) / 2
 
 
 def longest(state):
@@ -332,7 +330,7 @@ def line_search(suspension, state, point, step):
 
     Returns
     -------
-    state : State
+    state : PoseState
     point : Point
         There.
     share : ndarray, shape (n,)
@@ -376,7 +374,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
     ----------
     suspension : Suspension
         With cases of shape (n,).
-    state : State
+    state : PoseState
     most : int
         Steps.
     enough : float
@@ -384,7 +382,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
 
     Returns
     -------
-    State
+    PoseState
         Each case's to the last digit as if it were alone.
     Record
     """

@@ -34,7 +34,8 @@ def _left(equilibrium):
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
     sizes = np.ones_like(net)
     sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
-    share = np.where(suspension.free, np.abs(net / sizes), 0.0) / np.maximum(scale, np.finfo(float).tiny)[..., None]
+    with np.errstate(over="ignore"):  # no other force at all, where every cable hangs loose without gravity
+        share = np.where(suspension.free, np.abs(net / sizes), 0.0) / np.maximum(scale, np.finfo(float).tiny)[..., None]
     share = np.nan_to_num(share)
     turning = np.where(suspension.moment.any(axis=-1)[:, None], share, 0.0)
     turning[:, :3] = 0.0

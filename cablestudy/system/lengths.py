@@ -33,7 +33,7 @@ SETTLED = 1e-9  # relative change of the tensions in a step at which they are fo
 BALANCED = 1e-11  # and net force over the sum of forces
 STALLED = 1e-8  # both, where rounding stops the iteration
 ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
-HOPELESS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
+INFEASIBLE_STEPS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
 LEVEL_LEAST = 0.508  # least tension of a level cable that does not stretch, over the weight of its chord
 # Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
@@ -92,7 +92,7 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     refuse_unheld(suspension)
     found = suspension.free & (default_found(suspension) if found is None else np.asarray(found, dtype=bool))
     unstated = np.array([kind is None for kind in suspension.given])
-    refuse_uncountable(suspension, found, int(unstated.sum()))
+    refuse_overdetermined(suspension, found, int(unstated.sum()))
     shape, count = suspension.shape, len(suspension.given)
     n = int(np.prod(shape))
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
@@ -135,14 +135,14 @@ def with_stable_attitudes(suspension, flat, answers, which, found, method, bound
             break
         part, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
         held = replace(part, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
-        fallen, _ = descent.descend(held, nudged(held, some(state, falling), motion, side))
-        part = replace(part, rotation=fallen.rotation)
+        descended, _ = descent.descend(held, nudged(held, some(state, falling), motion, side))
+        part = replace(part, rotation=descended.rotation)
         again = search(part, which, found, method, *(bound[falling] for bound in bounds), ABOVE_LEAST[0])
         answers = with_better(answers, falling, again)
     return answers
 
 
-def refuse_uncountable(suspension, found, lengths):
+def refuse_overdetermined(suspension, found, lengths):
     """Raise where there are fewer unknowns than equations.
 
     Raises
@@ -179,7 +179,7 @@ def linearised(suspension, state, which, found):
     ----------
     suspension : Suspension
         With cases of shape (n,); what each cable states is kept while the bodies move.
-    state : State
+    state : PoseState
     which : ndarray of int, shape (m,)
     found : ndarray of bool, shape (b, 6)
 
@@ -241,7 +241,7 @@ def search(suspension, which, found, method, low, high, reference, above):
 
     Returns
     -------
-    State
+    PoseState
     Record
     problems : ndarray of str, shape (n,)
     """
@@ -252,7 +252,7 @@ def search(suspension, which, found, method, low, high, reference, above):
     part = replace(suspension, given=given, value=value)
     state, cases = start(part), len(value)
     state = fitted(part, state)
-    answers, hopeless = np.full(cases, None, dtype=object), np.zeros(cases, dtype=int)
+    answers, infeasible = np.full(cases, None, dtype=object), np.zeros(cases, dtype=int)
     steps, settled = np.zeros(cases, dtype=int), np.zeros(cases, dtype=bool)
     damping, least_damping = np.zeros(cases), np.zeros(cases)
     possible = possible_tensions(part, state, which, low, tension, above)
@@ -267,7 +267,7 @@ def search(suspension, which, found, method, low, high, reference, above):
             answer = distribute(by_tension[case], by_place[case], right, method, *limits)
             answers[case] = answer
             pushes = not answer.held or (not answer.within and answer.tension.min() < 0)
-            hopeless[case] = hopeless[case] + 1 if pushes else 0
+            infeasible[case] = infeasible[case] + 1 if pushes else 0
             asked[case], step[case, found] = answer.tension, answer.unbounded
         step = step / body_units(part)
         wide = np.abs(step[..., 3:]).max(axis=(-1, -2))
@@ -279,15 +279,15 @@ def search(suspension, which, found, method, low, high, reference, above):
         final = np.where(ended, final, change)
         done = (worst < BALANCED) & (change < SETTLED) | (worst < STALLED) & (change < STALLED) & (change >= last / 2)
         settled |= done
-        ended = settled | (hopeless >= HOPELESS)
+        ended = settled | (infeasible >= INFEASIBLE_STEPS)
         if ended.all():
             break
         moving = ~ended
         steps += moving
         before, direction = direction, (asked - tension) / tension
         back = (before * direction).sum(axis=-1) < 0
-        wild = (wide > LARGEST) | ((change > SHRINKING * last) & back & (steps > 3)) | (change > GROWING * last)
-        damping, least_damping = damped(damping, least_damping, wild, change > SLOW * last)
+        diverging = (wide > LARGEST) | ((change > SHRINKING * last) & back & (steps > 3)) | (change > GROWING * last)
+        damping, least_damping = damped(damping, least_damping, diverging, change > SLOW * last)
         tension = np.where(moving[:, None], asked, tension)
         last = np.where(moving, change, last)
         state = moved(part, state, np.where(moving[:, None, None], step, 0.0))
@@ -304,14 +304,14 @@ def search(suspension, which, found, method, low, high, reference, above):
     return state, Record(steps, worst, final, reasons), np.array(words, dtype=object)
 
 
-def damped(damping, least, wild, slow):
+def damped(damping, least, diverging, slow):
     """Damping of the next step, and the least of the steps to come, shape (n,).
 
-    More after a wild step, and from then on never again as little as it had; less after the others, and less is allowed
-    where these are slow.
+    More after a diverging step, and from then on never again as little as it had; less after the others, and less is
+    allowed where these are slow.
     """
-    least = np.where(wild, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
-    return np.where(wild, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least)), least
+    least = np.where(diverging, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
+    return np.where(diverging, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least)), least
 
 
 def near_least(suspension, state, which):

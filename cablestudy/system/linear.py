@@ -363,7 +363,7 @@ def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
     rows, columns = np.concatenate(rows), np.concatenate(columns)
     bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
     follow = block_array([[eye_array(modal), None], [None, moved]], format="csr") if modal else csc_array(moved)
-    wound = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])
+    imposed_by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])
     whole, driven = [], []
     for found, added in zip(values, (bodies, 0 * bodies, stiffness), strict=True):
         entries = np.concatenate(found)
@@ -373,7 +373,7 @@ def _assemble_sparse(cables, matrices, moved, bodies, imposed, stiffness):
             added = block_array([[csc_array((modal, modal)), None], [None, added]], format="csc")
         whole.append((follow.T @ matrix @ follow + added).tocsc())
         whole[-1].sum_duplicates()  # sorted: who sorts a copy that shares its numbers would spoil them
-        driven.append(follow.T @ (matrix @ wound))
+        driven.append(follow.T @ (matrix @ imposed_by_winches))
     mass, damping, total = whole
     return LinearSystem(mass.real, damping.real, total, tuple(driven[::-1]), bodies.shape[0])
 

@@ -24,7 +24,7 @@ from cablestudy.system.rigid import size
 MAX_STEPS = 60
 EXACT = 1e-13  # relative error of a stated value at which its length is found,
 STALLED = 1e-9  # and at which it is where rounding stops the iteration
-FALLING, IDLE = 0.9, 8  # a cable whose error does not fall to this share in so many steps has no such length
+FALLING, STALLED_STEPS = 0.9, 8  # a cable whose error does not fall to this share in so many steps has no such length
 DIFFERENCE = 1e-5  # relative step for the derivatives of a sag, which are good to its square
 LARGEST = 0.2  # change of an unstretched length in one step, over the length
 SLACKEST, TRIALS = 2.0, 17  # of the cable with the least tension: more than its length over chord, lengths on a grid
@@ -302,15 +302,15 @@ def fit(span, given, value, strain):
     steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), STEEPEST), 1.0)
     most = np.where(force, (value + heaviest) / steepness / span.axial_stiffness, np.inf)
     strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
-    best, idle = np.inf, 0  # errors so far, and steps since they last fell
+    best, stalled_steps = np.inf, 0  # errors so far, and steps since they last fell
     for _ in range(MAX_STEPS):
         cables = catenary.solve(span.with_chord_strain(strain))
         error = np.where(stated, values(cables, given) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
         worst = np.abs(error)
-        idle = np.where(worst < FALLING * best, 0, idle + 1)
+        stalled_steps = np.where(worst < FALLING * best, 0, stalled_steps + 1)
         best = np.minimum(worst, best)
-        if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (idle >= IDLE)):
+        if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (stalled_steps >= STALLED_STEPS)):
             break
         excess, factor = linear_measure(error, kinds)
         by_length = rates(cables, given).by_length

@@ -10,7 +10,7 @@ from cablestudy.system import stated, tangent
 from cablestudy.system.descent import (
     TINY,
     UNMET,
-    State,
+    PoseState,
     copied,
     descend,
     extent,
@@ -72,17 +72,17 @@ def pose(suspension):
         again, last = by_softer_cables(flat.take(hard))
         put(state, hard, again)
         put(record, hard, last)
-    return off_saddles(suspension, flat, state, record)
+    return leave_saddle_points(suspension, flat, state, record)
 
 
-def off_saddles(suspension, flat, state, record):
+def leave_saddle_points(suspension, flat, state, record):
     """Equilibria, where those found are unstable others that the suspension falls to from there: `Equilibrium`.
 
     Parameters
     ----------
     suspension, flat : Suspension
         The cases in their shape, and of shape (n,).
-    state : State
+    state : PoseState
     record : Record
 
     Notes
@@ -97,12 +97,12 @@ def off_saddles(suspension, flat, state, record):
             break
         part, index = flat.take(falling), np.flatnonzero(falling)
         beside = nudged(part, some(state, index), found.stability.motion.reshape(len(falling), -1, 6)[index], side)
-        fallen, last = descend(part, beside)
+        descended, last = descend(part, beside)
         if set(part.given) != {"unstretched_length"}:
-            fallen, last = meet(part, fallen, last)
+            descended, last = meet(part, descended, last)
         good = last.converged
         record = copied(record)
-        put(state, index[good], some(fallen, good))
+        put(state, index[good], some(descended, good))
         put(record, index[good], some(last, good))
     else:
         found = equilibrium(suspension, flat, state, record)
@@ -120,7 +120,7 @@ def nudged(suspension, state, motion, size):
 
 
 def search_all(suspension, state):
-    """Pose, and lengths with which the cables have what they state: `State`, `Record`."""
+    """Pose, and lengths with which the cables have what they state: `PoseState`, `Record`."""
     state, record = search(suspension, state)
     if set(suspension.given) != {"unstretched_length"}:
         state, record = meet(suspension, state, record)
@@ -157,7 +157,7 @@ def start(suspension):
 
     Returns
     -------
-    State
+    PoseState
     """
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)
@@ -165,7 +165,7 @@ def start(suspension):
     own = np.array([kind == "unstretched_length" for kind in suspension.given])
     length = np.where(own, value, 1.0)
     strain = (size(vector) - length) / length
-    state = State(suspension.position.copy(), suspension.rotation.copy(), arms, vector, length, strain)
+    state = PoseState(suspension.position.copy(), suspension.rotation.copy(), arms, vector, length, strain)
     if own.all():
         return state
     span = spans(suspension, state)
@@ -196,14 +196,14 @@ def meet(suspension, state, record):
     ----------
     suspension : Suspension
         With cases of shape (n,).
-    state : State
+    state : PoseState
         In equilibrium.
     record : Record
         Of the search that led there.
 
     Returns
     -------
-    State
+    PoseState
     Record
     """
     which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
@@ -219,8 +219,8 @@ def meet(suspension, state, record):
         put(whole, active, replace(last, steps=whole.steps[active] + last.steps))
         worst = np.abs(error).max(axis=-1)
         met = (worst < MET) | ((worst < STALLED) & (worst >= before / 2))
-        slow[active] = np.where(badness(error) > SLOW * best[active], slow[active] + 1, 0)
-        best[active] = np.minimum(best[active], badness(error))
+        slow[active] = np.where(log_error(error) > SLOW * best[active], slow[active] + 1, 0)
+        best[active] = np.minimum(best[active], log_error(error))
         ended = met | ~last.converged | (slow[active] >= PATIENCE)
         whole.reason[active] = np.where(met | ~last.converged, last.reason, UNMET)
         if ended.all():
@@ -235,19 +235,19 @@ def meet(suspension, state, record):
 
 def backtrack(suspension, state, step, change, which, error):
     """The largest of a falling series of shares of a step of bodies and lengths that lowers the errors."""
-    before, share = badness(error), np.ones(len(error))
+    before, share = log_error(error), np.ones(len(error))
     for _ in range(HALVINGS):
         trial = moved(suspension, state, step * share[:, None, None])
         trial, record = descend(suspension, lengthened(trial, change * share[:, None]), FEW_STEPS)
         fresh, cables = errors(suspension, trial, which)
-        worse = ~(badness(fresh) < before) & (np.abs(fresh).max(axis=-1) > STALLED) | ~record.converged
+        worse = ~(log_error(fresh) < before) & (np.abs(fresh).max(axis=-1) > STALLED) | ~record.converged
         if not worse.any():
             break
         share = np.where(worse, share / 4, share)
     return trial, fresh, cables, record
 
 
-def badness(error):
+def log_error(error):
     """Largest logarithm of what is over what shall be, shape (n,)."""
     return np.abs(np.log(np.maximum(1 + error, TINY))).max(axis=-1)
 

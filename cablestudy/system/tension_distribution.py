@@ -84,12 +84,12 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     unit = max(np.abs(part).max(initial=1e-300) for part in (particular[:count], reference, low[np.isfinite(low)]))
     objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
     target[:count] = reference if method == "closest" else 0.0
-    wanted = objective @ target
+    desired = objective @ target
     if damping:
         weights = damping * np.append(np.sqrt(current.max() / current), norms[count:])
         objective = np.vstack([objective, np.diag(weights)])
-        wanted = np.concatenate([wanted, weights[:count] * current, np.zeros(len(norms) - count)])
-    free = _least_distance(particular, space, count, objective, wanted, low, high, unit)
+        desired = np.concatenate([desired, weights[:count] * current, np.zeros(len(norms) - count)])
+    free = _least_distance(particular, space, count, objective, desired, low, high, unit)
     within = free is not None
     if not within:
         free = _nearest(particular, space, count, low, high, unit)
@@ -107,7 +107,7 @@ def _objective(method, count, unknowns):
     return np.vstack([spread, LEVEL * tensions])
 
 
-def _least_distance(particular, space, count, objective, wanted, low, high, unit):
+def _least_distance(particular, space, count, objective, desired, low, high, unit):
     """Coordinates z of the solution in the null space of the equations, or None where the bounds leave none."""
     from scipy.optimize import nnls
 
@@ -115,7 +115,7 @@ def _least_distance(particular, space, count, objective, wanted, low, high, unit
     left_vectors, values, right_vectors = np.linalg.svd(objective @ space, full_matrices=False)
     kept = values > RANK * values.max(initial=0.0)
     basis = right_vectors[kept].T / values[kept]
-    start = basis @ (left_vectors[:, kept].T @ (wanted - objective @ particular))
+    start = basis @ (left_vectors[:, kept].T @ (desired - objective @ particular))
     tension, slopes = particular[:count] + space[:count] @ start, space[:count] @ basis
     lower, upper = np.isfinite(low), np.isfinite(high)
     rows = np.vstack([slopes[lower], -slopes[upper]])

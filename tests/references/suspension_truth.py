@@ -232,11 +232,14 @@ class Statics:
         weights = [cable.mass * self.gravity * L for cable, L in zip(self.cables, self.lengths, strict=True)]
         if any(force * BARS[0] < weight for force, weight in zip(bend, weights, strict=True)):
             raise Unknown("a cable bends too sharply for bars")
-        levels = [Bars(self, bars).frequencies(count) for bars in BARS]
+        levels = np.array([Bars(self, bars).frequencies(count + 1) for bars in BARS])  # one more: it may come before
         one, two = ((4 * fine - coarse) / 3 for coarse, fine in pairwise(levels))
-        doubt = np.abs(one / two - 1) + 1e-12
-        beside = np.pad(doubt, 1)  # modes near each other may change places between meshes
-        return two, np.maximum(doubt, np.maximum(beside[:-2], beside[2:]))
+        doubt = np.abs(one / two - 1) + 1e-9  # rounding: the stiffest cables leave some ten digits of a tension
+        change = np.ptp(levels, axis=0) / two
+        for k in range(count):  # modes that change places from mesh to mesh: no extrapolation holds for either
+            if two[k + 1] - two[k] < (change[k] + change[k + 1]) * two[k]:
+                doubt[k : k + 2] = np.maximum(doubt[k : k + 2], change[k : k + 2])
+        return two[:count], doubt[:count]
 
 
 class Bars:

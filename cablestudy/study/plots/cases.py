@@ -28,19 +28,7 @@ def case_forms(cases):
     """
     views = {name: _View(case) for name, case in cases.items()}
     first = next(iter(views.values()))
-    ground = _ground(next(iter(cases.values())), first)
-    heights = np.concatenate([*(view.height for view in views.values()), *(() if ground is None else [ground[1]])])
-    distances = np.concatenate([view.distance for view in views.values()])
-    window = Window(distances, heights, 0.30)
-    below = np.concatenate([view.below for view in views.values()])
-    hidden = np.abs(below).max() * window.factor < HIDDEN * window.ratio * window.width
-    panels = []
-    if ground is not None or not hidden:
-        panels.append((0.7 + window.ratio * (WIDTH - 0.8), partial(_side, ground=ground, window=window)))
-    if hidden:
-        panels.append((2.6, partial(_from_the_chord, window=Window(distances, [*below, 0.0], 0.26))))
-    if any(np.abs(view.aside).max() > SIDEWAYS * first.chord for view in views.values()):
-        panels.append((2.6, _along_the_span))
+    panels = _panels(views, _ground(next(iter(cases.values())), first))
     tall = [height for height, _ in panels]
     figure = Figure(figsize=(WIDTH, sum(tall) + 0.8), layout="constrained")
     grid = figure.subplots(len(tall), 1, height_ratios=tall, squeeze=False)[:, 0]
@@ -51,6 +39,37 @@ def case_forms(cases):
     named = "Load cases" if len(cases) > 1 else f"Load case {shortened(next(iter(cases)))}"
     heading(figure, f"{named}: chord {quantity_text(first.chord, 'm')}")
     return figure
+
+
+def _panels(views, ground):
+    """The panels that show what there is to see.
+
+    Parameters
+    ----------
+    views : dict
+        Name -> _View.
+    ground : tuple or None
+        From `_ground`.
+
+    Returns
+    -------
+    list of (float, callable)
+        Height [in], and what draws: axes, views, looks -> None.
+    """
+    heights = np.concatenate([*(view.height for view in views.values()), *(() if ground is None else [ground[1]])])
+    distances = np.concatenate([view.distance for view in views.values()])
+    window = Window(distances, heights, 0.30)
+    below = np.concatenate([view.below for view in views.values()])
+    hidden = np.abs(below).max() * window.factor < HIDDEN * window.ratio * window.width
+    panels = []
+    if ground is not None or not hidden:
+        panels.append((0.7 + window.ratio * (WIDTH - 0.8), partial(_side, ground=ground, window=window)))
+    if hidden:
+        panels.append((2.6, partial(_from_the_chord, window=Window(distances, [*below, 0.0], 0.26))))
+    chord = next(iter(views.values())).chord
+    if any(np.abs(view.aside).max() > SIDEWAYS * chord for view in views.values()):
+        panels.append((2.6, _along_the_span))
+    return panels
 
 
 class _View:

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablestudy.study.plots.quantity import quantities_varied, quantity_named
+from cablestudy.study.plots.quantity import quantity_named
 from cablestudy.study.plots.series import series_of
 from cablestudy.study.plots.style import (
     WIDTH,
@@ -16,7 +16,7 @@ from cablestudy.study.plots.style import (
     plain_axis,
     wrapped,
 )
-from cablestudy.study.plots.words import number, shortened
+from cablestudy.study.plots.words import number, panels_left_out, shortened
 
 PANELS = 6  # in one picture
 SPARSE = 4  # places of a grid over rows, above which it is no grid
@@ -39,33 +39,29 @@ def colour_map(study, every, rows):
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
-    entries, sample = quantities_varied(study, every), study.sample_entry if study.sample else None
-    shown = []
-    for name in plot.y:
-        y = quantity_named(study, name, every)
-        shown += [(y, one) for one in series_of(entries, sample, rows, x, y, colour)[0]]
-    known = [value for row in rows if (value := colour.value(row)) is not None]
-    side = 1 if len(shown) == 1 else 2
-    count = min(len(shown), PANELS)
-    lines = -(-count // side)
-    figure = Figure(figsize=(WIDTH, lines * (4.4 if side == 1 else 3.0) + 0.6), layout="constrained")
-    mappable = colours_over(known or [0.0], logarithmic=None if colour.categories is None else False)
+    along_y = [quantity_named(study, name, every) for name in plot.y]
+    shown = [(y, one) for y in along_y for one in series_of(study, every, rows, x, y, colour)[0]]
+    mappable = _colours(colour, rows)
+    alone, count = len(shown) == 1, min(len(shown), PANELS)
+    side = 1 if alone else 2
+    figure = Figure(figsize=(WIDTH, -(-count // side) * (4.4 if alone else 3.0) + 0.6), layout="constrained")
     grid = panels(figure, count, side)
     for axes, (y, one) in zip(grid, shown, strict=False):
-        _panel(axes, (x, y, colour), one.rows, mappable, plot, side == 1)
+        _panel(axes, (x, y, colour), one.rows, mappable, plot, alone)
         axes.set_ylabel(wrapped(y.label, 2.6, 9))
-        axes.set_title(wrapped(one.label, 0.38 * WIDTH if side == 2 else 0.8 * WIDTH, 8.5), loc="left", fontsize=8.5)
+        axes.set_title(wrapped(one.label, (0.8 if alone else 0.38) * WIDTH, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
         axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
-    ticks, names = (), ()
-    if colour.categories is not None:
-        ticks = range(len(colour.categories))
-        names = [shortened(colour.level(place), 24) for place in ticks]
-    colour_bar(figure, mappable, colour.label, grid, ticks, names, aspect=30)
-    left_out = f" (first {count} of {len(shown)} panels)" if count < len(shown) else ""
-    if study.title or left_out:
-        heading(figure, f"{study.title}{left_out}")
+    named = range(len(colour.categories or ()))
+    colour_bar(figure, mappable, colour.label, grid, named, [shortened(colour.level(k), 24) for k in named], aspect=30)
+    heading(figure, f"{study.title}{panels_left_out(count, len(shown))}")
     return figure
+
+
+def _colours(colour, rows):
+    """Colours for the values that a quantity has in rows, as a ScalarMappable."""
+    known = [value for row in rows if (value := colour.value(row)) is not None]
+    return colours_over(known or [0.0], logarithmic=None if colour.categories is None else False)
 
 
 def _panel(axes, quantities, rows, mappable, plot, alone):

@@ -27,7 +27,7 @@ def static_form(case):
     if tuple(np.ravel(case.span.vertical)) != (0.0, 0.0, 1.0):
         return case_forms({case.scene.case: case})
     form = Form(case)
-    panels = [(4.2, partial(_paint_upright, form))] if form.upright else _leaning(form)
+    panels = [(4.2, partial(_paint_upright, form))] if form.upright else _inclined(form)
     if form.loaded:
         panels += deflections(form)
     heights = [height for height, _ in panels]
@@ -94,7 +94,7 @@ class Form:
         return f"Static form: {', '.join(numbers)}"
 
 
-def _leaning(form):
+def _inclined(form):
     """Panels of a cable that is not vertical: its form, and the sag apart where the slope hides it."""
     window = Window(form.distance, np.append(form.height, [0.0, form.rise]), 0.30)
     hidden = abs(form.sag) * window.factor < 0.12 * window.ratio * form.run

@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from cablestudy.study.all_columns import find_header
-from cablestudy.study.plots.style import BLUE, ORANGE, WIDTH, heading, legend_below, styled, wrapped
-from cablestudy.study.plots.words import column_words, key_words, value_text
+from cablestudy.study.plots.style import BLUE, ORANGE, WIDTH, heading, legend_below, panels, styled, wrapped
+from cablestudy.study.plots.words import column_words, key_words, panels_left_out, value_text
 
 PANELS = 12  # in one picture
 KINDS = {
@@ -38,21 +38,18 @@ def sensitivity_plot(study, table):
     keys = max((len(rows) for rows in groups.values()), default=1)
     lines = -(-count // side)
     figure = Figure(figsize=(WIDTH, lines * (0.75 + 0.36 * keys) + 0.9), layout="constrained")
-    grid = figure.subplots(lines, side, squeeze=False, sharex=True, sharey=True).ravel()
-    for axes in grid[count:]:
-        axes.set_axis_off()
+    grid = panels(figure, count, side, sharey=True)
     for place, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
         _panel(axes, rows)
         title = _title(others, group)
         axes.set_title(wrapped(title, 0.38 * WIDTH if side == 2 else 0.7 * WIDTH, 9), loc="left", weight="bold")
-        axes.tick_params(labelbottom=place + side >= count, labelleft=place % side == 0)
-        if place + side >= count:
-            axes.set_xlabel("share of the variance")
+        axes.tick_params(labelleft=place % side == 0)
+    for axes in grid[-side:]:
+        axes.set_xlabel("share of the variance")
     drawn = [row[name] for row in table.rows for name in fixed[2:] if row.get(name) is not None]
     grid[0].set_xlim(min([LIMITS[0], *drawn]) - 0.02, max([LIMITS[1], *drawn]) + 0.02)
     legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in KINDS.values()])
-    left_out = f" (first {count} of {len(groups)} panels)" if count < len(groups) else ""
-    heading(figure, f"{study.title or 'Sensitivity'}: Sobol's indices{left_out}")
+    heading(figure, f"{study.title or 'Sensitivity'}: Sobol's indices{panels_left_out(count, len(groups))}")
     return figure
 
 

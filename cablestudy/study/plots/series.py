@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 
+from cablestudy.study.plots.quantity import quantities_varied
 from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_over
 from cablestudy.study.plots.words import shortened
 
@@ -72,17 +73,14 @@ class Factor:
         return np.array([level[0] for level in self.levels])
 
 
-def series_of(entries, sample, rows, *drawn):
-    """The series of a table, and the factors that tell them apart.
+def series_of(study, every, rows, *drawn):
+    """The series of a study's table, and the factors that tell them apart.
 
     Parameters
     ----------
-    entries : list of list of Quantity
-        What varies in each entry of the study.
-    sample : int or None
-        Which of them is a sample.
-    rows : list of dict
-        Those with an answer.
+    study : Study
+    every, rows : list of dict
+        The rows of its table, and those with an answer.
     drawn : Quantity
         What is drawn along x and perhaps y: the entries that it belongs to are within a series, and so are samples. Of
         columns alone the last entry is within a series.
@@ -92,23 +90,37 @@ def series_of(entries, sample, rows, *drawn):
     series : list of Series
     factors : list of Factor
     """
-    names = {quantity.name for quantity in drawn}
-    keys = {quantity.key for quantity in drawn}
-    within = [entry for entry in entries if any(q.name in names or q.key in keys for q in entry)]
-    if sample is not None:
-        within.append(entries[sample])
+    entries = quantities_varied(study, every)
+    within = _entries_of(entries, drawn) + ([] if study.sample is None else [entries[study.sample_entry]])
     across = [entry for entry in entries if entry not in (within or entries[-1:])]
     factors = [found for found in (_factor(entry, rows) for entry in across) if len(found.levels) > 1]
     categories = drawn[0] if len(drawn) == 1 and drawn[0].categories is not None else None
     groups = _grouped(rows, factors, categories)
     again = any(turn for _, turn in groups)
-    companions = [q for entry in within for q in entry if again and q.key and q.key not in keys]
+    companions = _companions(within, drawn) if again else []
     found = []
     for (levels, _), members in groups.items():
-        parts = [f"{factor.words} {factor.text(level)}" for factor, level in zip(factors, levels, strict=True)]
-        parts += [_common(quantity, members) for quantity in companions[:2]]
-        found.append(Series(members, levels, shortened(", ".join(parts), LABEL)))
+        found.append(Series(members, levels, _label(factors, levels, companions, members)))
     return found, factors
+
+
+def _entries_of(entries, drawn):
+    """The entries to which something that is drawn belongs."""
+    names, keys = {quantity.name for quantity in drawn}, {quantity.key for quantity in drawn}
+    return [entry for entry in entries if any(q.name in names or q.key in keys for q in entry)]
+
+
+def _companions(within, drawn):
+    """The first two keys that vary within a series and are not drawn."""
+    keys = {quantity.key for quantity in drawn}
+    return [q for entry in within for q in entry if q.key and q.key not in keys][:2]
+
+
+def _label(factors, levels, companions, rows):
+    """What tells a series from the others: its levels, and what its rows have in common."""
+    parts = [f"{factor.words} {factor.text(level)}" for factor, level in zip(factors, levels, strict=True)]
+    parts += [_common(quantity, rows) for quantity in companions]
+    return shortened(", ".join(parts), LABEL)
 
 
 def _grouped(rows, factors, categories):
@@ -171,21 +183,13 @@ def give_looks(series, factors, joined):
         for k, one in enumerate(series):
             one.look |= {"color": SERIES[k], "marker": MARKS[k]}
         return [(Line2D([], [], **_shown(one.look, joined)), one.label or "computed") for one in series], None
-    order = sorted(range(len(factors)), key=lambda k: -len(factors[k].levels))
-    main, marked, rest = order[:1], order[1:2], order[2:]
-    if marked and len(factors[marked[0]].levels) > len(MARKS):
-        marked, rest = [], order[1:]
-    entries, bar = _colours(series, factors, main[0]) if main else _turns(series)
-    for k in marked:
-        look = {"color": GREY, "ms": 4.5}
-        for level, (mark, dashes) in enumerate(zip(MARKS, MARKED_DASHES, strict=True)):
-            for one in series:
-                if one.levels[k] == level:
-                    one.look |= {"marker": mark, "ls": dashes}
-            if level < len(factors[k].levels):
-                sample = Line2D([], [], **look, **_shown({"marker": mark, "ls": dashes}, joined))
-                entries.append((sample, _named(factors[k], level)))
-    entries += [(Line2D([], [], ls="none"), _not_told_apart(factors[k])) for k in rest]
+    if not factors:
+        return _turns(series)
+    main, *others = sorted(range(len(factors)), key=lambda k: -len(factors[k].levels))
+    entries, bar = _colours(series, factors, main)
+    if others and len(factors[others[0]].levels) <= len(MARKS):
+        entries += _marks(series, factors, others.pop(0), joined)
+    entries += [(Line2D([], [], ls="none"), _not_told_apart(factors[k])) for k in others]
     return entries, bar
 
 
@@ -221,6 +225,15 @@ def _colours(series, factors, k):
     for one in series:
         one.look["color"] = colours[one.levels[k]]
     return entries, bar
+
+
+def _marks(series, factors, k, joined):
+    """Entries of a legend for a factor, whose levels are the marks and dashes of the series."""
+    looks = [{"marker": mark, "ls": dashes} for mark, dashes in zip(MARKS, MARKED_DASHES, strict=True)]
+    for one in series:
+        one.look |= looks[one.levels[k]]
+    samples = [Line2D([], [], color=GREY, ms=4.5, **_shown(look, joined)) for look in looks]
+    return [(samples[level], _named(factors[k], level)) for level in range(len(factors[k].levels))]
 
 
 def _turns(series):

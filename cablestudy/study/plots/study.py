@@ -32,6 +32,8 @@ SELDOM = 0.5  # categories over rows, from which a name that comes again is draw
 HEIGHT = 1.75  # of a panel [in]
 MANY_POINTS = 3000  # from which they are drawn as an image in a file of lines, else far larger
 OWN_TICKS = 8  # values along a logarithmic x axis that are themselves its ticks
+AROUND = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a share of their range
+ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a linear and on a logarithmic axis
 PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
 
 
@@ -58,8 +60,13 @@ def study_plot(study, table):
         return _nothing(study)
     if study.plot and study.plot.color:
         return colour_map(study, every, rows)
+    return _curves(study, every, rows)
+
+
+def _curves(study, every, rows):
+    """Figure of one panel for each column, all over one x; arguments as of `colour_map`."""
     x, columns, logx, logy = _drawn(study, every)
-    series, factors = series_of(quantities_varied(study, every), study.sample_entry if study.sample else None, rows, x)
+    series, factors = series_of(study, every, rows, x)
     joined = x.categories is None and x.name != ROW and study.sample is None
     entries, bar = give_looks(series, factors, joined)
     side = 1 if len(columns) <= OTHER_COLUMNS else 2
@@ -73,8 +80,7 @@ def study_plot(study, table):
     if bar:
         colour_bar(figure, bar.mappable, bar.label, grid, bar.ticks, bar.names, aspect=40)
     figure.align_ylabels()
-    if study.title:
-        heading(figure, study.title)
+    heading(figure, study.title)
     return figure
 
 
@@ -118,37 +124,47 @@ def _drawn(study, rows):
     if plot:
         return quantity_named(study, plot.x, rows), _quantities(study, plot.y, rows), plot.logx, plot.logy
     columns = [column for column in map(find, study.columns) if column.name != "status"]
-    shown = {find(name).header for key in study.varied for name in SHOWN_BY.get(key, ())}
-    x = _first_varied(study, rows, [column.header for column in columns])
-    others = [column for column in columns if column.header not in shown] or columns
-    computed = [c for c in others if c.needs not in ("scene", "run") and c.name != "iterations"]
-    names = [column.header for column in computed or others]
+    x, names = _first_varied(study, rows), _computed(study, columns)
     if x is None:
         x, names = quantity_named(study, names[0], rows), names[1:] or names
+    else:
+        x = _with_printed_values(study, x, rows, [column.header for column in columns])
     return x, _quantities(study, names[:OTHER_COLUMNS], rows), None, None
+
+
+def _computed(study, columns):
+    """Headers of the columns that are results and do not show what varies; of all where there are none."""
+    shown = {find(name).header for key in study.varied for name in SHOWN_BY.get(key, ())}
+    others = [column for column in columns if column.header not in shown] or columns
+    computed = [c for c in others if c.needs not in ("scene", "run") and c.name != "iterations"]
+    return [column.header for column in computed or others]
 
 
 def _quantities(study, names, rows):
     return [quantity_named(study, name, rows) for name in names]
 
 
-def _first_varied(study, rows, headers):
-    """What is drawn along x: the first varied number that tells the steps of its entry apart, else the first such key.
+def _first_varied(study, rows):
+    """The first varied number that tells the steps of its entry apart, else the first such key.
 
-    A column that shows the key stands for it where it has printed values. Where no key tells the steps apart, rows are
-    numbered. None: nothing varies.
+    Where no key tells the steps apart, rows are numbered. None: nothing varies.
     """
-    entries = [entry for entry in quantities_varied(study, rows) if entry]
-    apart = [quantity for entry in entries for quantity in _telling_apart(study, entry, rows)]
-    numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
+    entries = list(filter(None, quantities_varied(study, rows)))
     if not entries:
         return None
+    apart = [quantity for entry in entries for quantity in _telling_apart(study, entry, rows)]
+    numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
     repeated = [q for q in entries[0] if q.categories and len(q.categories) >= SELDOM * len(rows)]
-    x = (numbers or apart or repeated or [Quantity(ROW, "row of the table", "")])[0]
-    for name in SHOWN_BY.get(x.key, ()):
-        if find(name).header in headers and any(row.get(beside(find(name).header, "printed")) for row in rows[:1]):
-            return quantity_named(study, find(name).header, rows)
-    return x
+    return (numbers or apart or repeated or [Quantity(ROW, "row of the table", "")])[0]
+
+
+def _with_printed_values(study, quantity, rows, headers):
+    """The column that shows a varied key, where it has printed values; else the key itself."""
+    for name in SHOWN_BY.get(quantity.key, ()):
+        header = find(name).header
+        if header in headers and rows[0].get(beside(header, "printed")):
+            return quantity_named(study, header, rows)
+    return quantity
 
 
 def _panel(axes, x, column, series, joined):
@@ -194,19 +210,19 @@ def _scale(axes, which, quantity, logarithmic, lines):
         name_axis(axes, which, [value_text(name) for name in quantity.categories], WIDTH - 1.0)
         return
     values = _values(lines, which)
-    axes.margins(**{which: 0.08 if which == "x" else 0.15})
+    axes.margins(**{which: AROUND[which]})
     positive = len(values) > 0 and values[0] > 0
     if logarithmic is None:
         logarithmic = positive and spans_decades(values[0], values[-1])
-    many = which == "x"
     if logarithmic and positive:
-        log_axis(axis, values[0], values[-1], 8 if many else 6, _own_ticks(lines, values) if many else [])
+        own = _own_ticks(lines, values) if which == "x" else []
+        log_axis(axis, values[0], values[-1], DECADE_TICKS[which], own)
         return
     if len(values) and np.ptp(values) <= 1e-9 * np.abs(values).max():  # equal but for rounding
         middle = float(values.mean())
         around = 0.1 * abs(middle) or 1.0
         getattr(axes, f"set_{which}lim")(middle - around, middle + around)
-    plain_axis(axis, 7 if many else 5)
+    plain_axis(axis, ROUND_TICKS[which])
 
 
 def _own_ticks(lines, values):

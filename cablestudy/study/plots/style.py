@@ -249,8 +249,9 @@ def legend_below(figure, entries, size=8.5):
 
 
 def heading(figure, text, size=10):
-    """The title of a figure, at its left, in lines that fit."""
-    figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, size), x=0.01, ha="left", fontsize=size)
+    """The title of a figure, at its left, in lines that fit; none for an empty text."""
+    if text:
+        figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, size), x=0.01, ha="left", fontsize=size)
 
 
 @lru_cache(10_000)

@@ -1,6 +1,7 @@
 """A suspension in space: from above, from two sides, and in perspective."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -32,6 +33,7 @@ SIZE = (WIDTH, 7.0)  # of a picture [in]
 PANEL = 2.5  # width of a view, about [in]
 MANY = 50  # anchors or junctions from which they are small
 NAMED = 12  # anchors up to which each is named
+CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
 BAR_ROOM = 0.12  # height of the corner with the scale over that of the view; it is twice as wide
 
 
@@ -104,6 +106,16 @@ class Drawing:
         """All of them, shape (n, 3)."""
         return np.concatenate([self.cables.reshape(-1, 3), *self.bodies.values(), self.markers])
 
+    @cached_property
+    def size(self):
+        """Diagonal of the box that holds them. [m]"""
+        return float(np.linalg.norm(np.ptp(self.places, axis=0)))
+
+    @property
+    def perspective(self):
+        """`Perspective` about the centre of that box."""
+        return Perspective((self.places.min(axis=0) + self.places.max(axis=0)) / 2, self.size)
+
 
 def drawing_of(case):
     """`Drawing` of a case in equilibrium."""
@@ -146,15 +158,13 @@ def suspension_views(case):
     matplotlib.figure.Figure
     """
     drawing = drawing_of(case)
-    low, high = drawing.places.min(axis=0), drawing.places.max(axis=0)
-    size = float(np.linalg.norm(high - low))
     figure = Figure(figsize=SIZE, layout="constrained")
     grid = figure.subplots(2, 2).ravel()
     least, most = float(drawing.tension.min()), float(drawing.tension.max())
     equal = most <= least * (1 + 1e-3)
     colour = ScalarMappable(Normalize(0.0, most or 1.0) if equal else Normalize(least, most), SHADES)
     views = (
-        ("perspective", Perspective((low + high) / 2, size), ("", "")),
+        ("perspective", drawing.perspective, ("", "")),
         ("from above", from_above, ("x [m]", "y [m]")),
         ("from the front", from_front, ("x [m]", "z [m]")),
         ("from the side", from_side, ("y [m]", "z [m]")),
@@ -172,7 +182,7 @@ def suspension_views(case):
         plain(axes, 5, 5)
         if not labels[0]:
             axes.set_axis_off()
-        scale_bar(axes, size)
+        scale_bar(axes, drawing.size)
     count = len(drawing.cables)
     title = f"Static form: {count} cable{'s' * (count != 1)}"
     if equal:
@@ -199,20 +209,17 @@ def _draw(axes, drawing, view, colours):
         axes.plot(x, y, "o", color="#333333", ms=3 if len(x) < MANY else 1.2, zorder=4)
     for places in drawing.bodies.values():
         flat = view(places)
-        arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
-        axes.add_collection(LineCollection(arms, colors="#222222", linewidths=1.2, zorder=4))
+        draw_arms(axes, flat, colors="#222222", linewidths=1.2, zorder=4)
         axes.plot(*flat[-1], "s", color=RED, ms=5, zorder=5)
     if len(drawing.markers):
         x, y = view(drawing.markers).T
         axes.plot(x, y, "x", color=ORANGE, ms=5, zorder=5)
 
 
-def _beside(place, side, up, extent, per_inch):
-    """Box of a text on one side of a place: left, right, bottom and top."""
-    (width, height), (x, y) = extent, place
-    left = x + side * 0.07 * per_inch - (width if side < 0 else 0)
-    bottom = y + up * 0.05 * per_inch - (height if up < 0 else 0)
-    return left, left + width, bottom, bottom + height
+def draw_arms(axes, flat, **look):
+    """Lines from the reference point of a body, the last of its places on the paper, to its attachments."""
+    arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
+    axes.add_collection(LineCollection(arms, **look))
 
 
 def _name_all(axes, drawing, view, per_inch):
@@ -226,24 +233,65 @@ def _name_all(axes, drawing, view, per_inch):
     bodies = {name: view(places[-1]) for name, places in drawing.bodies.items()}
     anchors = {name: view(place) for name, place in drawing.anchors.items()} if len(drawing.anchors) <= NAMED else {}
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    scale = low + (high - low) * BAR_ROOM, right - (right - left) * 2 * BAR_ROOM  # its top and its left
-    cables, boxes = view(drawing.cables).reshape(-1, 2), []
+    scale = right - (right - left) * 2 * BAR_ROOM, right, low, low + (high - low) * BAR_ROOM
+    room = _Room((left, right, low, high), [scale], view(drawing.cables).reshape(-1, 2), per_inch)
     for places, size, colour in ((bodies, 8, RED), (anchors, 7, GREY)):
         for names, place in _at_one_place(places, 0.05 * per_inch):
-            text, free = shortened(", ".join(names), 32), []
-            extent = (text_width(text, size) + 0.03) * per_inch, size / 60 * per_inch
-            for side, up in ((1, -1), (1, 1), (-1, 1), (-1, -1)):
-                box = _beside(place, side, up, extent, per_inch)
-                outside = box[0] < left or box[1] > right or box[2] < low or box[3] > high
-                taken = (box[2] < scale[0] and box[1] > scale[1]) or any(_overlap(box, other) for other in boxes)
-                if not (outside or taken):
-                    free.append((_inside(box, cables), side, up, box))
-            if free:
-                _, side, up, box = min(free, key=lambda one: one[0])
-                boxes.append(box)
-                look = {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
-                axes.annotate(text, place, (5 * side, 3.6 * up), textcoords="offset points", fontsize=size,
-                              color=colour, zorder=6, **look)  # fmt: skip
+            text = shortened(", ".join(names), 32)
+            corner = room.beside(place, text, size)
+            if corner is None:
+                continue
+            side, up = corner
+            look = {"ha": "left" if side > 0 else "right", "va": "bottom" if up > 0 else "top"}
+            axes.annotate(text, place, (5 * side, 3.6 * up), textcoords="offset points", fontsize=size,
+                          color=colour, zorder=6, **look)  # fmt: skip
+
+
+@dataclass
+class _Room:
+    """What room a view has for names. Boxes are (left, right, low, high). [m]
+
+    Attributes
+    ----------
+    limits : tuple of float
+        Box of the view.
+    taken : list of (tuple of float)
+        Boxes of what stands there: the scale, and names.
+    cables : ndarray, shape (n, 2)
+        Points along the cables, which a name had better not cover.
+    per_inch : float
+        Length in the view over that on paper, about. [m/in]
+    """
+
+    limits: tuple
+    taken: list
+    cables: np.ndarray
+    per_inch: float
+
+    def beside(self, place, text, size):
+        """The corner of a place where a text covers least of the cables, +-1 along x and y, which is then taken.
+
+        None if there is no room.
+        """
+        extent = (text_width(text, size) + 0.03) * self.per_inch, size / 60 * self.per_inch
+        free = [(corner, box) for corner in CORNERS if self._is_free(box := self._box(place, corner, extent))]
+        if not free:
+            return None
+        corner, box = min(free, key=lambda one: _inside(one[1], self.cables))
+        self.taken.append(box)
+        return corner
+
+    def _box(self, place, corner, extent):
+        """Box of a text at a corner of a place."""
+        (side, up), (width, height), (x, y) = corner, extent, place
+        left = x + side * 0.07 * self.per_inch - (width if side < 0 else 0)
+        low = y + up * 0.05 * self.per_inch - (height if up < 0 else 0)
+        return left, left + width, low, low + height
+
+    def _is_free(self, box):
+        left, right, low, high = self.limits
+        outside = box[0] < left or box[1] > right or box[2] < low or box[3] > high
+        return not (outside or any(_overlap(box, other) for other in self.taken))
 
 
 def _at_one_place(places, near):

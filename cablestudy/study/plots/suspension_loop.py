@@ -4,12 +4,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.control.pose_margins import grid
+from cablestudy.study.loop_report import around_poles
 from cablestudy.study.plots.style import BLUE, GREY, LIGHT, RED, SERIES, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import number, quantity_text
 
 TURN = 2 * np.pi
 POINTS = 1200  # of a curve, without those near poles
-CIRCLE = np.linspace(-1.5, 1.5, 31)  # half of the angles of the points near a pole [rad]
+CIRCLE = 31  # points near each pole
 AT_ONCE = 200  # frequencies
 SHOWN = 1e-4, 30.0  # largest singular value of the loop gain: least that is drawn; at the lowest frequency
 NEAR = 2.5  # half width of the Nyquist pictures [-]
@@ -55,10 +56,7 @@ def _gains(loop):
     known = grid(loop)
     low = loop.gain / SHOWN[1]
     decades = np.geomspace(low, max(known[-1], 10 * low), POINTS)
-    poles = loop.open_poles[loop.open_poles.imag > 0]
-    # about equal steps along the circle that the gain describes near a pole
-    round_ = (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(CIRCLE)).ravel()
-    omega = np.unique(np.concatenate([decades, known, round_]))
+    omega = np.unique(np.concatenate([decades, known, around_poles(loop.open_poles, CIRCLE)]))
     omega = omega[(omega >= low) & (omega <= decades[-1])]
     parts = np.array_split(omega, 1 + len(omega) // AT_ONCE)
     gain = loop.gain * np.concatenate([loop.unit_gain(1j * part) for part in parts])

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from cablestudy.study.plots.deflection import between_nodes
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, heading, nice, styled
-from cablestudy.study.plots.suspension import Perspective, drawing_of, scale_bar
+from cablestudy.study.plots.suspension import draw_arms, drawing_of, scale_bar
 from cablestudy.study.plots.words import quantity_text, shortened
 
 PANELS = 6  # modes in one picture
@@ -122,9 +122,8 @@ def suspension_modes(case, modes, listed=None):
         figure.suptitle("There is no mode to show")
         return figure
     drawing = drawing_of(case)
-    low, high = drawing.places.min(axis=0), drawing.places.max(axis=0)
-    size = float(np.linalg.norm(high - low))
-    view, peak = Perspective((low + high) / 2, size), nice(PEAK * size)
+    size, view = drawing.size, drawing.perspective
+    peak = nice(PEAK * size)
     shown = [displaced(case, modes, drawing, k) for k in range(count)]
     flat = np.concatenate([view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)])
     low, high = flat.min(axis=0), flat.max(axis=0)
@@ -194,8 +193,7 @@ def _draw(axes, drawing, view, one, factor):
 
 def _body(axes, flat, colour, zorder):
     """Arms from the reference point of a body, the last of the places, to its attachments."""
-    arms = np.stack([flat[:-1], np.broadcast_to(flat[-1], flat[:-1].shape)], axis=1)
-    axes.add_collection(LineCollection(arms, colors=colour, linewidths=1.6, zorder=zorder))
+    draw_arms(axes, flat, colors=colour, linewidths=1.6, zorder=zorder)
     axes.plot(*flat[-1], "s", color=colour, ms=4, zorder=zorder)
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.plots.spectra import frequencies_near, share_below
 from cablestudy.study.plots.style import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.suspension.response import AT_ONCE, CLOSED
 
 TURN = 2 * np.pi
-RANGE = (1e-3, 1e2)  # of the pictures [Hz]
 POINTS = 1200
 NARROW = 0.3  # damping ratio below which a pole gets frequencies of its own
 BESIDE = np.array([0.0, 0.25, 0.5, 1.0, 1.7, 3.0, 6.0])  # their distances from it, in half-widths
@@ -24,7 +24,7 @@ MM, URAD = 1e3, 1e6
 
 
 @dataclass(frozen=True)
-class State:
+class DrawnState:
     """What is drawn of one state of control.
 
     Attributes
@@ -117,30 +117,27 @@ def _grid(movement):
     loop = movement.loop
     poles = np.concatenate([movement.open_poles, loop.poles if loop else movement.open_poles[:0]])
     poles = poles[(poles.imag > 0) & (np.abs(poles.real) < NARROW * np.abs(poles))]
-    centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
-    near = (centre[:, None] + width[:, None] * np.concatenate([-BESIDE[:0:-1], BESIDE])).ravel()
-    points = np.concatenate([np.geomspace(*RANGE, POINTS), near])
-    return np.unique(points[(points >= RANGE[0]) & (points <= RANGE[1])])
+    return frequencies_near(poles, np.concatenate([-BESIDE[:0:-1], BESIDE]), POINTS)
 
 
 def _states(case, response, names, place, frequency):
-    """The `State` of each state of control: winches at rest, loop, actuators."""
+    """The `DrawnState` of each state of control: winches at rest, loop, actuators."""
     movement = response.movement
     rest, closed = "winches at rest" if movement.winches else "without control", "winch loop closed"
     if not movement.actuators:
         found = _of(response, names, place, frequency)
         labels = (closed, rest) if len(found) > 1 else (rest,)
         looks = ((RED, "-"), (GREY, "--")) if len(found) > 1 else ((RED, "-"),)
-        return [State(label, *look, *part) for label, look, part in zip(labels, looks, found, strict=True)][::-1]
+        return [DrawnState(label, *look, *part) for label, look, part in zip(labels, looks, found, strict=True)][::-1]
     both = "loop and actuators" if response.loop else "with actuators"
-    states = [State(both, RED, "-", *_of(response, names, place, frequency)[CLOSED])]
+    states = [DrawnState(both, RED, "-", *_of(response, names, place, frequency)[CLOSED])]
     with suppress(NoSolutionError, ConvergenceError):  # unstable without them, for example
         alone = type(case)(movement.scene.model_copy(update={"actuators": {}})).in_wind
         found = _of(alone.response, names, place, frequency)
         looks = (("loop, no actuators", "#000000", "--"), ("winches at rest, no actuators", GREY, ":"))
         if len(found) == 1:
             looks = (("without actuators", GREY, "--"),)
-        states += [State(*look, *part) for look, part in zip(looks, found, strict=True)]
+        states += [DrawnState(*look, *part) for look, part in zip(looks, found, strict=True)]
     return states[::-1]
 
 
@@ -203,8 +200,7 @@ def _spectra(axes, frequency, states, names, scale, high):
 def _variance(axes, frequency, states, names, unit, scale):
     for state in states:
         spectrum, rms = state.together(names)
-        step = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2
-        below = np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
+        below = share_below(frequency, spectrum)
         label = f"{state.label}: {quantity_text(scale * rms, unit)} RMS"
         axes.semilogx(frequency, below, color=state.colour, ls=state.dashes, label=label)
     axes.set_ylabel("share of the\nvariance below")

@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.plots.spectra import RANGE, frequencies_near, share_below
 from cablestudy.study.plots.style import BLUE, GREY, RED, WIDTH, heading, styled
 from cablestudy.study.plots.words import quantity_text
 from cablestudy.study.windrms import cable_force_of, combine, force_of, spectra_of
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 POINTS = 4000
-RANGE = (1e-3, 1e2)  # of the pictures [Hz]
 WHAT = {"gondola": "a gondola of {mass}", "cable": "the cable of a gondola of {mass}",
         "both": "a gondola of {mass} and its cable"}  # fmt: skip
 
@@ -66,10 +66,7 @@ def wind_response(case, on="gondola"):
 def _grid(case):
     """Frequencies with equal ratios, and closer ones near the poles."""
     poles = np.concatenate([case.loop.open_poles, case.loop.closed_poles if case.loop.gain else case.loop.open_poles])
-    centre, width = np.abs(poles) / (2 * np.pi), np.abs(poles.real) / (2 * np.pi)
-    near = (centre[:, None] + width[:, None] * np.linspace(-5, 5, 41)).ravel()
-    points = np.concatenate([np.geomspace(*RANGE, POINTS), near])
-    return np.unique(points[(points >= RANGE[0]) & (points <= RANGE[1])])
+    return frequencies_near(poles, np.linspace(-5, 5, 41), POINTS)
 
 
 def _response(case, on, which=""):
@@ -98,9 +95,8 @@ def _displacement(axes, case, frequency, alone, held):
 
 def _variance(axes, frequency, lines):
     for spectrum, colour, total, label in lines:
-        step = np.diff(frequency) * (spectrum[1:] + spectrum[:-1]) / 2
-        below = np.concatenate([[0.0], np.cumsum(step)]) / step.sum()
-        axes.semilogx(frequency, below, color=colour, label=f"{label}: {quantity_text(1e3 * total, 'mm')} RMS")
+        label = f"{label}: {quantity_text(1e3 * total, 'mm')} RMS"
+        axes.semilogx(frequency, share_below(frequency, spectrum), color=colour, label=label)
     axes.set_ylabel("share of the\nvariance below")
     axes.set_ylim(0, 1.02)
     axes.legend(loc="upper left")

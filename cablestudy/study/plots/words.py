@@ -51,6 +51,11 @@ def unit_text(unit):
     return re.sub(r"\bu(?=m\b|rad\b)", "µ", raised)
 
 
+def panels_left_out(count, total):
+    """What the heading of a picture says of panels that are not in it."""
+    return f" (first {count} of {total} panels)" if count < total else ""
+
+
 def axis_label(name, unit=""):
     """Label of an axis: what it shows and its unit in brackets."""
     return f"{name} [{unit_text(unit)}]" if unit else name

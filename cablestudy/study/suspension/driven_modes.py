@@ -29,7 +29,7 @@ from cablestudy.control.pose_margins import gain_beside
 from cablestudy.control.suspension import winch_forces
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.movement import Movement
-from cablestudy.system.coupled_modes import CoupledModes
+from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.wind.strips import strips
 
 BAND = 3.0  # frequencies that are looked at, over the highest of notch, roll-off and gain

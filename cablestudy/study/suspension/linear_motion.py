@@ -174,11 +174,6 @@ class LinearMotion:
             self._extended[key] = extended
         return self._extended[key]
 
-    @property
-    def free_count(self):
-        """How many displacements are free."""
-        return len(self.layout.free)
-
     @cached_property
     def outputs(self):
         """Name of each output -> its row: displacements of bodies, markers, tensions."""

@@ -58,16 +58,8 @@ def _compare(cases, columns):
 
 def _row(case, columns, seconds, noted):
     """One row; `seconds` is its share of the time of what was solved with others."""
-    begin, cells, errors, failures = time.perf_counter(), {column.header: None for column in columns}, {}, {}
-    for column in most_modes_first(columns):
-        if column.needs == "run":
-            continue
-        try:
-            cells[column.header], errors[column.header] = value(case, column)
-        except CablestudyError as error:
-            failures[column.header] = error
-    if any(column.needs == "wind" for column in columns) and not failures:
-        failures.update((name, NoSolutionError(text)) for name, text in limits_passed(case).items())
+    begin = time.perf_counter()
+    cells, errors, failures = _cells(case, columns)
     known = [error for error in errors.values() if error is not None]
     run = {
         "dof": case.size,
@@ -78,6 +70,21 @@ def _row(case, columns, seconds, noted):
     weak = list(case.over_strength) if case.solved else []
     cells["status"] = status_of(failures, f"{OVER_STRENGTH}: {first_of(weak, LISTED)}" if weak else "")
     return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if weak else ())
+
+
+def _cells(case, columns):
+    """Header -> number, None where it cannot be had; estimated relative errors; and the reasons: three dicts."""
+    cells, errors, failures = {column.header: None for column in columns}, {}, {}
+    for column in most_modes_first(columns):
+        if column.needs == "run":
+            continue
+        try:
+            cells[column.header], errors[column.header] = value(case, column)
+        except CablestudyError as error:
+            failures[column.header] = error
+    if any(column.needs == "wind" for column in columns) and not failures:
+        failures.update((name, NoSolutionError(text)) for name, text in limits_passed(case).items())
+    return cells, errors, failures
 
 
 def value(case, column):

@@ -53,20 +53,14 @@ def wind_tables(document, case, only=None):
     scene = case.scene
     if scene.wind is None:
         raise missing(document, "wind", "windrms")
-    places = [name for body in scene.bodies for name in (body, *(f"{body}.{m}" for m in scene.bodies[body].markers))]
-    makers = {
-        "motion": places and (lambda: _listed(case, places, _closed(place_columns))),
-        "rotations": places and (lambda: _listed(case, list(scene.bodies), _closed(turn_columns))),
-        "open_loop": scene.control and (lambda: _listed(case, places, _open)),
-        "cables": lambda: listed(case, list(scene.cables), partial(_cable_columns, scene)),
-        "actuators": scene.actuators and (lambda: _listed(case, list(scene.actuators), _actuator_columns(scene))),
-        "loop": scene.control and (lambda: loop_table(case)),
-        "coordinates": scene.control and (lambda: coordinate_table(case)),
-    }
-    if only and not makers[only]:
-        key = {"motion": "bodies", "rotations": "bodies", "actuators": "actuators"}.get(only, "control")
-        raise SceneError(f"--table {only}: the scene has no {key}")
-    return {name: make() for name, make in makers.items() if make and only in (None, name)}
+    if only and not getattr(scene, TABLES[only][0]):
+        raise SceneError(f"--table {only}: the scene has no {TABLES[only][0]}")
+    return {name: make(case) for name, (key, make) in TABLES.items() if getattr(scene, key) and only in (None, name)}
+
+
+def _places(scene):
+    """Names of the bodies and markers."""
+    return [name for body in scene.bodies for name in (body, *(f"{body}.{m}" for m in scene.bodies[body].markers))]
 
 
 def _closed(columns_of):
@@ -123,6 +117,17 @@ def coordinate_table(case):
         Field("gain_margin_dB", "gain margin of this one alone", "dB"),
     )
     return Table(fields, rows)
+
+
+TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case
+    "motion": ("bodies", lambda case: _listed(case, _places(case.scene), _closed(place_columns))),
+    "rotations": ("bodies", lambda case: _listed(case, list(case.scene.bodies), _closed(turn_columns))),
+    "open_loop": ("control", lambda case: _listed(case, _places(case.scene), _open)),
+    "cables": ("cables", lambda case: listed(case, list(case.scene.cables), partial(_cable_columns, case.scene))),
+    "actuators": ("actuators", lambda case: _listed(case, list(case.scene.actuators), _actuator_columns(case.scene))),
+    "loop": ("control", loop_table),
+    "coordinates": ("control", coordinate_table),
+}
 
 
 def remarks_of(case, tables):

@@ -1,0 +1,29 @@
+"""What the command trade computes of one cable or of a suspension, error against time of its models: an `Answer`."""
+
+import shlex
+
+from cablestudy.interface.answer import Answer
+
+
+def compare_models(scene, columns=None, repeats=5, out=None, shown=False, progress=None):
+    """`out`: a folder for its tables; `progress`: called with the number of runs done and of all."""
+    from cablestudy.study import trade
+    from cablestudy.study.table import TableFiles
+
+    compared, notes = trade.columns_to_compare(scene.document, scene.model, columns)
+    place = None if out is None else TableFiles(out, trade.file_name(scene.path))
+    if place:
+        place.check_writable()
+    total = (repeats + 1) * len(trade.models_of(scene.model, compared))
+    found = trade.compare(scene.model, compared, repeats, progress=lambda done: progress and progress(done, total))
+    title = shlex.join([scene.path, *(word for change in scene.changes for word in ("--set", change))])
+    if place:
+        trade.write(found, place, title)
+        notes = [*notes, f"written: {place.csv}, {place.md}"]
+    return Answer(
+        table=trade.table_of(found, shown=shown),
+        explain=lambda: tuple(trade.notes_of(found)),
+        warnings=(*notes, *found.reference.warnings),
+        failures=tuple(f"{name}: {reason}" for name, reason in found.reference.failures.items()),
+        draw=lambda plots: plots.trade_plot(found, f"Error against time: {title}"),
+    )

@@ -1,0 +1,28 @@
+"""What the command find computes of a scene, which may lack the key that is solved for: an `Answer`."""
+
+from cablestudy.interface.answer import Answer
+
+
+def find_value(document, goal, by, between=None, columns=None):
+    """The values of a key for which a column takes a value.
+
+    Parameters
+    ----------
+    document : Document
+    goal, by, between, columns : str
+        See `Scene.find`.
+    """
+    from cablestudy.study import find
+    from cablestudy.study.goal import read_find, read_goal
+
+    asked = read_goal(*read_find(goal, by, between), document)
+    shown = find.shown_columns(asked, document, columns)
+    found = find.solve(asked, document)
+    table, rows = find.find_table(asked, found, shown)
+    several = (f"{len(found.values)} values of {by}",) if len(found.values) > 1 else ()
+    warnings = dict.fromkeys((*found.notes, *(warning for row in rows for warning in row.warnings)))
+    return Answer(
+        table=table,
+        warnings=(*warnings, *several),
+        failures=tuple(dict.fromkeys(row.cells["status"] for row in rows if row.failed)),
+    )

@@ -1,0 +1,52 @@
+"""What the command ssm computes of one cable or of a suspension: an `Answer`."""
+
+from dataclasses import replace
+
+from cablestudy.interface.answer import Answer
+
+
+def choose(scene, options, highest=None):
+    """The modes to keep, of a response up to the frequency `highest` [Hz]; and the module with their tables and curves.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : study.ssm.Options
+    highest : float, optional
+    """
+    if scene.is_suspension:
+        from cablestudy.study.suspension import ssm as of_suspension
+
+        return of_suspension.choose(scene.document, scene.model, options, highest), of_suspension
+    from cablestudy.study import ssm as of_cable
+    from cablestudy.study import ssm_tables
+
+    return of_cable.choose(scene.document, scene.model, options), ssm_tables
+
+
+def ssm(scene, out=None, response=None, **options):
+    """`out`: the file for the state space; `response`: range and number of frequencies; others as `ssm.Options`."""
+    from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.ssm import Options, check_file, exported, improper_note, read_span, size_line, write
+    from cablestudy.study.ssm_tables import drawn, response_table
+
+    check_file(out)
+    asked, span = Options(**options), read_span(response) if response else None
+    choice, tables = choose(scene, asked, span and span[1])
+    lines = [*reference_without_loads(scene.model), *choice.warnings]
+    if out:
+        system = exported(choice.system(), asked)
+        write(system, out)
+        lines += [size_line(choice, system), *improper_note(system), f"written: {out}"]
+    elif not span:
+        lines.append(size_line(choice, choice.system()))
+    answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(lines), case=choice)
+    if span:
+        curves = tables.curves(choice)
+        return replace(
+            answer,
+            table=response_table(span, curves),
+            draw=lambda plots: plots.bode(curves, *drawn(span, curves)),
+        )
+    loop = (lambda plots: plots.suspension_loop(choice.whole)) if scene.is_suspension else None
+    return replace(answer, table=None if out else tables.mode_table(choice), draw=loop)

@@ -1,0 +1,239 @@
+"""Suspensions of equal names and connections: their equilibria, found together, and what their cables carry there."""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.study.columns import ROUNDING, utilisation_of
+from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.suspension.linear_motion import drag_of
+from cablestudy.study.suspension.load_cases import day_of, load_counts, reference_loads, too_long
+from cablestudy.study.suspension.numbers import distribution_of, numbers_of
+from cablestudy.system import lengths, statics
+from cablestudy.system.coupled_modes import coupled_modes_of_cases
+from cablestudy.system.descent import some
+from cablestudy.system.failure import explain
+from cablestudy.system.force_density import find_form
+from cablestudy.system.suspension import Equilibrium
+from cablestudy.wind.mean import equilibrium_in_wind
+
+HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero but for rounding
+TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
+
+
+class CableResults:
+    """Statics of all cables of some cases, with the attributes of `Results` that columns of cables need.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        n of them, with the same cables.
+    equilibrium : Equilibrium
+        Of these cases, shape (n,).
+    reference_length : ndarray, shape (n, c)
+        Unstretched lengths in the reference state. [m]
+    """
+
+    def __init__(self, scenes, equilibrium, reference_length):
+        self._scenes, self._equilibrium, self._values = scenes, equilibrium, {}
+        self.reference_length = reference_length
+        self.form = equilibrium.catenary
+        self.span = self.form.span
+
+    @cached_property
+    def statics(self):
+        """`ClosedStatics`, fields of shape (n, c)."""
+        return ClosedStatics(self.form)
+
+    @property
+    def middle(self):
+        """Arc length at mid-span over unstretched length, shape (n, c). [-]"""
+        return self.form.middle
+
+    @property
+    def end_1(self):
+        """Places of the ends `from`, shape (n, c, 3). [m]"""
+        return self._equilibrium.ends[..., 0, :]
+
+    @property
+    def mass(self):
+        """Of each cable without ice, shape (n, c). [kg]"""
+        return self.given("cable.section_mass") * self.reference_length
+
+    @cached_property
+    def utilisation(self):
+        """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
+        return utilisation_of(self)
+
+    def given(self, path):
+        """A number that each cable states, shape (n, c), not a number where it states none."""
+        name = path.removeprefix("cable.")
+        if name == "chord_length":
+            return self.span.chord
+        values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
+        return np.array(values, dtype=float)
+
+    def column(self, name, compute):
+        """A column of single cables for all of these, shape (n, c), computed once.
+
+        Parameters
+        ----------
+        name : str
+            Of the column.
+        compute : callable
+            Results -> array.
+        """
+        if name not in self._values:
+            values = np.broadcast_to(compute(self), np.shape(self.span.chord))
+            vertical = np.abs(self.span.cosine) < ROUNDING
+            self._values[name] = np.where(vertical, 0.0, values) if name in HORIZONTAL else values
+        return self._values[name]
+
+
+class Group:
+    """Cases of equal names and connections, whose statics are solved together.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        Something that no case has an answer to.
+    """
+
+    def __init__(self, scenes):
+        numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
+        numbers = replace(numbers, **reference_loads(scenes))
+        self._scenes, self._modes = scenes, {}
+        self.known = [{} for _ in scenes]  # linear models of each, see `InWind`
+        if scenes[0].solve_for == "lengths":
+            self.reference, self.problems = lengths.solve(numbers, **distribution_of(scenes))
+        else:
+            self.reference = statics.pose(_formed(numbers))
+        bare = scenes[0].case is None and not any(load_counts(scenes[0]).values())
+        self._day = None if bare else day_of(self.reference, scenes)
+        self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
+        self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
+        self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
+
+    @cached_property
+    def _too_long(self):
+        """See `load_cases.too_long`; without loads in the reference state no search has been seen to go astray."""
+        none = [""] * len(self._scenes)
+        return none if self.reference.suspension.load_forces is None else too_long(self.reference)
+
+    @property
+    def equilibrium(self):
+        """`Equilibrium` of all cases under their loads, shape (n,); of the reference state without load cases."""
+        return self.reference if self._day is None else self._day.equilibrium
+
+    @property
+    def calm(self):
+        """The same without the steady wind of the load cases."""
+        return self.reference if self._day is None else self._day.calm
+
+    def drag_error(self, place):
+        """Estimated relative error of a case, since drag is taken as uniform along each cable. [-]"""
+        return 0.0 if self._day is None else float(self._day.drag_change[0][place])
+
+    def drag_movement(self, place):
+        """Estimated error of the places of bodies and points for the same reason, shape (b, 3). [m]"""
+        return np.zeros((len(self.body_places), 3)) if self._day is None else self._day.drag_change[1][place]
+
+    @cached_property
+    def windy(self):
+        """`Equilibrium` of all cases in the mean wind, and `Drag`; the calm one, and None, without wind.
+
+        The steady wind of load cases takes the place of the mean wind.
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        if self._scenes[0].wind is None:
+            return self.equilibrium, None
+        suspension = self.equilibrium.suspension
+        drag = drag_of(self._scenes, suspension.body_names, suspension.cable_names)
+        steady = self._scenes[0].load_case.wind is not None
+        if steady or not any(scene.wind.mean for scene in self._scenes):
+            return self.equilibrium, drag
+        blowing = np.array([float(scene.wind.mean) for scene in self._scenes])[:, None]
+        return equilibrium_in_wind(self.equilibrium, replace(drag, velocity=blowing * drag.velocity)), drag
+
+    def failure(self, place):
+        """The error of a case without a stable equilibrium, or None."""
+        if self.problems[place]:
+            return NoSolutionError(str(self.problems[place]))
+        if self._day is None:
+            return _failure(self.equilibrium, place)
+        reference = None
+        if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
+            reference = _failure(self.reference, place, "in the reference state: ")
+            if reference is None and self._too_long[place]:
+                return NoSolutionError(f"in the reference state: {self._too_long[place]}")
+        if reference is None and self._day.problems[place]:
+            return NoSolutionError(self._day.problems[place])
+        return reference or _failure(self.calm, place) or _failure(self.equilibrium, place)
+
+    def take(self, place):
+        """The `Equilibrium` of one case."""
+        return one_of(self.equilibrium, place)
+
+    def modes(self, place, count):
+        """The lowest `CoupledModes` of a case without failure, with those of its neighbours.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+        """
+        if (place, count) not in self._modes:
+            scene, cables = self._scenes[place], len(self.cable_places)
+            many = max(1, TOGETHER // cables)
+            block = range(place // many * many, min((place // many + 1) * many, len(self._scenes)))
+            alike = [i for i in block if self._scenes[i].model == scene.model and not self.failure(i)]
+            catenary = self.equilibrium.catenary.take(
+                (np.repeat(alike, cables), np.tile(np.arange(cables), len(alike)))
+            )
+            damping = [cable.damping for i in alike for cable in self._scenes[i].cables.values()]
+            equilibria = [self.take(i) for i in alike]
+            found = coupled_modes_of_cases(equilibria, catenary, count, scene.model.accuracy or 1.0, damping)
+            self._modes.update(((i, count), modes) for i, modes in zip(alike, found, strict=True))
+        found = self._modes[place, count]
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+
+def _failure(found, place, state=""):
+    """The error of a case without a stable equilibrium, which names the state, or None."""
+    if not found.record.converged[place]:
+        return ConvergenceError(f"{state}no equilibrium: {explain(one_of(found, place))}")
+    reason = found.stability.reason(place)
+    return NoSolutionError(state + reason) if reason else None
+
+
+def one_of(batch, place):
+    """One case of an `Equilibrium`."""
+    one = Equilibrium(
+        batch.suspension.take(place),
+        batch.position[place],
+        batch.rotation[place],
+        batch.catenary.take(place),
+        some(batch.record, place),
+    )
+    one.__dict__.update(blocks=batch.blocks.of(place), end_stiffness=batch.end_stiffness[place])
+    return one
+
+
+def _formed(numbers):
+    """The same cases with their junctions where force densities place them, where all that is needed is stated."""
+    if numbers.force_density is None:
+        return numbers
+    try:
+        return find_form(numbers)[0]
+    except NoSolutionError:
+        return numbers  # some force densities are missing: the search begins where the file says

@@ -1,0 +1,279 @@
+"""Coupled modes of a suspension as they were found: their errors, their damping, and what moves in each."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.system.cable_coordinates import Coordinates
+from cablestudy.system.coupled import Layout
+from cablestudy.system.damping import COUPLED, damping_ratios
+from cablestudy.system.linear import ReducedSystem
+
+AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+KINDS = ("in-plane", "out-of-plane", "axial")
+NOISE = 1e-12  # error of a frequency by rounding
+
+
+@dataclass(frozen=True)
+class CableRecord:
+    """What one cable was given, and why.
+
+    Attributes
+    ----------
+    name : str
+    elements, order : int
+        Of its mesh; zero for a cable without mass.
+    modes, residuals : int
+        Coordinates: modes with fixed ends, and vectors that stand for the others.
+    first_mode : float
+        Its lowest mode with fixed ends; infinite without mass. [Hz]
+    limit : float
+        Up to which modes are kept. [Hz]
+    error : float
+        Largest relative error of the frequencies by the modes left out. [-]
+    """
+
+    name: str
+    elements: int
+    order: int
+    modes: int
+    residuals: int
+    first_mode: float
+    limit: float
+    error: float
+
+    @property
+    def reason(self):
+        """Why it keeps these modes: one sentence."""
+        if not self.elements:
+            return "without mass: stiffness only"
+        if not self.modes + self.residuals:
+            first = f"its first one, at {self.first_mode:.4g} Hz,"
+            return f"no modes: {first} changes no frequency by more than {self.error:.1e}"
+        count = "1 mode" if self.modes == 1 else f"{self.modes} modes"
+        if not np.isfinite(self.limit):
+            whole = self.modes == 3 * (self.elements * self.order - 1)
+            which = f"all {count}" if whole else f"{count} and vectors for those above"
+            return f"{which} of {self.elements} elements of order {self.order}"
+        return (
+            f"{count} below {self.limit:.4g} Hz and {self.residuals} vectors for those above: "
+            f"what is left out changes no frequency by more than {self.error:.1e}"
+        )
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Modes of one choice of models and coordinates.
+
+    Attributes
+    ----------
+    layout : Layout
+    coordinates : Coordinates
+    reduced : ReducedSystem
+    omega : ndarray, shape (k,)
+        [rad/s]
+    shapes : ndarray, shape (n, k)
+        Mass-normalised.
+    omitted, unresolved : ndarray, shape (c, k)
+        Relative error of the squared frequencies by what the coordinates of each cable leave out, and by its mesh. [-]
+    """
+
+    layout: Layout
+    coordinates: Coordinates
+    reduced: ReducedSystem
+    omega: np.ndarray
+    shapes: np.ndarray
+    omitted: np.ndarray
+
+    @property
+    def models(self):
+        """`Models` of the cables."""
+        return self.coordinates.models
+
+    @property
+    def kept(self):
+        """Coordinates of each cable: list of Kept."""
+        return self.coordinates.kept
+
+    @cached_property
+    def system(self):
+        """The `LinearSystem`."""
+        return self.layout.system([one.element for one in self.kept])
+
+    @cached_property
+    def unresolved(self):
+        """Relative error of the squared frequencies by the mesh of each cable, shape (c, k). [-]"""
+        ends = self.layout.ends(self.layout.bodies(self.shapes))
+        return self.models.unresolved(self.coordinates.amplitudes(self.shapes), self.omega**2, ends)
+
+    @property
+    def error(self):
+        """Estimated relative error of each frequency, shape (k,). [-]"""
+        return np.maximum((np.abs(self.omitted) + self.unresolved).sum(axis=0) / 2, NOISE)
+
+
+@dataclass(frozen=True)
+class CoupledModes:
+    """The lowest modes of a suspension.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (k,)
+        Undamped. [Hz]
+    error : ndarray, shape (k,)
+        Estimated relative error of each; not a number for an exact choice of elements. [-]
+    coincident : tuple of (int, int)
+        First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
+        may be combined at will.
+    layout : Layout
+    solution : Solution
+        Models and coordinates of the cables, and the system.
+    shapes : ndarray, shape (n, k)
+        In the coordinates of the system, mass-normalised.
+    finer : callable or None
+        Computes `damped`; None where these modes serve.
+    """
+
+    frequency: np.ndarray
+    error: np.ndarray
+    coincident: tuple
+    layout: Layout
+    solution: Solution
+    shapes: np.ndarray
+    finer: Callable | None = None
+
+    def __len__(self):
+        return len(self.frequency)
+
+    @property
+    def system(self):
+        """The `LinearSystem`."""
+        return self.solution.system
+
+    @cached_property
+    def damping_ratio(self):
+        """Of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
+        found = self.damped
+        return damping_ratios(found.system, found.solution.omega, found.shapes)
+
+    @cached_property
+    def damped(self):
+        """`CoupledModes` of a finer model with more modes of cables: what damping ratios and state spaces are made of.
+
+        Where there is none (see `finer`), these modes themselves.
+        """
+        found = self.finer and self.finer()
+        return found if found and len(found) == len(self) else self
+
+    @cached_property
+    def damping_error(self):
+        """Estimated relative error of each damping ratio, shape (k,). [-]
+
+        The difference to a coarser model with fewer modes that damping may couple. Not a number for an exact choice of
+        elements, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
+        """
+        cables = self.solution.models.cables
+        modal = any(one.model == "modal" and one.ratio for one in cables.damping)
+        if (modal and cables.heavy.any()) or self.damped is self:
+            return np.full(len(self), np.nan) if cables.heavy.any() else self.error
+        ratio = self.damping_ratio.copy()
+        other = damping_ratios(self.system, self.solution.omega, self.shapes, COUPLED // 2)
+        for first, last in self.coincident:  # their poles come in any order
+            for values in (ratio, other):
+                values[first - 1 : last].sort()
+        return np.abs(ratio - other) / np.where(ratio > 0, ratio, 1.0)
+
+    def nodes(self, mode):
+        """Places of the nodes of each cable from its end 1, and their displacements in one mode (from 0), global axes.
+
+        Returns
+        -------
+        list of (ndarray, ndarray)
+            Both of shape (nodes, 3). [m], [1/sqrt(kg)]
+        """
+        shape = self.shapes[:, [mode]]
+        amplitudes = self.solution.coordinates.amplitudes(shape)
+        found = self.solution.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(shape)))
+        return [(place, moved[..., 0]) for place, moved in found]
+
+    def up_to(self, frequency):
+        """The modes up to a frequency [Hz], numbers from 0."""
+        return np.flatnonzero(self.frequency <= frequency)
+
+    @cached_property
+    def _energy(self):
+        """Shares of bodies and cables in the kinetic energy: `body_energy` and `cable_energy`."""
+        displaced = self.layout.bodies(self.shapes)
+        bodies, amplitudes = self.layout.kinetic(displaced), self.solution.coordinates.amplitudes(self.shapes)
+        cables = self.solution.models.kinetic(amplitudes, self.layout.ends(displaced))
+        whole = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
+        return bodies / whole, cables / whole
+
+    @property
+    def body_energy(self):
+        """Shares in the kinetic energy, shape (b, 6, k): x y z of the center of mass, rotation about own axes. [-]"""
+        return self._energy[0]
+
+    @property
+    def cable_energy(self):
+        """Shares in the kinetic energy, shape (c, 3, k): in the plane of the cable, out of it, along the cable. [-]"""
+        return self._energy[1]
+
+    @cached_property
+    def cables(self):
+        """What each cable was given: tuple of `CableRecord`."""
+        return tuple(_record(self.solution, place, name) for place, name in enumerate(self._cable_names))
+
+    @property
+    def _cable_names(self):
+        return self.layout.equilibrium.suspension.cable_names
+
+    @property
+    def body_share(self):
+        """Share of the kinetic energy in bodies and junctions, shape (k,). [-]"""
+        return self.body_energy.sum(axis=(0, 1))
+
+    @cached_property
+    def moves(self):
+        """What has the largest share of the kinetic energy in each mode, such as "gondola x" or "n1 in-plane".
+
+        A body, the junctions together or the cables together; of these one by its name where it has more than half.
+        """
+        return tuple(self._moving(mode) for mode in range(len(self)))
+
+    def _moving(self, mode):
+        suspension, energy = self.layout.equilibrium.suspension, self.body_energy[..., mode]
+        body_names, count = suspension.body_names, suspension.bodies
+        groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]
+        largest = int(np.argmax(np.round(groups, 9)))
+        if largest < count:
+            return _largest(body_names[largest : largest + 1], AXES, energy[largest : largest + 1], None)
+        if largest == count:
+            return _largest(body_names[count:], AXES, energy[count:], "points")
+        return _largest(self._cable_names, KINDS, self.cable_energy[..., mode], "cables")
+
+
+def _record(solution, place, name):
+    """`CableRecord` of one cable."""
+    mesh, kept = solution.models.meshes[place], solution.kept[place]
+    return CableRecord(
+        name=name,
+        elements=mesh.elements if mesh else 0,
+        order=mesh.order if mesh else 0,
+        modes=kept.modes,
+        residuals=len(kept.element.omega) - kept.modes,
+        first_mode=float(solution.models.first[place]) / (2 * np.pi),
+        limit=float(solution.coordinates.limits[place]) / (2 * np.pi),
+        error=float(np.abs(solution.omitted[place]).max(initial=0.0)) / 2,
+    )
+
+
+def _largest(names, kinds, energy, all_of_them):
+    """Name and kind of the largest part, or a word for all where no name has more than half of the energy."""
+    each = energy.sum(axis=1)
+    place = int(np.argmax(each))
+    if each[place] <= 0.5 * each.sum():
+        return all_of_them
+    return f"{names[place]} {kinds[int(np.argmax(np.round(energy[place], 9)))]}"
