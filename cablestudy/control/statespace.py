@@ -197,9 +197,9 @@ def closed(loop, chosen=None, residual=True, forces=None):
     Returns
     -------
     StateSpace
-        Inputs: reference of the gondola's position, force on the gondola, then `forces`. Outputs: those of `coupled`,
-        then the winch. States: those of `coupled`, those of the controller's filter, as two of the notch where there is
-        one, the winch (the integrator).
+        Inputs: force on the gondola, then `forces`, then the reference of the gondola's position. Outputs: those of
+        `coupled`, then the winch. States: those of `coupled`, those of the controller's filter, as two of the notch
+        where there is one, the winch (the integrator).
     """
     plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
     omega = loop.cable.omega if chosen is None else loop.cable.omega[chosen]
@@ -208,8 +208,8 @@ def closed(loop, chosen=None, residual=True, forces=None):
     n, size = len(plant.a), len(fed.a)
     c = np.pad(plant.c, ((0, 1), (0, size - n)))
     c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
-    b = np.delete(fed.b, 1, axis=1)  # nothing is added to the movement of the winch
-    d = np.pad(plant.d[:, 1:], ((0, 1), (1, 0)))
+    b = np.concatenate([fed.b[:, 2:], fed.b[:, :1]], axis=1)  # nothing is added to the movement of the winch
+    d = np.pad(plant.d[:, 1:], ((0, 1), (0, 1)))
     # the winch is a state: its velocity by states and inputs is known, and so is its acceleration
     velocity, given = fed.a[-1], b[-1]
     d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
@@ -218,7 +218,7 @@ def closed(loop, chosen=None, residual=True, forces=None):
     first = np.zeros_like(d)
     first[:-1] = np.outer(d2, given)
     states = (*plant.states, *((name, "m") for name in names), ("winch", "m"))
-    inputs, outputs = (("reference", "m"), *plant.inputs[1:]), (*plant.outputs, ("winch", "m"))
+    inputs, outputs = (*plant.inputs[1:], ("reference", "m")), (*plant.outputs, ("winch", "m"))
     return StateSpace(fed.a, b, c, d, states, inputs, outputs, (first, np.zeros_like(d)))
 
 
