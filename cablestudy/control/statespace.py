@@ -13,8 +13,8 @@ viscous damping that dissipates the same energy per cycle. States are W y and dy
 
 Forces at a moved end that are proportional to its acceleration (Mr) and velocity need derivatives of the inputs, which
 A, B, C, D do not contain; `StateSpace.derivatives` does: y = C x + D u + D1 u' + D2 u''. With the winch loop closed
-those of the winch are known, and only the reference has a D1, where the law passes it on at once. Where derivatives of an input act on a state, the state is its
-quantity less a multiple of the input; outputs are never shifted.
+those of the winch are known, and only the reference has a D1, where the law passes it on at once. Where derivatives of
+an input act on a state, the state is its quantity less a multiple of the input; outputs are never shifted.
 """
 
 import warnings
