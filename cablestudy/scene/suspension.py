@@ -11,7 +11,7 @@ from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, Rea
 from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, TensionAt, beyond_the_end, length_ratio
 from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
-from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
+from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Drive, Margin, Notch
 from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion
@@ -44,8 +44,9 @@ INSTEAD = {
     ("ends",): "each cable has from and to",
     ("chord",): "each cable has from and to",
     ("inclination",): "each cable has from and to",
+    **{(key,): "that of all winches is under control" for key in ("controller", *Drive.model_fields)},
 }
-OF_CABLES = ("cable",), ("cables",), ("cases",)  # tables with keys of one cable
+OF_CABLES = ("cable",), ("cables",), ("cases",), ("winches",)  # tables with keys of one cable
 NO_CASE = SuspensionCase()
 
 

@@ -63,13 +63,20 @@ class Gusts:
         -------
         ndarray, shape (f, o)
         """
-        speed, shares = self._functions(frequency)
         response = np.swapaxes(self.into, -1, -2) @ response
+        pushed = self.matrix_times(frequency, response)
+        return (pushed.real * response.real + pushed.imag * response.imag).sum(axis=1)
+
+    def matrix_times(self, frequency, columns):
+        """The one-sided spectral matrix of the inputs of `into` at frequencies, times columns (f, m + 3 b, o)."""
+        speed, shares = self._functions(frequency)
+        root = np.ones((len(frequency), columns.shape[1], 1))
         for part, share in zip(self.parts, shares, strict=True):
-            response[:, part] *= share[:, None, None]
+            root[:, part, 0] = (np.sqrt(speed) * share)[:, None]
         covariance = self._covariance(self.wind.coherence_decay * frequency / self.wind.speed)
-        parts = response.real, response.imag
-        return speed[:, None] * sum(((covariance @ part) * part).sum(axis=1) for part in parts)
+        columns, found = root * columns, np.empty(columns.shape, dtype=complex)
+        found.real, found.imag = covariance @ columns.real, covariance @ columns.imag
+        return root * found
 
     @cached_property
     def into(self):

@@ -16,6 +16,7 @@ from cablestudy.study.suspension.report import listed
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
+    WINCHES,
     actuator_columns,
     limits_passed,
     place_columns,
@@ -88,14 +89,14 @@ def _listed(case, names, columns_of):
     return listed(case, names, lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)])
 
 
-def loop_table(case):
-    """Gain, largest gain, margin and peak of the sensitivity of a `SuspensionCase`; raises as `SuspensionCase`."""
-    cells, errors = {}, {}
-    for column in LOOP:
+def loop_table(case, more=()):
+    """Gain, margins, peak of the sensitivity and more columns of a `SuspensionCase`; raises as `SuspensionCase`."""
+    (cells, errors), columns = ({}, {}), (*LOOP, *more)
+    for column in columns:
         cells[column.header], error = value(case, column)
         errors[column.header] = error
     known = {header: error for header, error in errors.items() if error is not None}
-    return Table(tuple(column.field for column in LOOP), [cells], single=True, errors=lambda: iter([known]))
+    return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([known]))
 
 
 def coordinate_table(case):
@@ -125,7 +126,7 @@ TABLES = {  # name -> the key of the scene that it needs, and what makes it of a
     "open_loop": ("control", lambda case: _listed(case, _places(case.scene), _open)),
     "cables": ("cables", lambda case: listed(case, list(case.scene.cables), partial(_cable_columns, case.scene))),
     "actuators": ("actuators", lambda case: _listed(case, list(case.scene.actuators), _actuator_columns(case.scene))),
-    "loop": ("control", loop_table),
+    "loop": ("control", lambda case: loop_table(case, WINCHES if case.scene.control.max_speed else ())),
     "coordinates": ("control", coordinate_table),
 }
 
