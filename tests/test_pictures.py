@@ -303,3 +303,45 @@ def test_pictures_of_commands(monkeypatch, arguments):
     command, name, *options = arguments
     run(command, CONFIGS / name, *options, "--plot", "picture.png", "--quiet")
     assert [faults(figure) for figure in figures] == [[]]
+
+
+# -------------------------------------------------------------------------------------- what a picture of a study shows
+
+FIVE = "columns: [sag, horizontal_tension, end_stiffness, mass, gondola_frequency_static, cable_frequency]\n"
+VARIED = "vary: [{cable.preload: {from: 500 N, to: 3 kN, count: 3}}]\n"
+
+
+def labels_of(monkeypatch, path, *options):
+    """Labels along y of the picture that `sweep` draws, and what it says."""
+    figures = []
+    monkeypatch.setattr(plots, "save", lambda figure, path: figures.append(figure))
+    said = run("sweep", path, "--no-write", "--plot", "picture.png", *options).lines
+    assert [faults(figure) for figure in figures] == [[]]
+    return [axes.get_ylabel().replace("\n", " ") for axes in figures[0].axes], said
+
+
+def test_columns_that_are_not_drawn_are_named(tmp_path, monkeypatch):
+    labels, said = labels_of(monkeypatch, study_file(tmp_path, VARIED + FIVE))
+    assert labels == ["sag [m]", "horizontal tension [N]", "end stiffness [N/m]", "mass [kg]"]
+    (line,) = [line for line in said if line.startswith("not drawn")]
+    assert line.startswith("not drawn: gondola_frequency_static, cable_frequency (")
+
+
+def test_chosen_columns_are_drawn(tmp_path, monkeypatch):
+    """Those of the study and others, with and without units; not the status, and not what is along x."""
+    asked = "mass_kg,status,cable.preload,gondola_frequency_static,cable_frequency,sag,end_stiffness,utilisation"
+    for text in ("", "plot: {x: cable.preload, y: [sag], logx: true}\n"):
+        labels, said = labels_of(monkeypatch, study_file(tmp_path, VARIED + FIVE + text), "--columns", asked)
+        assert labels == ["mass [kg]", "gondola frequency static [Hz]", "cable frequency [Hz]", "sag [m]",
+                          "end stiffness [N/m]", "utilisation"]  # fmt: skip
+        assert not any("not drawn" in line for line in said)
+        labels, _ = labels_of(monkeypatch, study_file(tmp_path, VARIED + FIVE + text), "--columns", "status")
+        assert labels[0] == "sag [m]"
+
+
+def test_a_map_of_colours_says_that_it_does_not_draw_chosen_columns(tmp_path, monkeypatch):
+    plot = "plot: {x: cable.preload, y: gondola.mass, color: sag}\n"
+    path = study_file(tmp_path, VARIED.replace("}]", "}, {gondola.mass: [20 kg, 50 kg]}]") + FIVE + plot)
+    labels, said = labels_of(monkeypatch, path, "--columns", "mass")
+    assert labels[0] == "gondola mass [kg]"
+    assert any("map of colours" in line for line in said)

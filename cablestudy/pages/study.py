@@ -1,6 +1,7 @@
 """The results of a study, as sections of a page: rows, their range, pictures, sensitivities, rows without an answer."""
 
 import re
+from functools import partial
 
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
 from cablestudy.pages.tables import Grid
@@ -54,7 +55,7 @@ def study_sections(page, work, words):
         if work.options.keep:
             page.add(paragraph(f"The rows are those that a sweep has stored in {work.path}."))
         page.table(table, "One row for each case", "cablestudy sweep writes them all")
-        page.draw(lambda plots: plots.study_plot(study, table), "Columns of the table against what varies")
+        page.draw(partial(_picture, page, study, table), "Columns of the table against what varies")
     failures = work.failures(words)
     if failures:
         page.heading("Rows without an answer")
@@ -70,6 +71,13 @@ def study_sections(page, work, words):
             page.note("Sensitivity", notes)
             page.draw(lambda plots: plots.sensitivity_plot(study, found), "Sobol's indices with their 95 % intervals")
     page.note("Rows", kinds_of(_notes(work)))
+
+
+def _picture(page, study, table, plots):
+    """The picture of a study, and a note on the columns that it leaves out."""
+    if left_out := plots.not_drawn(study):
+        page.note("Picture", [f"not drawn: {', '.join(left_out)} (plot: {{x: ..., y: [...]}} of the study chooses)"])
+    return plots.study_plot(study, table)
 
 
 def _range(study, table):

@@ -38,7 +38,7 @@ PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": 
 
 
 @styled
-def study_plot(study, table):
+def study_plot(study, table, chosen=()):
     """Figure of the computed and the printed values of a study's table, one panel for each column along y.
 
     `plot:` of the study states what is drawn, with `color` as a map of colours. Without it the first computed columns
@@ -49,6 +49,8 @@ def study_plot(study, table):
     study : Study
     table : Table
         All of its rows, or some.
+    chosen : sequence of str
+        Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
 
     Returns
     -------
@@ -60,12 +62,17 @@ def study_plot(study, table):
         return _nothing(study)
     if study.plot and study.plot.color:
         return colour_map(study, every, rows)
-    return _curves(study, every, rows)
+    return _curves(study, every, rows, chosen)
 
 
-def _curves(study, every, rows):
-    """Figure of one panel for each column, all over one x; arguments as of `colour_map`."""
-    x, columns, logx, logy = _drawn(study, every)
+def not_drawn(study):
+    """Names of the computed columns for which the picture of a study without `plot:` has no room: list of str."""
+    return [] if study.plot else [find(header).name for header in _computed(study)[OTHER_COLUMNS:]]
+
+
+def _curves(study, every, rows, chosen):
+    """Figure of one panel for each column, all over one x; arguments as of `colour_map`, `chosen` of `study_plot`."""
+    x, columns, logx, logy = _drawn(study, every, chosen)
     series, factors = series_of(study, every, rows, x)
     joined = x.categories is None and x.name != ROW and study.sample is None
     entries, bar = give_looks(series, factors, joined)
@@ -118,22 +125,29 @@ def _draw_panels(grid, along_x, along_y, series, joined, side):
     return any(printed)
 
 
-def _drawn(study, rows):
+def _drawn(study, rows, chosen):
     """The quantity along x, those along y, and whether x and y are logarithmic; None: decided by the values."""
     plot = study.plot
     if plot:
-        return quantity_named(study, plot.x, rows), _quantities(study, plot.y, rows), plot.logx, plot.logy
-    columns = [column for column in map(find, study.columns) if column.name != "status"]
-    x, names = _first_varied(study, rows), _computed(study, columns)
+        x = quantity_named(study, plot.x, rows)
+        return x, _chosen(study, chosen, x, rows) or _quantities(study, plot.y, rows), plot.logx, plot.logy
+    x, names = _first_varied(study, rows), _computed(study)
     if x is None:
         x, names = quantity_named(study, names[0], rows), names[1:] or names
     else:
-        x = _with_printed_values(study, x, rows, [column.header for column in columns])
-    return x, _quantities(study, names[:OTHER_COLUMNS], rows), None, None
+        x = _with_printed_values(study, x, rows, [find(name).header for name in study.columns])
+    return x, _chosen(study, chosen, x, rows) or _quantities(study, names[:OTHER_COLUMNS], rows), None, None
 
 
-def _computed(study, columns):
+def _chosen(study, names, x, rows):
+    """The quantities of names, without the one along x, text, and printed values, which are drawn with their column."""
+    own = [name for name in names if "_printed" not in name and "_difference" not in name]
+    return [quantity for quantity in _quantities(study, own, rows) if quantity.name not in (x.name, "status")]
+
+
+def _computed(study):
     """Headers of the columns that are results and do not show what varies; of all where there are none."""
+    columns = [column for column in map(find, study.columns) if column.name != "status"]
     shown = {find(name).header for key in study.varied for name in SHOWN_BY.get(key, ())}
     others = [column for column in columns if column.header not in shown] or columns
     computed = [c for c in others if c.needs not in ("scene", "run") and c.name != "iterations"]
