@@ -1,5 +1,7 @@
 """Every kind of picture: nothing is clipped, no text stands over another, every number is rounded."""
 
+from functools import partial
+
 import pytest
 from command import CONFIGS, run, study_file
 from matplotlib.figure import Figure
@@ -345,3 +347,63 @@ def test_a_map_of_colours_says_that_it_does_not_draw_chosen_columns(tmp_path, mo
     labels, said = labels_of(monkeypatch, path, "--columns", "mass")
     assert labels[0] == "gondola mass [kg]"
     assert any("map of colours" in line for line in said)
+
+
+# ------------------------------------------------------------------------------------------------------ scales of axes
+
+
+def scales(folder, vary, *functions, text="columns: [end_stiffness]"):
+    """Scales of x and of each y of a study with made up cells."""
+    figure = drawn(folder, f"vary: [{vary}]\n{text}\n", *functions)
+    return figure.axes[0].get_xscale(), *(axes.get_yscale() for axes in figure.axes)
+
+
+SPACED = {
+    "from 1 kg to 1000 kg": ("{gondola.mass: {from: 1 kg, to: 1000 kg, count: 7}}", "linear"),
+    "log range": ("{gondola.mass: {from: 1 kg, to: 1000 kg, count: 7, spacing: log}}", "log"),
+    "a decade of a log range": ("{gondola.mass: {from: 1 kg, to: 10 kg, count: 7, spacing: log}}", "log"),
+    "less than a decade": ("{gondola.mass: {from: 1 kg, to: 8 kg, count: 7, spacing: log}}", "linear"),
+    "1, 2, 5": ("{gondola.mass: [1 kg, 2 kg, 5 kg, 10 kg, 20 kg, 50 kg, 100 kg]}", "log"),
+    "one far away": ("{gondola.mass: [0.001 kg, 100 kg, 150 kg, 200 kg]}", "linear"),
+    "two": ("{gondola.mass: [1 kg, 1000 kg]}", "linear"),
+}
+
+
+@pytest.mark.parametrize(("vary", "scale"), SPACED.values(), ids=SPACED)
+def test_an_axis_is_logarithmic_where_the_varied_values_are_spaced_so(tmp_path, vary, scale):
+    """Of y too, over such an x alone: a column that spans decades over a linear axis is drawn as it is."""
+    assert scales(tmp_path, vary, lambda k: 10.0**k) == (scale, scale)
+    assert scales(tmp_path, vary, lambda k: 1.0 + k) == (scale, "linear")
+
+
+def test_the_study_decides_on_its_axes(tmp_path):
+    for logx in (True, False):
+        for logy in (True, False):
+            plot = f"{{x: gondola.mass, y: end_stiffness, logx: {str(logx).lower()}, logy: {str(logy).lower()}}}"
+            found = scales(
+                tmp_path, SPACED["log range"][0], lambda k: 10.0**k, text=f"columns: [end_stiffness]\nplot: {plot}"
+            )
+            assert found == ("log" if logx else "linear", "log" if logy else "linear")
+
+
+def test_names_and_series_spaced_by_ratios_keep_decades_apart(tmp_path):
+    assert scales(tmp_path, NAMED, lambda k: 10.0**k)[1] == "log"
+    series = "{cable.preload: {from: 1 kN, to: 2 kN, count: 3}}, {gondola.mass: [1 kg, 10 kg, 100 kg]}"
+    assert scales(tmp_path, series, lambda k: 10.0 ** (k % 3)) == ("linear", "log")
+    series = series.replace("10 kg, 100 kg", "50 kg, 100 kg")
+    assert scales(tmp_path, series, lambda k: 10.0 ** (k % 3)) == ("linear", "linear")
+
+
+@pytest.mark.parametrize("size", [0.2, 1344.7654321, -3e7])
+def test_a_column_that_is_constant_to_four_digits_is_drawn_flat(tmp_path, size):
+    """Differences of 1e-4 take at most a tenth of the height; those of 1 % most of it."""
+    shares = []
+    for spread in (1e-4, 1e-2):
+        text = f"vary: [{MASSES % 9}]\ncolumns: [end_stiffness]\n"
+        figure = drawn(tmp_path, text, partial(lambda spread, k: size * (1 + spread * k / 8), spread))
+        figure.draw_without_rendering()
+        low, high = figure.axes[0].get_ylim()
+        assert figure.axes[0].yaxis.get_offset_text().get_text() == ""
+        shares.append(abs(size) * spread / (high - low))
+    assert shares[0] < 0.1
+    assert shares[1] > 0.5
