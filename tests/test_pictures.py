@@ -2,6 +2,7 @@
 
 from functools import partial
 
+import numpy as np
 import pytest
 from command import CONFIGS, run, study_file
 from matplotlib.figure import Figure
@@ -146,6 +147,20 @@ def test_long_names_in_other_alphabets(tmp_path):
 def test_modes_of_suspensions(name):
     figure = load(str(SUSPENSIONS / f"{name}.yaml")).plot("modes")
     assert faults(figure) == []
+
+
+def test_an_enlarged_body_stands_clear_of_the_suspension():
+    figure = load(str(SUSPENSIONS / "cable-robot.yaml")).plot("modes")
+    assert faults(figure) == []
+    (panel,) = [axes for axes in figure.axes if axes.child_axes]
+    (inset,) = panel.child_axes
+    box = inset.get_window_extent()
+    flat = [line.get_xydata() for line in panel.lines if line.get_transform() == panel.transData]
+    flat += [path.vertices for drawn in panel.collections for path in drawn.get_paths() if len(path.vertices) > 1]
+    places = panel.transData.transform(np.concatenate(flat))
+    assert len(places) > 100
+    assert not any(box.contains(*place) for place in places)
+    assert box.width == pytest.approx(box.height, rel=1e-3)
 
 
 # ---------------------------------------------------------------------------------------------------------- studies
