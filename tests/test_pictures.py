@@ -81,6 +81,20 @@ def test_static_forms(name, sets):
     assert faults(plots.static_form(case_of(name, *sets))) == []
 
 
+@pytest.mark.parametrize(
+    ("name", "sets"),
+    [
+        ("zipline", ["cable.loads=[{fraction: 0.97, mass: 80 kg}]"]),
+        ("zipline", ["cable.loads=[{fraction: 0.2, mass: 80 kg}, {fraction: 0.5, force: [0, 300, -1]}]"]),
+        ("zipline", ["cable.preload=null", "cable.sag=8 m", "ground=-1 m"]),
+        ("line", ["case=storm"]),
+        ("line", ["ground=[[0, 0], [200 m, 0]]"]),  # which the cable leaves
+    ],
+)
+def test_forms_over_ground(name, sets):
+    assert faults(plots.static_form(case_of(name, *sets))) == []
+
+
 def test_forms_of_load_cases():
     names = ("everyday", "cold", "hot", "ice", "storm")
     assert faults(plots.case_forms({name: case_of("line", f"case={name}") for name in names})) == []
