@@ -436,3 +436,27 @@ def test_a_column_that_is_constant_to_four_digits_is_drawn_flat(tmp_path, size):
         shares.append(abs(size) * spread / (high - low))
     assert shares[0] < 0.1
     assert shares[1] > 0.5
+
+
+# --------------------------------------------------------------------------------------------------------- temperatures
+
+
+@pytest.mark.parametrize("written", ["[253 K, 283.15 K]", "[-20.15 degC, 50 degF]", "[253, 283.15]"])
+def test_temperatures_are_in_degrees_celsius_for_people_and_in_kelvin_for_programs(tmp_path, written):
+    text = f"set: {{case: hot}}\nvary: [{{cases.hot.temperature: {written}}}]\ncolumns: [sag]\n"
+    path = study_file(tmp_path, text, CONFIGS / "line.yaml")
+    shown = [line.split("|")[1].strip() for line in run("sweep", path, "--no-write").out.splitlines()]
+    assert shown == ["cases.hot.temperature [degC]", shown[1], "-20.15", "10"]
+    table = run("sweep", path, "--no-write", "--format", "csv").out.splitlines()
+    assert [row.split(",")[0] for row in table] == ["cases.hot.temperature_K", "253.0", "283.15"]
+    axes = plots.study_plot(study := read_study(path), computed(study)).axes[0]
+    assert axes.get_xlabel() == "hot temperature [degC]"
+    assert list(axes.lines[0].get_xdata()) == pytest.approx([-20.15, 10.0], abs=1e-12)
+
+
+def test_a_temperature_that_is_found_is_in_degrees_celsius():
+    asked = ("find", CONFIGS / "line.yaml", "clearance = 7 m", "--by", "cases.hot.temperature", "--case", "hot")
+    kelvin = float(run(*asked, "--format", "csv").out.splitlines()[1].split(",")[0])
+    head, _, row = run(*asked).out.splitlines()
+    assert "[degC]" in head
+    assert float(row.split("|")[1]) == pytest.approx(kelvin - 273.15, abs=5e-3)

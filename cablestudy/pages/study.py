@@ -90,9 +90,9 @@ def _range(study, table):
         numbers = frame[one.name].dropna()
         if numbers.nunique() < 2:
             continue
-        line = [f"{text(one.title)} [{unit_text(one.unit)}]" if one.unit else text(one.title)]
+        line = [f"{text(one.title)} [{unit_text(one.shown_unit)}]" if one.unit else text(one.title)]
         for place in (numbers.idxmin(), numbers.idxmax()):
-            line += [text(short(float(numbers[place]))), text(_case(study, table, place))]
+            line += [text(short(one.shown({one.name: float(numbers[place])}))), text(_case(study, table, place))]
         lines.append(line)
     head = ["column", "smallest", "in the case", "largest", "in the case"]
     return Grid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""
