@@ -4,8 +4,8 @@ import numpy as np
 
 from cablestudy.cable.catenary import split
 from cablestudy.errors import SceneError
-from cablestudy.scene.bare_numbers import large_lengths
 from cablestudy.scene.document import apply_sets, read_file, resolve_base
+from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
@@ -149,10 +149,10 @@ def _validate(file, sets):
     if is_study(document):
         study = study_of(document, sets)
         prepare(study)
-        notes, sample = list(study.notes), study.sample
+        notes, sample = [], study.sample
         if sample and sample.method == "saltelli" and sample.count < FEWEST:
-            notes.append(f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}")
-        notes = [f"{study.where(('sample', 'count'))}: {note}" for note in notes]
-        return "study", study.count, [*study.large_lengths(), *notes]
+            few = f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}"
+            notes = [f"{study.where(('sample', 'count'))}: {few}"]
+        return "study", study.count, [*study.likely_mistakes(), *study.notes, *notes]
     document = apply_sets(resolve_base(document), sets)
-    return "scene", len(read_scene(document).cases) or 1, large_lengths(document)
+    return "scene", len(read_scene(document).cases) or 1, likely_mistakes(document)
