@@ -3,14 +3,15 @@
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import suggestion, table_at
+from cablestudy.scene.empty_keys import EMPTY_NAME, keys_at, unknown_key
+from cablestudy.scene.fields import suggestion
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import show
 from cablestudy.scene.words import counted
 
 MAX_SHOWN = 100
 # How messages begin that are about a key rather than about its value.
-ABOUT_KEYS = ("unknown key", "unknown cable", "no winch", "given together", "a name ")
+ABOUT_KEYS = ("unknown key", "unknown cable", "no winch", "given together", "a name ", EMPTY_NAME)
 
 
 def collect(error, document, tables):
@@ -70,8 +71,8 @@ def _plain(detail, tables):
         return [(path, context["text"])]
     if kind == "extra_forbidden":
         inside = _inside_a_table(path, tables)
-        hint = f"did you mean {inside}?" if inside else suggestion(path[-1], _keys(path[:-1], tables))
-        return [(path, f"unknown key ({hint})")]
+        known = keys_at(path[:-1], tables)
+        return [(path, f"unknown key (did you mean {inside}?)" if inside else unknown_key(path[-1], known))]
     if kind == "missing":
         return [_missing(path, detail)]
     if kind == "literal_error":
@@ -79,7 +80,7 @@ def _plain(detail, tables):
         hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
         return [(path, f"got {show(value)} ({hint})")]
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        keys = _keys(path, tables)
+        keys = keys_at(path, tables)
         expected = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
         return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
@@ -93,7 +94,7 @@ def _plain(detail, tables):
 def _inside_a_table(path, tables):
     """The dotted key of a table for a name at the top level, `preload` for example, where one has it; else empty."""
     for pattern in tables if len(path) == 1 else ():
-        if pattern and (len(pattern) == 2 or "*" not in pattern) and path[0] in _keys(pattern, tables):
+        if pattern and (len(pattern) == 2 or "*" not in pattern) and path[0] in keys_at(pattern, tables):
             return ".".join(("NAME" if part == "*" else part) for part in (*pattern, path[0]))
     return ""
 
@@ -104,12 +105,6 @@ def _missing(path, detail):
         expected = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
         return path[:-1], f"expected {expected}, got {len(detail['input'])}"
     return path[:-1], f"missing key: {path[-1]}"
-
-
-def _keys(path, tables):
-    """The keys that the mapping at a path may have."""
-    model = table_at(tables, path)
-    return [field.alias or name for name, field in model.model_fields.items()] if model else []
 
 
 def _groups(value, tables):

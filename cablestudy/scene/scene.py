@@ -7,13 +7,14 @@ from pydantic import Field, ValidationError
 from cablestudy.scene.cable_table import Cable, Damping, TensionAt, beyond_the_end
 from cablestudy.scene.control_tables import AutoGain, Controller, Drive, Margin, Notch
 from cablestudy.scene.document import apply_sets, read_document
+from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion, table_at
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.load_tables import Ice, Load, LoadCase, Reference, SteadyWind
 from cablestudy.scene.materials import Material, Materials
-from cablestudy.scene.mistakes import collect
+from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
@@ -167,10 +168,14 @@ def read_scene(document):
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
     if is_suspension(document):
         return read_suspension(document)
+    found = list(empty_keys(document, TABLES))
     try:
-        return Scene.model_validate(document.value, context={"materials": document.value.get("materials")})
+        scene = Scene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
-        raise collect(error, document, TABLES) from None
+        raise located(found + findings(error, document.value, TABLES), document) from None
+    if found:
+        raise located(found, document)
+    return scene
 
 
 def load_scene(path, sets=(), case=None):

@@ -183,7 +183,7 @@ class Study:
 
     def document_of(self, index):
         """The document of one case, from 0; SceneError where a varied key cannot be set."""
-        return self.document.with_sets(self._settings(self._steps(index)))
+        return self.document.with_sets(self._settings(self._steps(index)), varied=True)
 
     def cases(self):
         """Yield (overrides, scene) of every case, in order; see `case`."""
@@ -202,7 +202,7 @@ class Study:
         mistakes = {}
         for steps in self._steps_to_check():
             try:
-                read_scene(self.document.with_sets(self._settings(steps)))
+                read_scene(self.document.with_sets(self._settings(steps), varied=True))
             except SceneError as error:
                 mistakes.update(dict.fromkeys(error.mistakes))
         if mistakes:
@@ -260,7 +260,10 @@ def study_of(source, sets=(), vary=()):
             study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
             raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
     try:
-        table = StudyTable.model_validate(source.given)
+        known = StudyTable.model_fields
+        table = StudyTable.model_validate(
+            {key: value for key, value in source.value.items() if value is not None or key not in known}
+        )
     except ValidationError as error:
         raise collect(error, source, TABLES) from None
     entries, found = entries_of(table, source)

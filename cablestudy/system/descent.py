@@ -182,7 +182,7 @@ def spans(suspension, state):
         loads = {"load_positions": suspension.load_positions, "load_forces": suspension.load_forces}
     span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical, **loads)
     if loads:
-        span = replace(span, load_masses=suspension.load_masses)
+        span = replace(span, load_masses=suspension.load_masses, load_fractions=suspension.load_fractions).broadcast()
     return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
 
 

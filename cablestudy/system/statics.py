@@ -271,7 +271,7 @@ def coupled_step(suspension, state, cables, which, error):
     forces = cables.end_forces("global")
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
     measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
-    value = suspension.value[:, which] / factor
+    value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
     pulled = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
     signed = rates.by_end[:, which, None, :] * np.array([-1.0, 1.0])[:, None] / value[..., None, None]
     turned = tangent.wrenches(state.arms[:, which], signed)
@@ -369,7 +369,8 @@ def span_of_shape(span, shape):
     """Cables of shape (n, c) in another shape of the same size."""
     names = ["chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity", "level", "vertical"]
     loaded = span.load_positions.shape[-1] > 0
-    names += ["load_positions", "load_forces", "load_masses"] if loaded else []
+    of_loads = ("load_positions", "load_forces", "load_masses", "load_fractions")
+    names += [name for name in of_loads if loaded and getattr(span, name) is not None]
     arrays = {name: np.asarray(getattr(span, name)) for name in names}
     shaped = {name: array.reshape((*shape, *array.shape[2:])) for name, array in arrays.items()}
     shaped = replace(span, **shaped)
