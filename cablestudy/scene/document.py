@@ -45,7 +45,7 @@ class Document:
         ----------
         items : list of (str, object, str or Place or callable)
             Dotted key, value (None removes the key; a mapping replaces the key whole) and the place to name when it is
-            wrong; a callable is called for the place only then.
+            wrong; a callable is called for the place only then, with `of_key`: whether the key itself is wrong.
 
         Raises
         ------
@@ -74,9 +74,8 @@ class Document:
             unknown = unknown_name(self.value, value, path)
             if unknown:
                 kind, name, known = unknown
-                found.append(
-                    mistake(_as_place(where), ".".join(path), f"unknown {kind} {name} ({suggestion(name, known)})")
-                )
+                message = f"unknown {kind} {name} ({suggestion(name, known)})"
+                found.append(mistake(_as_place(where, of_key=True), ".".join(path), message))
         return found
 
     def place(self, path, of_key=False):
@@ -84,7 +83,7 @@ class Document:
         names = tuple(map(str, path))
         for key, where in reversed(self._overrides):
             if names[: len(key)] == key:
-                return _as_place(where)
+                return _as_place(where, of_key and names == key)
         if path in self._places:
             return self._places[path][of_key]
         for key, where in reversed(self._overrides):  # a mapping in which only upper layers have set something
@@ -99,8 +98,8 @@ class Document:
         return str(self.place(path, of_key))
 
 
-def _as_place(where):
-    where = where() if callable(where) else where
+def _as_place(where, of_key=False):
+    where = where(of_key=of_key) if callable(where) else where
     return where if isinstance(where, Place) else Place(where)
 
 
