@@ -161,6 +161,17 @@ def test_pictures_are_figures(kind):
         (lambda: cablestudy.load(CARLINA).state_space("gondole"), "unknown 'gondole' (allowed: gondola, loop)"),
         (lambda: cablestudy.load(CARLINA).modes(3, 4.0), "count and upto exclude each other"),
         (lambda: cablestudy.load(CARLINA).find("sag", by="cable.preload"), "expected COLUMN = VALUE"),
+        (
+            lambda: cablestudy.load(CARLINA).state_space("gondola", input="wind"),
+            "input wind: unknown (did you mean winch? allowed: winch, force_gondola)",
+        ),
+        (lambda: cablestudy.load(CARLINA).state_space(modes=3, error=0.1), "modes, upto and error exclude each other"),
+        (lambda: cablestudy.load(CARLINA).find("sag = 1 m", by="cable.preload", between="1"), "between 1: expected"),
+        (lambda: cablestudy.load(NET).state_space(output="wind"), "output wind: unknown ("),
+        (
+            lambda: cablestudy.load(CARLINA, {"winch": None}).state_space("loop"),
+            "'cablestudy ssm --with loop' needs it",
+        ),
         (lambda: cablestudy.sweep(CARLINA), "this is a scene (it has the key cable)"),
     ],
 )
@@ -168,6 +179,7 @@ def test_mistakes_are_those_of_the_commands(call, message):
     with pytest.raises(cablestudy.SceneError) as raised:
         call()
     assert message in str(raised.value)
+    assert "--" not in str(raised.value).replace("cablestudy ssm --with loop", "")
 
 
 def test_the_command_and_the_function_agree_on_a_trade():

@@ -14,6 +14,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.changes import case_text, texts_of
 from cablestudy.interface.scene import Scene, with_large_lengths
 from cablestudy.interface.search import find_value
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 
+@argument_names()
 def load(path: str | os.PathLike[str], set: Changes = (), case: str | None = None) -> Scene:
     """Read a scene file.
 
@@ -58,12 +60,18 @@ def load(path: str | os.PathLike[str], set: Changes = (), case: str | None = Non
     >>> import cablestudy as cs
     >>> guy = cs.load("configs/guy.yaml", set={"cable.preload": "8 %"})
     """
+    return read(path, set, case)
+
+
+def read(path: str | os.PathLike[str], set: Changes = (), case: str | None = None) -> Scene:
+    """As `load`; errors name the options of the commands, which call it."""
     changes = texts_of(set)
     document, model = load_scene(path, changes, case)
     kind = Suspension if isinstance(model, SuspensionScene) else Scene
     return kind(str(path), changes + case_text(case), document, model)
 
 
+@argument_names()
 def trade(
     path: str | os.PathLike[str], columns: str | None = None, repeats: int = 5, set: Changes = ()
 ) -> pandas.DataFrame:
@@ -71,6 +79,7 @@ def trade(
     return load(path, set).trade(columns, repeats)
 
 
+@argument_names()
 def find(
     path: str | os.PathLike[str],
     goal: str,

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
+from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.changes import Changes, texts_of
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from cablestudy.sweeps.stored import Stored
 
 
+@argument_names()
 def sweep(
     study: str | os.PathLike[str],
     set: Changes = (),
@@ -95,6 +97,11 @@ class Study:
     def asked(self) -> Iterable[str]:
         """Columns that options ask for and the study does not list."""
         return self.request.asked
+
+    @property
+    def varied_alike(self) -> list[str]:
+        """Varied keys that end with the name of such a column: `cable.diameter` for `diameter`."""
+        return [key for key in self.request.varied if key.rpartition(".")[2] in self.request.asked]
 
     def cases(self) -> Table:
         """The cases, and nothing computed."""
