@@ -223,6 +223,58 @@ def test_a_bad_set_option(folder, option, message):
     assert found.startswith(message)
 
 
+BLANK = "write {}, with a blank after the colon"
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("cable.damping={loss_factor:0.02}",
+         f"--set cable.damping: cable.damping.loss_factor:0.02: unknown key ({BLANK.format('loss_factor: 0.02')})"),
+        ("cable.damping={ratio: 0.02, viscus: }",
+         "--set cable.damping: cable.damping.viscus: unknown key (did you mean viscous?)"),
+        ("cable.loads=[{at: 2 m, mass: 3, weight: null}]",
+         "--set cable.loads: cable.loads.0.weight: unknown key (allowed: at, fraction, force, mass)"),
+        ("cable.densty=null", "--set cable.densty: unknown key (did you mean density?)"),
+        ("cases={calm: }", "--set cases: cases.calm: no value (an empty mapping is written {})"),
+        ("cases.calm=null", "--set cases.calm: unknown case calm (there is none)"),
+        ("materials={rope: {elastic_modulus: 3 GPa, density: 900, strength:3 }}",
+         f"--set materials: materials.rope.strength:3: unknown key ({BLANK.format('strength: 3')})"),
+    ],
+)  # fmt: skip
+def test_an_unknown_key_without_a_value_is_refused(folder, option, message):
+    assert refused(folder, "static", "scene.yaml", "--set", option) == [message]
+
+
+def test_a_key_without_a_value_is_refused_at_its_place_in_any_file(folder):
+    flow = "  damping: {ratio:0.02}\n"
+    Path("base.yaml").write_text(changed("gondola:", f"{flow}gondola:"))
+    Path("scene.yaml").write_text("base: base.yaml\ngravty:\n")
+    unknown = f"cable.damping.ratio:0.02: unknown key ({BLANK.format('ratio: 0.02')})"
+    lines = [f"base.yaml:8:13: {unknown}", "scene.yaml:2:1: gravty: unknown key (did you mean gravity?)"]
+    assert refused(folder, "static", "scene.yaml") == lines
+    assert refused(folder, "sweep", "study.yaml") == lines
+    assert refused(folder, "static", "scene.yaml", "--set", "cable.damping={ratio: 0.1}") == lines[1:]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("vary: [{cable.damping: [{ratio: 0.1}, {ratio:0.02}]}]\ncolumns: [sag]\n",
+         f"2:39: cable.damping.ratio:0.02: unknown key ({BLANK.format('ratio: 0.02')})"),
+        ("vary: [{cable.densty: [null]}]\ncolumns: [sag]\n",
+         "2:9: cable.densty: unknown key (did you mean density?)"),
+        ("vary: [{cable.area:[1 mm^2]}]\ncolumns: [sag]\n", "2:19: a colon behind a key is followed by a blank"),
+        ("set: {cable.area:0.5 mm^2}\nvary: [{gravity: [9]}]\ncolumns: [sag]\n",
+         f"2:26: cable.area:0.5 mm^2: no value ({BLANK.format('cable.area: 0.5 mm^2')})"),
+        ("vary: [{gravity: [9]}]\ncolumns: [sag]\ncheks:\n", "4:1: cheks: unknown key (did you mean check?)"),
+    ],
+)  # fmt: skip
+def test_a_key_without_a_value_is_refused_in_a_study(folder, text, message):
+    Path("study.yaml").write_text(f"base: scene.yaml\n{text}")
+    assert refused(folder, "sweep", "study.yaml") == [f"study.yaml:{message}"]
+
+
 # what made the program stop with a traceback, or numpy warn
 @pytest.mark.parametrize(
     ("option", "message"),

@@ -182,6 +182,26 @@ def test_notes_go_to_standard_error_and_quiet_silences_them(folder):
     assert run("sweep", PRELOAD, "--check", "--quiet").err == ""
 
 
+@pytest.mark.parametrize(
+    ("words", "written"),
+    [
+        (("sweep", PRELOAD, "--plot", "a.png"), ["results/preload.csv", "results/preload.md", "a.png"]),
+        (("sweep", PRELOAD, "--shard", "1/1"), ["results/preload.shard-1-of-1.sqlite"]),
+        (("static", CARLINA, "--plot", "b.png"), ["b.png"]),
+        (("ssm", CARLINA, "--out", "c.npz"), ["c.npz"]),
+        (("report", PRELOAD), ["preload.html"]),
+        (("new", "guy"), ["guy.yaml"]),
+    ],
+)
+def test_quiet_hides_what_was_written_too(folder, words, written):
+    said = run(*words).err
+    assert all(name in said for name in written)
+    for name in written:
+        (folder / name).unlink()
+    assert run(*words, "--quiet").err == ""
+    assert all((folder / name).is_file() for name in written)
+
+
 @pytest.mark.parametrize("command", ["windrms", "ssm", "modes"])
 def test_damping_that_is_assumed_is_said(folder, command):
     text = (CONFIGS / "carlina.yaml").read_text(encoding="utf-8")

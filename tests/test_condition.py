@@ -41,7 +41,7 @@ ROW = {
 
 def holds(text, *rows):
     """True, False or None (unknown) of each row; of ROW alone without any."""
-    found = parse(text, STUDY)(pandas.DataFrame(rows or [ROW]))
+    found = parse(text, STUDY)[0](pandas.DataFrame(rows or [ROW]))
     truths = [None if truth is pandas.NA else bool(truth) for truth in found]
     return truths if rows else truths[0]
 

@@ -252,14 +252,6 @@ def test_mistakes_are_one_line(sets):
     assert MISTAKES[sets] in done.err
 
 
-def test_a_suspension_refuses_the_keys_in_one_line():
-    net = CARLINA.replace("carlina.yaml", "suspensions/carlina-net-wind.yaml")
-    for text in ("control.proportional_gain=0.1", "winches.u1.delay=5 ms"):
-        done = run("loop", net, "--set", text, code=2)
-        assert len(done.lines) == 1
-        assert "unknown key" in done.err
-
-
 def test_a_delay_that_is_too_long_to_be_judged_is_refused():
     done = run("loop", CARLINA, "--set", "winch.delay=30 s", code=3)
     assert "stability with a delay of 30 s is not judged" in done.err

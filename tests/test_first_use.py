@@ -1,5 +1,7 @@
 """What a first-time user meets: rows with their names, and messages that say what to write instead."""
 
+import math
+
 import pytest
 from command import CONFIGS, rows_of, run
 
@@ -49,8 +51,80 @@ def test_large_lengths_without_a_unit_are_told(folder):
     found = run("find", scene, "mass = 100 t", "--by", "cable.diameter", "--between", "1 mm:10 m").lines
     assert found == THICK
     (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [16, 18]}}]\ncolumns: [mass]\n")
-    line = "study.yaml:2:26: cable.diameter: 16 without a unit is 16 m"
-    assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == [line]
+    places = {"2:26": 16, "2:30": 18}
+    lines = [f"study.yaml:{at}: cable.diameter: {thick} without a unit is {thick} m" for at, thick in places.items()]
+    assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == lines
+
+
+def test_only_the_first_likely_mistakes_of_a_study_are_told(folder):
+    values = ", ".join(map(str, range(16, 24)))
+    (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [{values}]}}]\ncolumns: [mass]\n")
+    lines = run("validate", "study.yaml").lines
+    assert len(lines) == 4
+    assert lines[-1] == "and 5 more like these"
+
+
+def test_temperatures_near_absolute_zero_are_told(folder):
+    told = "--set cases.cold.temperature: 75 without a unit is 75 K, -198.15 degC"
+    assert run("static", GUY, "--case", "cold", "--set", "cases.cold.temperature=75").lines == [told]
+    assert run("static", GUY, "--case", "cold", "--set", "cases.cold.temperature=275").err == ""
+    assert run("static", GUY, "--case", "cold", "--set", "cases.cold.temperature=-60 degC").err == ""
+
+
+ROPES = """
+a-14: {axial_stiffness: 9 MN, mass_per_length: 0.9 kg/m, breaking_force: 120 kN, area: 90 mm^2, diameter: 14 mm}
+a-16: {axial_stiffness: 12 MN, mass_per_length: 1.2 kg/m, breaking_force: 160 kN, area: 118 mm^2, diameter: 16 mm}
+"""
+
+
+def test_a_rope_at_another_size_than_its_own_is_told(folder):
+    (folder / "ropes.yaml").write_text(ROPES, encoding="utf-8")
+    line = "cable: {chord: 100 m, diameter: 16 mm, preload: 5 kN, material: a-16}\nmaterials: ropes.yaml\n"
+    (folder / "line.yaml").write_text(line, encoding="utf-8")
+
+    def masses(more):
+        """Per length, and what is said."""
+        vary = f"vary: [{{cable.material: [a-14, a-16]{more}}}]\n"
+        (folder / "study.yaml").write_text(f"base: line.yaml\n{vary}columns: [mass, unstretched_length]\n")
+        outcome = run("sweep", "study.yaml", "--no-write", "--format", "csv")
+        rows = rows_of(outcome.out, "csv")
+        return [float(row["mass_kg"]) / float(row["unstretched_length_m"]) for row in rows], outcome.lines
+
+    scaled = "a-14 has 14 mm, and is scaled to another size here (diameter: null takes its own)"
+    thick = 0.9 * (math.pi * 16**2 / 4 * (90 / (math.pi * 14**2 / 4))) / 90  # as much of the circle is metal
+    assert masses("") == (pytest.approx([thick, 1.2]), [f"line.yaml:1:33: cable.diameter: {scaled}"])
+    assert masses(", cable.diameter: [null, null]") == (pytest.approx([0.9, 1.2]), [])
+
+
+def test_a_thick_cable_of_solid_wire_is_told():
+    solid = "a solid bar of steel; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
+
+    def said(*changes, **more):
+        sets = [word for change in changes for word in ("--set", change)]
+        return run("static", GUY, *sets, "--columns", "mass", **more).err
+
+    assert said("cable.material=steel") == f"{GUY}:5:13: cable.diameter: {solid}\n"
+    assert said("cable.material=steel", "cable.fill_factor=0.6") == ""
+    assert said("cable.material=steel", "cable.diameter=4 mm") == ""
+    ropes = "did you mean steel?; ropes: spiral-strand, guy-strand, locked-coil, 6x36-iwrc"
+    assert ropes in said("cable.material=steel rope", code=2)
+
+
+def test_find_in_each_load_case_is_told(folder):
+    find = "find: {column: sag, value: 1 m, by: cable.preload}\n"
+    text = f"base: {GUY}\nvary: [{{case: [cold, ice]}}]\n{find}columns: [mass]\n"
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    told = "study.yaml:3:37: cable.preload is solved for in each load case alone, so that each row is another cable;"
+    assert [line.startswith(told) for line in run("sweep", "study.yaml", "--no-write").lines] == [True]
+
+
+def test_a_condition_without_a_unit_that_divides_nothing_is_told(folder):
+    (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [14 mm, 18 mm]}}]\ncolumns: [mass]\n")
+    asked = ["sweep", "study.yaml", "--no-write", "--where"]
+    assert run(*asked, "cable.diameter < 16").lines[0] == "--where: without a unit 16 is 16 m"
+    assert run(*asked, "cable.diameter > 16").lines[0] == "--where: without a unit 16 is 16 m"
+    assert run(*asked, "cable.diameter < 0.016").lines == ["shown: 1 of 2 rows"]
+    assert run(*asked, "cable.diameter < 99 mm").lines == ["shown: 2 of 2 rows"]
 
 
 def test_lengths_with_a_unit_and_small_ones_are_not_told(folder):

@@ -12,6 +12,7 @@ from cablestudy.pages.given import flat, written
 from cablestudy.pages.pictures import inline_picture
 from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
 from cablestudy.study.table import Field, Table
+from cablestudy.sweeps import run as sweeps_run
 
 VOID = {"meta", "br", "wbr", "link", "img", "input"}
 GUY, ZIPLINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline"))
@@ -219,6 +220,33 @@ def test_a_scene_without_any_answer_has_a_page_that_says_why(folder):
     assert not [tag for tag, _ in page.attributes if tag == "svg"]
     assert all(line.partition(": ")[2] in page.texts["li"] for line in outcome.lines)
     assert not any(line.startswith("written") for line in outcome.lines)
+
+
+def test_a_loop_needs_no_wind(folder):
+    """What `loop` says of a suspension without wind is in its page, with its picture."""
+    name, sets = CONFIGS / "suspensions" / "carlina-net-wind.yaml", ("--set", "wind=null", "--set", "control.gain=0.01")
+    page, _ = report(folder, name, *sets)
+    (row,) = table_of("loop", name, *sets, "--table", "loop")
+    shown = page.quantities("Loop")
+    assert float(shown["gain margin"][0]) == pytest.approx(row["gain_margin_dB"], rel=1e-3)
+    coordinates = [row["coordinate"] for row in table_of("loop", name, *sets, "--table", "coordinates")]
+    assert [row[0] for row in page.tables["Measured coordinates of the loop"][1:]] == coordinates
+    assert "Loop gain, sensitivity and margins" in page.texts["figcaption"]
+    assert any(line.startswith("wind: the scene has none") for line in page.texts["li"])
+    assert not any(line.startswith("No answer") for line in page.texts["p"])
+
+
+def test_a_study_is_computed_by_as_many_processes_as_asked(folder, monkeypatch):
+    asked, compute = [], sweeps_run.compute_here
+    monkeypatch.setattr(sweeps_run, "compute_here", lambda chunks, jobs: asked.append(jobs) or compute(chunks, 1))
+    study = study_file(folder, "vary: [{gravity: [9, 10]}]\ncolumns: [sag]\n")
+    report(folder, study, "--jobs", "2")
+    report(folder, study)
+    cs.report(study)
+    cs.report(study, jobs=3)
+    assert asked == [2, None, 1, 3]
+    (line,) = run("report", CARLINA, "--jobs", "2", code=2).lines
+    assert line == f"--jobs 2: no effect: {CARLINA} is a scene, not a study"
 
 
 def test_a_study_has_its_rows_with_printed_values(folder):

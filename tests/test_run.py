@@ -368,14 +368,14 @@ def test_a_terminal_has_a_bar_and_anything_else_a_line_now_and_then(now):
     terminal, plain = Terminal(), io.StringIO()
     bars = [progress.Progress(1000, 100, stream=stream) for stream in (terminal, plain)]
     for second in range(1, 62):
-        now[0] = float(second) if second > 1 else 0.9
+        now[0] = second - 0.125
         for bar in bars:
-            bar(100 + 10 * second)
+            bar(100 + 10 * second, 1.0)
     for bar in bars:
         bar.close()
     assert plain.getvalue().splitlines() == [
-        "130 of 1000 rows, 10 rows/s, 87 s left",  # early, since it will take more than a minute
-        "430 of 1000 rows, 10 rows/s, 57 s left",
+        "140 of 1000 rows, 10 rows/s, 86 s left",  # early, since it will take more than a minute
+        "440 of 1000 rows, 10 rows/s, 56 s left",
     ]
     drawn = terminal.getvalue()
     assert drawn.startswith("\r[##......................] 120 of 1000 rows, 10 rows/s, 88 s left\x1b[K\r[")
@@ -396,15 +396,39 @@ def test_a_long_sweep_is_announced_early(now, total, rate, lines):
     report = progress.Progress(total, stream=stream)
     for second in (1, 2, 3, 4):
         now[0] = float(second)
-        report(rate * second)
+        report(rate * second, 1.0)
     assert stream.getvalue().splitlines() == lines
+
+
+def test_the_time_left_does_not_count_what_comes_once(now):
+    """A row here and the start of two processes, whose first rows take long; then 100 rows/s."""
+    bar, total, end = progress.Progress(1001, stream=Terminal()), 1001, 3.0 + 10.0
+    reports = [(0.5, 1, 0.5), (2.7, 2, 0.6), (3.0, 3, 0.9)]
+    reports += [(3.0 + 0.05 * step, 3 + 5 * step, 0.1) for step in range(1, 200)]
+    shown = 0
+    for seconds, done, took in reports:
+        now[0] = seconds
+        bar(done, took)
+        if bar.rate is not None:
+            shown += 1
+            assert (total - done) / bar.rate == pytest.approx(end - seconds, rel=0.05, abs=0.1)
+        assert ("left" in bar.line(done)) == (bar.rate is not None)
+    assert shown > 0.7 * len(reports)
+
+
+def test_rows_that_take_long_tell_the_time_left_at_once(now):
+    bar = progress.Progress(10, stream=Terminal())
+    for done in (1, 2, 3):
+        now[0] = 60.0 * done
+        bar(done, 60.0)
+        assert bar.line(done) == f"{done} of 10 rows, 0.0167 rows/s, {10 - done} min left"
 
 
 def test_what_takes_no_time_shows_no_progress():
     terminal = Terminal()
     bar = progress.Progress(10, stream=terminal)
-    for done in range(11):
-        bar(done)
+    for done in range(1, 11):
+        bar(done, 0.0)
     bar.close()
     assert terminal.getvalue() == ""
 

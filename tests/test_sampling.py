@@ -1,6 +1,7 @@
 """Samples of a study: the points, the cases they give, and every mistake at its place."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -141,10 +142,11 @@ assert not {"numpy", "scipy"} & set(sys.modules)
 
 def test_a_note_where_sobol_points_are_out_of_balance():
     note = "sample: 1000 points; Sobol points are balanced for powers of two (512 or 1024)"
-    assert sampled("sobol", 1000).notes == sampled("saltelli", 1000).notes == (note,)
+    placed = re.compile(rf"study.yaml:[0-9]+:[0-9]+: {re.escape(note)}")
+    assert all(placed.fullmatch(*sampled(method, 1000).notes) for method in ("sobol", "saltelli"))
     assert sampled("sobol", 1024).notes == sampled("latin_hypercube", 1000).notes == sampled("sobol", 1).notes == ()
     sampled("sobol", 3)
-    assert run("sweep", "study.yaml", "--dry-run").lines[0].startswith("sample: 3 points")
+    assert run("sweep", "study.yaml", "--dry-run").lines[0].split(": ", 1)[1].startswith("sample: 3 points")
     assert run("sweep", "study.yaml", "--dry-run", "--quiet").err == ""
 
 

@@ -115,7 +115,10 @@ def test_rows_that_a_sweep_is_at_work_on_are_left_alone(swept):
         database.execute("UPDATE about SET value = value")
         assert show() == (swept, [f"{TABLE}: 3 rows"])
         TABLE.unlink()
-        assert show(code=2)[1][0] == f"{ROWS}: another sweep is at work on it"
+        assert show(code=2)[1] == [
+            f"{ROWS}: another sweep is at work on it",
+            "nothing to show before it ends; Ctrl-C ends it too, and keeps the rows that are done",
+        ]
 
 
 def test_a_varied_key_that_a_column_shows_can_be_asked_for():

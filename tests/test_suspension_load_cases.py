@@ -4,12 +4,13 @@ The expected suspension is made here from the file's values: lengths at the temp
 cable one vector of weight and wind per length, along which the axes of the reference stand.
 """
 
+import json
 import math
 import re
 
 import numpy as np
 import pytest
-from command import run
+from command import run, table_of
 from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import root
@@ -314,6 +315,183 @@ def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, 
             assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
 
 
+@pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
+@pytest.mark.parametrize("own", ["loads: []", LOADS])
+def test_loads_of_a_case_are_those_of_one_cable(tmp_path, made, stated, own):
+    """Beside those of the cable itself, and beside a cable on which the case puts nothing."""
+    one = tmp_path / "one.yaml"
+    text = LINE.format(stated=f"{stated}\n  {own}", x=180, y=-240)
+    one.write_text(text, encoding="utf-8")
+    many = text.replace("  ends: [[0, 0, 20], [180, -240, 28]]\n", "")
+    begin, visitor, of_case = many.partition("  visitor: {loads: ")
+    many = f"{begin}{visitor}{{n1: {of_case.replace('], wind', ']}, wind')}"
+    many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n  n2: {from: [0, 0, 20], to: [180, -240, 28]}\n"
+    sets = "ground=-3", "case=visitor"
+    for name, more in (("n1", ()), ("n2", ("cases.visitor.loads=[]",))):
+        expected = cells(scene(*sets, *more, base=one), *OF_ONE)
+        found = numbers(made(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
+        for column, value in expected.items():
+            assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+
+
+def test_the_load_of_a_case_on_a_massless_wire_by_hand(made):
+    """Half way between two points at one height: T sin(a) = W/2, and cos(a) from the length of the stretched halves."""
+    text = ("cable: {axial_stiffness: 1 MN, mass_per_length: 1e-9, unstretched_length: 10 m}\n"
+            "cables: {w: {from: [0, 0, 0], to: [10, 0, 0]}}\n"
+            "cases: {lamp: {loads: {w: [{fraction: 0.5, mass: 20 kg}]}}}\ncase: lamp\n")  # fmt: skip
+    weight, stiffness = 20 * G, 1e6
+    sine = root(lambda s: 2 * s * stiffness * (1 / math.sqrt(1 - s[0] ** 2) - 1) - weight, [0.05], tol=1e-13).x[0]
+    found = numbers(made(text), "w.max_tension", "w.min_tension")
+    assert list(found.values()) == pytest.approx([weight / 2 / sine] * 2, rel=1e-8)
+
+
+# ------------------------------------------------------------------------------------- loads in the reference state
+
+ON_A = "cables.a.loads=[{fraction: 0.3, mass: 60 kg}, {at: 50 m, force: [200, -100, -400]}]"
+WITH_LOADS = "cable.reference.loads=true"
+
+
+@pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 12 m",
+                                    *(f"tension: {{at: {at}, value: 25 kN}}" for at in AT)])  # fmt: skip
+@pytest.mark.parametrize("day", [None, "oblique"])
+def test_what_holds_with_the_loads_on_is_that_of_one_cable(tmp_path, made, stated, day):
+    """Beside a cable without loads, which is as alone too."""
+    one = tmp_path / "one.yaml"
+    text = LINE.format(stated=f"{stated}\n  {LOADS}", x=180, y=-240).partition("  visitor:")[0]
+    text = text.replace("temperature: 15 degC", "temperature: 15 degC, loads: true")
+    one.write_text(text, encoding="utf-8")
+    sets = ["ground=-3"] + ([f"case={day}"] if day else [])
+    many = text.replace("  ends: [[0, 0, 20], [180, -240, 28]]\n", "")
+    many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n"
+    many += "  n2: {from: [0, 0, 20], to: [180, -240, 28], loads: []}\n"
+    for name, more in (("n1", ()), ("n2", ("cable.loads=[]",))):
+        expected = cells(scene(*sets, *more, base=one), *OF_ONE)
+        found = numbers(made(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
+        for column, value in expected.items():
+            assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+
+
+def test_a_preload_with_the_load_on_by_hand(made):
+    """A wire without weight, a lamp half way: T sin(a) = W/2, and each half is 5 m/cos(a) long under T."""
+    text = ("cable: {axial_stiffness: 1 MN, mass_per_length: 1e-9, preload: 900 N, reference: {loads: true}}\n"
+            "cables: {w: {from: [0, 0, 0], to: [10, 0, 0], loads: [{fraction: 0.5, mass: 20 kg}]}}\n")  # fmt: skip
+    cosine = math.sqrt(1 - (20 * G / 2 / 900) ** 2)
+    found = numbers(made(text), "w.unstretched_length", "w.max_tension", "w.preload")
+    assert list(found.values()) == pytest.approx([10 / cosine / (1 + 900 / 1e6), 900, 900], rel=1e-8)
+
+
+@pytest.mark.parametrize("stated", ["preload: 20 kN", "sag: 0.4 m", "tension: {at: end_2, value: 9 kN}"])
+def test_a_moving_body_has_what_is_stated_with_the_loads_on(made, stated):
+    """And rests where it does with these lengths and loads, which is another search."""
+    places, of_a = ("gondola.x", "gondola.y", "gondola.z"), "a.sag" if "sag" in stated else "a.preload"
+    names = (*places, of_a, *(f"{name}.unstretched_length" for name in ANCHORS))
+    found = numbers(made(*body(ON_A, WITH_LOADS, stated=stated)), *names, "c.tension_to", "a.tension_to")
+    if "tension" in stated:
+        assert [found["a.tension_to"], found["c.tension_to"]] == pytest.approx([9e3, 9e3], rel=1e-9)
+    else:
+        assert found[of_a] == pytest.approx(0.4 if "sag" in stated else 20e3, rel=1e-9)
+    lengths = [f"cables.{name}.unstretched_length={found[f'{name}.unstretched_length']!r}" for name in ANCHORS]
+    again = numbers(made(*body(ON_A, *lengths)), *places)
+    assert [found[name] for name in places] == pytest.approx(list(again.values()), abs=1e-8)
+    bare = numbers(made(*body(ON_A, stated=stated)), *names)
+    assert abs(bare["a.unstretched_length"] - found["a.unstretched_length"]) > 1e-3
+
+
+def test_only_loads_that_are_said_to_be_there_are_in_the_reference_state(made):
+    """Those of c come on the lengths that hold with those of a; and loads of a case are never there."""
+    on_c, stated = "cables.c.loads=[{fraction: 0.5, mass: 30 kg}]", "preload: 20 kN"
+    lengths = [f"{name}.unstretched_length" for name in ANCHORS]
+    expected = numbers(made(*body(ON_A, WITH_LOADS, stated=stated)), *lengths)
+    mixed = ON_A, on_c, "cables.a.reference.loads=true"
+    assert numbers(made(*body(*mixed, stated=stated)), *lengths) == pytest.approx(expected, rel=1e-11)
+    of_case = "cases.storm.loads.c=[{fraction: 0.5, mass: 30 kg}]", "case=storm"
+    assert numbers(made(*body(ON_A, WITH_LOADS, *of_case, stated=stated)), *lengths) == expected
+
+
+def test_bodies_stand_with_the_loads_on_where_tensions_are_chosen(made):
+    sets, places = (ON_A, "solve_for=lengths", "tensions.min=2 kN"), ("gondola.x", "gondola.y", "gondola.z")
+    tensions = [f"{name}.preload" for name in ANCHORS]
+    found = numbers(made(*body(*sets, WITH_LOADS, stated="")), *places, *tensions)
+    assert [found[name] for name in places] == pytest.approx([0, 0, 0], abs=1e-8)
+    assert min(found[name] for name in tensions) >= 2e3 * (1 - 1e-9)
+    without = numbers(made(*body(*sets, stated="")), *places)
+    assert max(map(abs, without.values())) > 1e-3
+
+
+def test_cases_with_and_without_the_loads_are_each_as_alone(made):
+    columns = [find(name) for name in ("gondola.x", "gondola.z", "a.unstretched_length", "b.max_tension")]
+    sets = [(), (ON_A,), (ON_A, WITH_LOADS), (ON_A, "cables.a.reference.loads=true"), (ON_A, WITH_LOADS, "case=cold")]
+    scenes = [made(*body(*some, stated="preload: 20 kN")) for some in sets for _ in range(2)]
+    together = evaluate_suspensions(scenes, columns)
+    for one, row in zip(scenes, together, strict=True):
+        assert evaluate_suspensions([one], columns)[0].cells == row.cells
+
+
+@pytest.mark.parametrize(
+    ("stated", "load", "more"),
+    [
+        ("preload: 20 kN", "at: 1e-6, mass: 1e9", ()),
+        ("preload: 20 kN", "fraction: 0.5, mass: 1e-9", ()),
+        ("preload: 20 kN", "fraction: 0.5, mass: 5000", ()),
+        ("preload: 20 kN", "fraction: 0.5, mass: 3", ("gravity=0",)),
+        ("preload: 5 N", "fraction: 0.5, mass: 3", ()),
+        ("sag: 1 m", "at: 38.5, mass: 3}, {fraction: 0.5, mass: 3", ()),
+        ("sag: 1 m", "fraction: 0.5, force: [0, 0, 1e5]", ()),
+        ("", "at: 1e-6, mass: 1e9", ("solve_for=lengths",)),
+    ],
+)
+def test_extreme_loads_in_the_reference_state_have_an_answer_or_a_reason(made, stated, load, more):
+    sets = f"cables.a.loads=[{{{load}}}]", WITH_LOADS, *more
+    row = evaluate_suspensions([made(*body(*sets, stated=stated))], [find("gondola.z")])[0]
+    assert "\n" not in row.cells["status"]
+    if row.cells["status"].startswith(("ok", "over strength")):
+        assert np.isfinite(row.cells["gondola.z_m"])
+    else:
+        assert len(row.cells["status"]) > 20
+
+
+def test_a_load_beyond_the_end_in_the_reference_state_is_told(made):
+    """Of a sag the end is named. Of a preload there is a cable so long that its weight gives it: that is no answer."""
+    for stated, reason in (
+        ("sag: 1 m", r"a: the load at 90 m is beyond the cable's end, at 7\d\.\d+ m"),
+        (
+            "preload: 20 kN",
+            r"in the reference state: a has its preload only at \d+ m, where a longer cable would be tauter",
+        ),
+    ):
+        sets = "cables.a.loads=[{at: 90 m, mass: 3}]", WITH_LOADS
+        row = evaluate_suspensions([made(*body(*sets, stated=stated))], [find("gondola.z")])[0]
+        assert re.fullmatch(reason, row.cells["status"])
+
+
+@pytest.mark.parametrize("table", ["bodies", "cables"])
+def test_all_cases_are_the_rows_of_each(tmp_path, table):
+    path = tmp_path / "s.yaml"
+    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    expected = [
+        {"case": day, **row} for day in DAYS for row in table_of("static", path, "--case", day, "--table", table)
+    ]
+    assert table_of("static", path, "--case", "all", "--table", table) == expected
+    tables = json.loads(run("static", path, "--case", "all", "--format", "json").out)
+    assert tables[table]["rows"] == expected
+    modes = table_of("modes", path, "--case", "all", "-n", "2")
+    assert modes == [{"case": day, **row} for day in DAYS for row in table_of("modes", path, "--case", day, "-n", "2")]
+
+
+def test_all_cases_go_on_beside_one_without_an_answer(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    sets = "--set", "cables.b.expansion=1e-2", "--set", "cases.cold.temperature=100"
+    done = run("static", path, *sets, "--case", "all", "--table", "bodies", "--format", "jsonl", code=3)
+    assert [json.loads(line)["case"] for line in done.out.splitlines()] == [day for day in DAYS if day != "cold"]
+    assert any(re.match(rf"{path}: case cold: b: at the temperature of the case", line) for line in done.lines)
+    refused = run("static", path, "--case", "all", "--plot", tmp_path / "x.png", code=2)
+    assert refused.lines == ["--plot: no effect: of a suspension it is that of one case"]
+    bare = BODY.replace("STATED", "unstretched_length: 77 m").replace(CASES, "")
+    path.write_text(bare, encoding="utf-8")
+    assert "has no cases" in run("static", path, "--case", "all", code=2).err
+
+
 @pytest.mark.parametrize("day", [None, "ice"])
 def test_modes_with_masses_on_a_cable_are_those_of_one_cable(tmp_path, made, day):
     one = tmp_path / "one.yaml"
@@ -452,10 +630,14 @@ def test_the_stated_error_of_uniform_drag_holds(made):
         (["cases.storm.wind.speed=10", "cases.storm.wind.pressure=3"], "given together with"),
         (["cases.storm.wind={direction: 3}"], "missing key: one of speed, pressure"),
         (["cases.storm.wind.gust=3"], "cases.storm.wind.gust: unknown key"),
-        (["cases.storm.loads=[]"], "unknown key in a suspension"),
+        (["cases.storm.loads=[]"], "cases.storm.loads: expected a mapping of cable -> list of loads, got a list"),
+        (["cases.storm.loads.e=[{at: 3, mass: 2}]"], "cases.storm.loads.e: unknown cable (allowed: a, b, c, d)"),
+        (["cases.storm.loads.a=[{at: 78, mass: 2}]"], "78 m is not on the cable, which is 77 m long"),
+        (["cases.storm.loads.a=[{at: 3, masss: 2}]"], "cases.storm.loads.a.0.masss: unknown key (did you mean mass?)"),
         (["cable.expansion=null"], "cable: missing key: expansion (case cold has a temperature)"),
         (["cables.a.reference.temperature=-300 degC"], "cables.a.reference.temperature: must be positive"),
-        (["cables.a.reference.loads=true"], "cables.a.reference.loads: unknown key"),
+        (["cables.a.reference.loads=3"], "cables.a.reference.loads: expected true or false, got 3"),
+        (["cables.a.reference.load=true"], "cables.a.reference.load: unknown key (did you mean loads?)"),
         (["cables.a.loads=[{at: 80 m, mass: 3}]"], "80 m is not on the cable, which is 77 m long"),
         (["cables.a.loads=[{fraction: 0.5}]"], "cables.a.loads.0: missing key: force, mass, or both"),
         (["cables.a.loads=[{mass: 3}]"], "missing key: one of at, fraction"),

@@ -24,6 +24,7 @@ from straight_scenes import (
 )
 
 from cablestudy.control import pose_margins
+from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
@@ -228,7 +229,7 @@ def test_the_peak_of_the_sensitivity(name):
 
 def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
     """A broad peak, and a slightly higher and narrower one that lies between two frequencies of the grid."""
-    loop = SimpleNamespace(open_poles=np.array([-0.5 + 1j]), poles=np.array([-0.6 + 1.1j]))
+    loop = SimpleNamespace(open_poles=np.array([-0.5 + 1j]), poles=np.array([-0.6 + 1.1j]), law=INTEGRATOR)
     omega = pose_margins.grid(loop)
     middle = np.sqrt(omega[40] * omega[41])
 

@@ -399,6 +399,14 @@ def test_each_mistake_is_one_line_at_its_place(what):
     [
         ("cables.n.preload=30 TN", "--set cables.n.preload: 3e+13 N is 2.17e+07 times the axial stiffness"),
         ("cables.q.preload=3", "--set cables.q.preload: unknown cable q (allowed: n, s, v, w)"),
+        ("cables.q=null", "--set cables.q: unknown cable q (allowed: n, s, v, w)"),
+        ("winches={n: }", "--set winches: winches.n: no value (an empty mapping is written {})"),
+        ("winches.v=null", "--set winches.v: unknown winch v (there is none)"),
+        (
+            "cable.damping={ratio:0.02}",
+            "--set cable.damping: cable.damping.ratio:0.02: unknown key (write ratio: 0.02, ",
+        ),
+        ("gondola=null", "--set gondola: unknown key in a suspension: bodies are under bodies"),
         ("cables.q.diameter=null", "--set cables.q.diameter: unknown cable q (allowed: n, s, v, w)"),
         ("cables.q.damping.ratio=0", "--set cables.q.damping.ratio: unknown cable q (allowed: n, s, v, w)"),
         ("cables.q.from=north", "--set cables.q.from: cables.q: missing key: to"),

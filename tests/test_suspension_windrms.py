@@ -58,6 +58,26 @@ def test_mean_displacement_by_drag_over_stiffness(scene):
     assert found["rms_mm"] == pytest.approx(found["rms_x_mm"])
 
 
+def test_the_utilisation_is_that_at_rest_where_the_strength_is_known(scene):
+    rows = table_of("windrms", scene, "--table", "cables", "--set", "cables.px.breaking_force=4 kN")
+    assert {row["name"]: row.get("utilisation") for row in rows} == {
+        "px": pytest.approx(1000 / 4000, rel=1e-9), **dict.fromkeys(("nx", "py", "ny", "pz", "nz"))
+    }  # fmt: skip
+    assert "utilisation" not in table_of("windrms", scene, "--table", "cables")[0]
+
+
+def test_a_loop_that_makes_the_motion_larger_is_told(scene):
+    loud = ("--set", "control.notch=none", "--set", "control.gain={auto: {gain_margin: 0.2 dB}}")
+    closed, at_rest = (table_of("windrms", scene, *loud, "--table", table)[0] for table in ("motion", "open_loop"))
+    assert closed["rms_mm"] > 1.2 * at_rest["rms_mm"]
+    both = f"{closed['rms_mm']:.3g} mm, not {at_rest['rms_mm']:.3g} mm"
+    assert run("windrms", scene, *loud).lines == [
+        f"note: with the loop the RMS is larger than with the winch at rest: box {both}, box.eye {both}"
+    ]
+    assert run("windrms", scene, *loud, "--table", "motion").err == ""  # it would be computed for the note alone
+    assert run("windrms", scene).err == ""
+
+
 def test_peak_from_rms_and_velocity(scene):
     found = table_of("windrms", scene, "--table", "motion")[0]
     crossings = 600 * found["rms_velocity_mm_per_s"] / (2 * math.pi * found["rms_mm"])

@@ -16,7 +16,8 @@ from cablestudy.control import stability
 from cablestudy.control.winch import Loop, Notch
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.system.superelement import Strain, Superelement
+from cablestudy.system.coupling_damping import Strain
+from cablestudy.system.superelement import Superelement
 
 CABLES = {
     "carlina": (),

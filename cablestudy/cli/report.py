@@ -4,7 +4,7 @@ import click
 
 from cablestudy.cli.cases import CASE
 from cablestudy.cli.error_handling import NO_ANSWER, echo_notes, handle_errors, interruptible
-from cablestudy.cli.options import PATH, QUIET, SET, VARY
+from cablestudy.cli.options import JOBS, PATH, QUIET, SET, VARY
 
 
 @click.command()
@@ -14,15 +14,16 @@ from cablestudy.cli.options import PATH, QUIET, SET, VARY
 @CASE
 @click.option("--out", metavar="FILE.html", help="Where the page goes. Default: NAME.html in this folder.")
 @click.option("--title", metavar="TEXT", help="Heading of the page. Default: the title of the study, or NAME.")
+@JOBS
 @QUIET
 @handle_errors
-def report(path, sets, vary, case, out, title, quiet):
+def report(path, sets, vary, case, out, title, jobs, quiet):
     """A scene or a study as one page of HTML: what was given, results, pictures, errors, provenance."""
     from cablestudy.pages.report import report as write
 
     with interruptible(lambda: ["interrupted: nothing is written"]):
         words = click.get_current_context().obj["words"]
-        found = write(path, out, set=sets, vary=vary, case=case, title=title, words=words, quiet=quiet)
+        found = write(path, out, set=sets, vary=vary, case=case, title=title, jobs=jobs, words=words, quiet=quiet)
     echo_notes(found.warnings, quiet)
     for reason in found.failures:
         click.echo(f"{path}: {reason}", err=True)

@@ -13,7 +13,7 @@ FORM_TABLES = ("points", "cables")
 
 
 def read(scene, sets, case):
-    """The scene in one of its load cases, or as it is for `--case all`, of which a suspension has none."""
+    """The scene in one of its load cases, or as it is for `--case all`."""
     from cablestudy.interface import read
 
     return read(scene, sets, None if case == ALL else case)
@@ -36,6 +36,8 @@ def static(scene, sets, case, shape, name, form, style, plot, explain, quiet):
     what, options = "shape" if shape else "static", {"estimate": explain or style == "json"}
     if read_scene.is_suspension:
         refuse({"--shape": shape}, "the scene is a suspension")
+        if case == ALL:
+            refuse({"--plot": plot, "--form-finding": form}, "of a suspension it is that of one case")
         check_one_table(name, style, FORM_TABLES if form else TABLES)
         options["table"] = name
         if form:

@@ -7,6 +7,7 @@ import click
 from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, echo_notes, interruptible, show
 from cablestudy.cli.options import (
     EXPLAIN,
+    JOBS,
     SELECTION,
     exclude,
     refuse,
@@ -45,7 +46,7 @@ EXCLUSIVE = (
 )
 @click.option("--resume", is_flag=True, help="Go on with the rows of an earlier run.")
 @click.option("--restart", is_flag=True, help="Begin anew, whatever an unfinished run has left.")
-@click.option("--jobs", type=click.IntRange(1, 1024), help="Processes. Default: as many as the work is worth.")
+@JOBS
 @click.option("--scheduler", metavar="ADDRESS", help="Compute on a dask cluster: tcp://host:port, or FILE.json.")
 @click.option("--shard", metavar="K/N", help="Only every Nth case from the Kth, kept for 'cablestudy merge'.")
 @click.option("--row", type=click.IntRange(min=1), help="Only this row of the table; write nothing.")

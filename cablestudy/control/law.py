@@ -16,9 +16,12 @@ from math import ceil, factorial
 
 import numpy as np
 
+from cablestudy.errors import NoSolutionError
+
 ORDER, REACH = 8, 4.0  # of a Padé approximant, and the phase up to which one is used [rad]
 PHASE = 8e-9  # error of its phase there, at most 2 REACH^17 (8!)^2/(16! 17!) [rad]
 MOST = 15  # approximants of one delay
+SMALL = 0.3  # loop gain from which down a delay and its approximant cannot encircle -1: less than a third
 FAR = 300.0  # growth of exp(-s T) beyond which it is not followed to the left: no pole is there that matters
 
 
@@ -67,11 +70,28 @@ class Law:
         power = -s * self.delay
         return value * np.exp(np.minimum(power.real, FAR) + 1j * power.imag)
 
+    def said(self, gain, digits=6):
+        """The gains of the controller in words, for what the law is multiplied by [rad/s]."""
+        if self.integrates_only:
+            return f"a gain of {gain:.{digits}g} rad/s"
+        kinds, parts = (("integral", "rad/s"), ("proportional", ""), ("derivative", "s")), []
+        for (kind, unit), weight in zip(kinds, self.weights, strict=True):
+            if weight:
+                parts.append(f"{gain * weight:.{digits}g}{' ' * bool(unit)}{unit} ({kind})")
+        return f"gains of {', '.join(parts)}" if len(parts) > 1 else f"a gain of {parts[0]}"
+
+    def approximants(self, highest):
+        """How many approximants make the delay right up to a frequency [rad/s]."""
+        return max(1, ceil(highest * self.delay / REACH)) if self.delay else 0
+
     def state_space(self, highest):
         """s C1 as a state space a, b, c, d, with the delay right up to a frequency [rad/s]; names of the states."""
+        return self.state_space_of(self.approximants(highest))
+
+    def state_space_of(self, count):
+        """The same with as many approximants of the delay."""
         parts, names = [], []
         if self.delay:
-            count = max(1, ceil(highest * self.delay / REACH))
             parts += [_pade(self.delay / count)] * count
             names += [f"delay_{k + 1}" for k in range(ORDER * count)]
         if self.bandwidth < np.inf:
@@ -83,6 +103,21 @@ class Law:
     def reach(self):
         """Frequency up to which the delay can be approximated. [rad/s]"""
         return MOST * REACH / self.delay if self.delay else np.inf
+
+    def check_reach(self, highest, gain):
+        """Refuse a gain [rad/s] whose loop gain is above SMALL up to a frequency [rad/s] too high for the delay.
+
+        Raises
+        ------
+        NoSolutionError
+        """
+        if highest > self.reach:
+            turn = 2 * np.pi
+            raise NoSolutionError(
+                f"stability with a delay of {self.delay:.4g} s is not judged at {self.said(gain, 4)}: the "
+                f"loop gain is above {SMALL:g} up to {highest / turn:.4g} Hz, and a delay is approximated up to "
+                f"{self.reach / turn:.4g} Hz"
+            )
 
     @property
     def _drive(self):

@@ -58,7 +58,7 @@ class Actuator:
 
 
 @dataclass(frozen=True)
-class Feedback:
+class ActuatorFeedback:
     """What an actuator does with the movement that it measures.
 
     Attributes
@@ -95,7 +95,7 @@ class Motion:
         B0, B1, B2.
     moved, follow : tuple of 3 ndarray, shapes (o, m) and (o, i)
         Outputs by z, z', z'' and by v, v', v''.
-    feedback : tuple of Feedback
+    feedback : tuple of ActuatorFeedback
     shapes : ndarray, shape (n, m - strokes)
         The coordinates in terms of those of the suspension; strokes have none.
     """
@@ -212,7 +212,7 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
         along, about, weight = (np.append(part, np.zeros(len(strokes))) for part in (along, about, weight))
         if one.wheel:
             mass -= one.inertia * np.outer(about, about)
-            feedback.append(Feedback(about, -about, one.velocity_gain, 0.0, one.corner))
+            feedback.append(ActuatorFeedback(about, -about, one.velocity_gain, 0.0, one.corner))
             continue
         mass[place] += one.inertia * along
         mass[:, place] += one.inertia * along
@@ -221,7 +221,7 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
         stiffness[:, place] += one.inertia * weight
         stiffness[place, place] = one.inertia * one.omega**2
         damping_matrix[place, place] = 2 * one.inertia * one.damping_ratio * one.omega
-        feedback.append(Feedback(along, np.eye(size)[place], one.velocity_gain, one.position_gain, one.corner))
+        feedback.append(ActuatorFeedback(along, np.eye(size)[place], one.velocity_gain, one.position_gain, one.corner))
         place += 1
 
     def widened(part):

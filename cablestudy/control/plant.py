@@ -182,14 +182,7 @@ class Plant:
 
     def said(self, gain, digits=6):
         """The gain of the controller in words."""
-        law, parts = self.law, []
-        if law.integrates_only:
-            return f"a gain of {gain:.{digits}g} rad/s"
-        kinds = ("integral", "rad/s"), ("proportional", ""), ("derivative", "s")
-        for (kind, unit), weight in zip(kinds, law.weights, strict=True):
-            if weight:
-                parts.append(f"{gain * weight:.{digits}g}{' ' * bool(unit)}{unit} ({kind})")
-        return f"gains of {', '.join(parts)}" if len(parts) > 1 else f"a gain of {parts[0]}"
+        return self.law.said(gain, digits)
 
     def system_of(self, cable):
         """`LinearSystem` of the gondola on a model of the cable, driven by the winch."""

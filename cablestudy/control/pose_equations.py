@@ -3,14 +3,16 @@
     x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
 
 Rows of all matrices are over the states x and, where there are inputs, over u, u', u''. States: h z (h the `unit` of
-each coordinate), z', the low-passed movement of each actuator with a high-pass filter, two of each notch, and as many
-movements of the winches as the allocation makes. Inputs: with the loop the references r of what is measured, without it
-the lengths v that the winches reel in; then forces.
+each coordinate), z', the low-passed movement of each actuator with a high-pass filter, two of each notch, those of the
+control law of each independent movement of the winches, and as many movements as the allocation makes. Inputs: with the
+loop the references r of what is measured, without it the lengths v that the winches reel in; then forces.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+
+from cablestudy.control.law import NOTHING
 
 DEPENDENT = 1e-3  # singular value of the static gain over the largest, below which a pose is not corrected
 
@@ -41,7 +43,7 @@ class Equations:
     winches: np.ndarray
 
 
-def equations(motion, allocation=None, notches=(), forces=None):
+def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     """The `Equations` of a motion.
 
     Parameters
@@ -51,20 +53,24 @@ def equations(motion, allocation=None, notches=(), forces=None):
         Without it there is no loop.
     notches : tuple of (Notch or None)
         Of each measured coordinate.
+    law : tuple of 4 ndarray
+        s C1 as a state space: see `Law.state_space`.
     forces : ndarray, shape (m, j), optional
         Force on each coordinate by each force; without it there are no inputs, and winches without loop are at rest.
 
     Notes
     -----
-    v' and v'' are sums of states: v' = -gain A e with e = N (y - r) = c n + d (y - r), and v'' = -gain A (c n' + d
-    (y' - r')). The allocation A is taken as U R with independent columns U, so that the winches have as many states as
-    movements.
+    Of an integrator v' and v'' are sums of states: v' = -gain A e with e = N (y - r) = c n + d (y - r), and v'' = -gain
+    A (c n' + d (y' - r')). The allocation A is taken as U R with independent columns U, so that the winches have as
+    many states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
     """
+    a, b, c, d = law
     m, unit = len(motion), motion.unit
     filters = sum(1 for one in motion.feedback if one.corner)
     own = [notch for notch in notches if notch is not None]
     left, rates = _independent(allocation.shares) if allocation else (np.zeros((motion.driven[0].shape[1], 0)),) * 2
-    size = 2 * m + filters + 2 * len(own) + left.shape[1]
+    movements = left.shape[1]
+    size = 2 * m + filters + 2 * len(own) + (len(a) + 1) * movements
     driving = 0 if forces is None else len(notches) if allocation else len(left)
     inputs = 0 if forces is None else driving + forces.shape[1]
     places, speeds = np.zeros((2, m, size + 3 * inputs))
@@ -82,13 +88,17 @@ def equations(motion, allocation=None, notches=(), forces=None):
         if inputs:
             moved[:, size : size + driving] -= np.eye(driving)
             moving[:, size + inputs : size + inputs + driving] -= np.eye(driving)
-        begin = size - left.shape[1]
+        begin, each = size - movements, np.eye(movements)
+        laws = slice(begin - len(a) * movements, begin)
         _notched(notches, moved, moving, fixed, 2 * m + filters)
         zeroth, first, second = (part @ left for part in motion.driven)
         force[:, begin:size] += zeroth
+        force[:, laws] += np.kron(first, c) + np.kron(second, c @ a)
+        fixed[laws, laws], fixed[begin:, laws] = np.kron(each, a), np.kron(each, c)
         for one, column, error, rate in zip(scaled, rates.T, moved, moving, strict=True):
-            one[begin:] = -np.outer(column, error)
-            one[m : 2 * m] = -np.outer(first @ column, error) - np.outer(second @ column, rate)
+            one[laws], one[begin:] = -np.outer(np.kron(column, b), error), -d * np.outer(column, error)
+            one[m : 2 * m] = -np.outer((d * first + (c @ b) * second) @ column, error)
+            one[m : 2 * m] -= d * np.outer(second @ column, rate)
     elif inputs:
         for order, part in enumerate(motion.driven):
             force[:, size + order * inputs :][:, :driving] += part

@@ -1,12 +1,14 @@
 """The loop of several winches that hold the pose of a body.
 
 Each measured coordinate y_j is filtered by a notch N_j, and shared among the winches by the weighted pseudo-inverse A
-of the static gain G from winches to pose; the winches integrate:
+of the static gain G from winches to pose; one control law (`law`) drives all winches:
 
-    v' = -gain A N(s) y,        A = W^-1 G^T (G W^-1 G^T)^+
+    v = -gain C1(s) A N(s) y,        A = W^-1 G^T (G W^-1 G^T)^+
 
 which is the movement with the least sum of w_k v_k^2 that corrects y, W = diag(w). The loop gain at the measured
-coordinates is L = gain/s (y/v) A N; without dynamics L = gain/s.
+coordinates is L = gain C1 (y/v) A N; without dynamics L = gain C1. C1 = 1/s of an integrator.
+
+A delay is the same factor of all eigenvalues of L, so that what `law` says of its approximants and of -1 holds of each.
 """
 
 from dataclasses import dataclass, replace
@@ -14,14 +16,18 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
 from cablestudy.control.motion import Motion
 from cablestudy.control.pose_equations import DEPENDENT, equations
-from cablestudy.control.residues import eigen
+from cablestudy.control.pose_frequencies import CLOSER, beside, by_parts, eigenvalues
+from cablestudy.control.residues import eigen, eigen_apart
 from cablestudy.errors import NoSolutionError
 
 STILL = 1e-3  # static gain of a coordinate over the largest, below which winches do not move it
 GROWING = 1e-9  # growth over frequency that is called instability, as for one cable
 ROUNDING = 1e-12  # of a pole over the largest one
+FAINT = 1e-3  # loop gain down to which a delay is right in a response,
+NEAR = 20  # up to so many times the lowest frequency
 
 
 @dataclass(frozen=True)
@@ -90,15 +96,18 @@ class PoseLoop:
     motion : Motion
     allocation : Allocation
     gain : float
-        [rad/s]
+        Of an integrator; of another law what it is multiplied by. [rad/s]
     notches : tuple of (Notch or None)
         Of each measured coordinate.
+    law : Law
+        What all winches do with what the notches pass.
     """
 
     motion: Motion
     allocation: Allocation
     gain: float
     notches: tuple
+    law: Law = INTEGRATOR
 
     def with_gain(self, gain):
         """The same loop with another gain. [rad/s]"""
@@ -114,10 +123,14 @@ class PoseLoop:
         ones = np.ones(len(s), dtype=complex)
         return np.stack([ones if notch is None else notch(s) for notch in self.notches], axis=1)
 
+    def controller(self, s):
+        """C1 N_j(s), shape (f, k). [s]"""
+        return self.law(s)[:, None] * self.filters(s)
+
     def winch_response(self, s):
-        """v per coordinate, -gain/s A N(s) times what is measured of it, shape (f, i, m)."""
-        filtered = self.filters(s)[:, :, None] * self.allocation.measured
-        return -(self.gain / s)[:, None, None] * (self.allocation.shares @ filtered)
+        """v per coordinate, -gain C1 A N(s) times what is measured of it, shape (f, i, m)."""
+        filtered = self.controller(s)[:, :, None] * self.allocation.measured
+        return -self.gain * (self.allocation.shares @ filtered)
 
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates with the loop closed, shape (f, m, m)."""
@@ -141,25 +154,121 @@ class PoseLoop:
         """L over the gain at the measured coordinates, shape (f, k, k)."""
         fractions = 1 / (s[:, None] - self.motion.eigen.poles)
         response = sum(s[:, None] ** order * (fractions @ part) for order, part in enumerate(self._unit_residues))
-        return response.reshape(len(s), *[len(self.notches)] * 2) * (self.filters(s) / s[:, None])[:, None, :]
+        return response.reshape(len(s), *[len(self.notches)] * 2) * self.controller(s)[:, None, :]
 
     def sensitivity(self, s):
         """(I + L)^-1 at the measured coordinates, shape (f, k, k)."""
         return np.linalg.inv(np.eye(len(self.notches)) + self.gain * self.unit_gain(s))
 
     @cached_property
-    def matrices(self):
-        """A0, shape (N, N), and A_j, shape (k, N, N), of x' = (A0 + gain sum A_j) x; see `Equations`."""
-        found = equations(self.motion, self.allocation, self.notches)
-        return found.fixed, found.scaled
+    def frequencies(self):
+        """At which eigenvalues of the loop gain are told apart. [rad/s]"""
+        return beside(self.open_poles, CLOSER, self.law)
+
+    @cached_property
+    def _unit_gains(self):
+        """L over the gain at these, shape (f, k, k)."""
+        return by_parts(self.unit_gain, self.frequencies)
+
+    @cached_property
+    def unit_eigenvalues(self):
+        """Its eigenvalues, not a number where it is infinite, shape (f, k)."""
+        return eigenvalues(self._unit_gains)
+
+    def large_up_to(self, size, gains=None):
+        """Frequency above which no eigenvalue of the loop gain is larger than a size. [rad/s]
+
+        Parameters
+        ----------
+        size : float
+        gains : ndarray, shape (k,), optional
+            Of each measured coordinate; without them that of the loop. [rad/s]
+        """
+        if gains is None or (gains == gains[0]).all():
+            values = (self.gain if gains is None else gains[0]) * self.unit_eigenvalues
+        else:
+            values = eigenvalues(self._unit_gains * gains)
+        large = ~(np.abs(values).max(axis=1) < size)
+        return float(self.frequencies[large].max(initial=0.0))
+
+    def poles_with(self, gains):
+        """Eigenvalues of the closed loop with a gain of each measured coordinate, shape (k,). [rad/s]
+
+        Raises
+        ------
+        NoSolutionError
+            The delay is too long to judge them.
+        """
+        highest = 0.0
+        if self.law.delay:
+            highest = self.large_up_to(SMALL, gains)
+            self.law.check_reach(highest, gains.max())
+        fixed, scaled = self._matrices(self.law.approximants(highest))
+        return np.linalg.eigvals(fixed + np.tensordot(gains, scaled, axes=1))
+
+    def _matrices(self, count):
+        """A0, shape (N, N), and A_j, shape (k, N, N), of x' = (A0 + sum gain_j A_j) x; see `Equations`.
+
+        Parameters
+        ----------
+        count : int
+            Approximants of the delay.
+        """
+        if count not in self._known_matrices:
+            found = equations(self.motion, self.allocation, self.notches, self.law.state_space_of(count)[0])
+            self._known_matrices[count] = found.fixed, found.scaled
+        return self._known_matrices[count]
+
+    @cached_property
+    def _known_matrices(self):
+        return {}
+
+    @cached_property
+    def right_up_to(self):
+        """Up to where a delay is right in responses; 0 without delay. [rad/s]
+
+        Raises
+        ------
+        NoSolutionError
+            The delay is too long to judge the loop.
+        """
+        if not self.law.delay:
+            return 0.0
+        needed = self.large_up_to(SMALL)
+        self.law.check_reach(needed, self.gain)
+        seen = min(self.large_up_to(FAINT), NEAR * self.motion.unit.min())
+        return min(max(needed, seen, REACH / self.law.delay), self.law.reach)
+
+    @property
+    def gain_beyond(self):
+        """Largest eigenvalue of the loop gain above the frequency up to which a delay is right; 0 without delay. [-]"""
+        if not self.law.delay:
+            return 0.0
+        values = np.abs(self.gain * self.unit_eigenvalues[self.frequencies > self.right_up_to])
+        return float(np.nan_to_num(values).max(initial=0.0))
+
+    @cached_property
+    def _law_states(self):
+        return self.law.state_space(self.right_up_to)
+
+    @property
+    def law_space(self):
+        """s C1 as a state space, for responses: a, b, c, d."""
+        return self._law_states[0]
+
+    @property
+    def law_names(self):
+        """Names of its states."""
+        return self._law_states[1]
 
     @cached_property
     def eigen(self):
-        """`Eigen` of the closed loop."""
+        """`Eigen` of the closed loop; with a delay that of poles that do not nearly coincide."""
         if self.allocation is None:
             return self.motion.eigen
-        fixed, scaled = self.matrices
-        return eigen(fixed + self.gain * scaled.sum(axis=0))
+        fixed, scaled = self._matrices(self.law.approximants(self.right_up_to))
+        whole = fixed + self.gain * scaled.sum(axis=0)
+        return eigen_apart(whole) if self.law.delay else eigen(whole)
 
     @property
     def poles(self):

@@ -1,4 +1,4 @@
-"""How far a loop of several winches is from instability: largest gain, margins of one loop alone, sensitivity.
+"""How far a loop of several winches is from instability: largest gain, margins, those of one loop alone, sensitivity.
 
 A pole of the closed loop lies on the imaginary axis at i w for the gain -1/l where an eigenvalue l of the loop gain
 L(i w) over the gain is real and negative. The candidates that a grid of frequencies shows are refined, and the
@@ -9,38 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.control.pose_frequencies import ASIDE, CLOSER, beside, by_parts, eigenvalues
 from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
 
-PER_DECADE = 30
-ASIDE = np.array([1.0, 3.0])  # frequencies beside a pole, in its half-widths, for the sensitivity
-CLOSER = np.array([0.3, 0.7, 1.2, 2.0, 3.0, 5.0])  # and for eigenvalues of the loop gain, which must be told apart
-UNDAMPED = 1e-9  # damping ratio below which the loop gain at a pole is infinite
-NARROWEST = 1e-6  # half-width that is taken at least, over the frequency
-RANGE = 1e-3, 30.0  # frequencies that are looked at, over the least and largest of the poles
 BESIDE = 0.03  # relative distance of the gains on either side of a candidate that eigenvalues judge
-AT_ONCE = 100  # frequencies
 SIMILAR = 0.1  # logarithm of the ratio of two frequencies up to which they belong to one crossing
 SETTLED = 1e-12  # relative, of a frequency or gain that is found
 PEAKS = 4  # of the sensitivity: the highest on the grid
+STEPS = 50  # of bisection, to rounding
 POINTS, REFINEMENTS = 15, 4  # by which a peak or crossing is refined, and how often
 
 
 def grid(loop):
     """Frequencies at which the sensitivity of a loop is evaluated: all decades, and beside all poles. [rad/s]"""
-    return _beside(np.concatenate([loop.open_poles, loop.poles]), ASIDE)
-
-
-def _beside(poles, distances):
-    """Frequencies of all decades, at poles, and at some distances from them in their half-widths. [rad/s]"""
-    poles = poles[np.abs(poles) > 1e-9 * np.abs(poles).max(initial=0.0)]
-    poles = poles[poles.imag >= 0]
-    centre, width = np.abs(poles), np.abs(poles.real)
-    low, high = RANGE[0] * centre.min(), RANGE[1] * centre.max()
-    decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
-    steps = np.clip(width, NARROWEST * centre, 0.2 * centre)[:, None] * np.concatenate([-distances, distances])
-    points = np.concatenate([decades, centre[width > UNDAMPED * centre], (centre[:, None] + steps).ravel()])
-    return np.unique(points[points > 0])
+    return beside(np.concatenate([loop.open_poles, loop.poles]), ASIDE, loop.law)
 
 
 @dataclass(frozen=True)
@@ -69,34 +52,55 @@ def largest_gain(loop):
     Raises
     ------
     NoSolutionError
-        The suspension is unstable with the winches at rest.
+        The suspension is unstable with the winches at rest, or the delay is too long to judge the loop.
     """
     if growth_of(loop.open_poles) > 0:
         raise NoSolutionError("the suspension is unstable with its winches at rest")
-    fixed, scaled = loop.matrices
-    return limit(fixed, scaled.sum(axis=0), _eigenvalues(loop), _beside(loop.open_poles, CLOSER))
+    same = np.ones(len(loop.notches))
+    at = crossings(loop.frequencies, loop.unit_eigenvalues)
+    return limit(lambda gain: growth_of(loop.poles_with(gain * same)), _eigenvalues(loop), at)
 
 
 def gain_beside(loop, known):
     """The gain at which a similar loop has the crossing nearest to a known `Limit`; None where it has none. [rad/s]"""
-    omega = _beside(loop.open_poles, CLOSER)
+    omega = loop.frequencies
     omega = omega[np.abs(np.log(omega / known.omega)) < SIMILAR]
     values = _eigenvalues(loop)
     found = [refined(values, one).factor for one in crossings(omega, values(omega))]
     return min(found, key=lambda gain: abs(gain - known.factor), default=None)
 
 
+def gain_crossovers(loop):
+    """Where an eigenvalue of the loop gain has the size 1: frequencies [rad/s], and its angle from -1 [deg], each (c,).
+
+    Notes
+    -----
+    A phase that is common to all eigenvalues, as that of a further delay, brings the loop to the limit of stability
+    where it turns one of these eigenvalues to -1.
+    """
+    values = _eigenvalues(loop)
+
+    def by_size(omega):
+        found = loop.gain * values(omega)
+        return np.take_along_axis(found, np.argsort(np.abs(found), axis=1), axis=1)
+
+    omega = beside(np.concatenate([loop.open_poles, loop.poles]), CLOSER, loop.law)
+    size = np.abs(by_size(omega)) - 1
+    where, which = np.nonzero(size[:-1] * size[1:] < 0)
+    if not len(where):
+        return np.zeros(0), np.zeros(0)
+    rows, below = np.arange(len(where)), np.sign(size[where, which])
+    low, high = omega[where], omega[where + 1]
+    for _ in range(STEPS):
+        middle = (low + high) / 2
+        same = np.sign(np.abs(by_size(middle)[rows, which]) - 1) == below
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return low, np.degrees(np.angle(-by_size(low)[rows, which]))
+
+
 def _eigenvalues(loop):
     """Eigenvalues of the loop gain over the gain, as a function of frequencies [rad/s], shape (f, k)."""
-    return lambda omega: _by_parts(lambda s: _finite_eigenvalues(loop.unit_gain(s)), omega)
-
-
-def _finite_eigenvalues(matrices):
-    """Not a number where the matrix is not finite, shape (f, k)."""
-    finite = np.isfinite(matrices).all(axis=(-2, -1))
-    found = np.full(matrices.shape[:-1], np.nan, dtype=complex)
-    found[finite] = np.linalg.eigvals(matrices[finite])
-    return found
+    return lambda omega: by_parts(lambda s: eigenvalues(loop.unit_gain(s)), omega)
 
 
 def single_limits(loop):
@@ -106,38 +110,39 @@ def single_limits(loop):
     -----
     With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
     """
-    (fixed, scaled), found = loop.matrices, []
-    omega = _beside(np.concatenate([loop.open_poles, loop.poles]), CLOSER)
+    found, gains = [], np.full(len(loop.notches), loop.gain)
+    omega = beside(np.concatenate([loop.open_poles, loop.poles]), CLOSER, loop.law)
 
     def alone(place):
-        return lambda omega: (1 / _by_parts(loop.sensitivity, omega)[:, place, place] - 1)[:, None]
+        return lambda omega: (1 / by_parts(loop.sensitivity, omega)[:, place, place] - 1)[:, None]
 
-    for place, own in enumerate(scaled):
-        others = fixed + loop.gain * (scaled.sum(axis=0) - own)
-        stable = growth_of(np.linalg.eigvals(others)) <= 0
-        known = limit(others, loop.gain * own, alone(place), omega) if stable else Limit(0.0, 0.0)
+    for place, own in enumerate(np.eye(len(gains), dtype=bool)):
+
+        def growth(factor, own=own):
+            return growth_of(loop.poles_with(np.where(own, factor, 1.0) * gains))
+
+        values, known = alone(place), Limit(0.0, 0.0)
+        if growth(0.0) <= 0:
+            known = limit(growth, values, crossings(omega, values(omega)))
         found.append(np.inf if known is None else known.factor)
     return np.array(found)
 
 
-def limit(fixed, scaled, values, omega):
-    """`Limit` with the least factor above which fixed + factor scaled has a growing eigenvalue, or None.
+def limit(growth, values, at):
+    """`Limit` with the least factor above which a loop has a growing pole, or None.
 
     Parameters
     ----------
-    fixed, scaled : ndarray, shape (N, N)
-        `fixed` has no growing eigenvalue.
+    growth : callable
+        Factor of the gain -> `growth_of` the poles; not above 0 at the factor 0.
     values : callable
         Frequencies [rad/s] -> eigenvalues of the loop gain at factor 1, shape (f, k).
-    omega : ndarray
-        Ascending. [rad/s]
+    at : list of Crossing
+        Of these.
     """
     from scipy.optimize import brentq
 
-    def growth(factor):
-        return growth_of(np.linalg.eigvals(fixed + factor * scaled))
-
-    for crossing in crossings(omega, values(omega)):
+    for crossing in at:
         found = refined(values, crossing)
         low = (1 - BESIDE) * found.factor
         if growth((1 + BESIDE) * found.factor) > 0:
@@ -205,16 +210,11 @@ def refined(values, crossing):
     return Limit(-1 / crossing.at(crossing.place).real, crossing.place)
 
 
-def _by_parts(function, omega):
-    """A function of s at many frequencies [rad/s], few at a time, whose matrices stay in the processor's cache."""
-    return np.concatenate([function(1j * omega[i : i + AT_ONCE]) for i in range(0, len(omega), AT_ONCE)])
-
-
 def sensitivity_peak(loop):
     """Largest singular value of (I + L)^-1 over all frequencies. [-]"""
 
     def size(omega):
-        value = np.linalg.norm(_by_parts(loop.sensitivity, omega.ravel()), ord=2, axis=(-2, -1))
+        value = np.linalg.norm(by_parts(loop.sensitivity, omega.ravel()), ord=2, axis=(-2, -1))
         return value.reshape(omega.shape)
 
     omega = grid(loop)

@@ -8,11 +8,12 @@ G2 = B2 and G1 = B1 + A B2,
 A state on which derivatives of an input act is its quantity less a multiple of that input; outputs are never shifted.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cablestudy.control.pose_equations import equations
+from cablestudy.control.residues import Residues
 from cablestudy.control.statespace import StateSpace
 
 
@@ -64,9 +65,9 @@ def state_space(motion, forces, labels, loop=None, actuators=()):
     NoSolutionError
         Entries overflow.
     """
-    found, whole, winches, shown = _rows(motion, forces, loop, actuators)
+    found, whole, reeled, shown = _rows(motion, forces, loop, actuators)
     if loop:
-        shown = np.insert(shown, len(motion.moved[0]), winches, axis=0)
+        shown = np.insert(shown, len(motion.moved[0]), reeled[0], axis=0)
     size = len(whole)
     inputs = (whole.shape[1] - size) // 3
     states = _states(labels, loop, actuators, found.winches.shape[1])
@@ -85,6 +86,72 @@ def by_forces(motion, forces, loop=None, actuators=()):
     Arguments are those of `state_space`. A is that of `PoseLoop.eigen`, or of `Motion.eigen` without a loop.
     """
     _, whole, _, shown = _rows(motion, forces, loop, actuators)
+    return _by_forces(whole, shown, forces)
+
+
+def winch_speeds(motion, forces, loop, actuators=()):
+    """B, C and D as of `by_forces`, with the speeds of the winches as the outputs."""
+    _, whole, reeled, _ = _rows(motion, forces, loop, actuators)
+    return _by_forces(whole, reeled[1], forces)
+
+
+class ExactResponse:
+    """A suspension with a loop whose delay is exp(-s T), to forces.
+
+    Arguments are those of `by_forces`. With the winches at rest it is a sum over poles; the loop then closes it,
+    v = -gain C1 A N (I + L)^-1 y.
+    """
+
+    def __init__(self, motion, forces, loop, actuators=()):
+        found, whole, reeled, shown = _rows(motion, forces, None, actuators)
+        size, winches = len(whole), len(reeled[0])
+        inputs = (whole.shape[1] - size) // 3
+        parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
+        rows = np.concatenate([shown, loop.allocation.measured @ found.places])
+        self._loop, self._winches = loop, winches
+        self._given = [motion.eigen.left @ whole[:, part] for part in parts]
+        self._shown, self._direct = rows[:, :size] @ motion.eigen.right, [rows[:, part] for part in parts]
+
+    def outputs(self, s):
+        """Those of `by_forces`, shape (f, o, j), for s of shape (f,)."""
+        return self._solved(s)[0]
+
+    def winch_speeds(self, s):
+        """Shape (f, i, j)."""
+        return s[:, None, None] * self._solved(s)[1]
+
+    @property
+    def alone(self):
+        """`Residues` of the outputs with the winches at rest."""
+        count = len(self._loop.notches)
+        given, direct = (parts[0][..., self._winches :] for parts in (self._given, self._direct))
+        return Residues(self._loop.motion.eigen.poles, given, self._shown[:-count], direct[:-count])
+
+    @property
+    def hardly_moved(self):
+        """`Residues` of the speeds of winches where the loop gain is small, without a direct part."""
+        loop, alone, count = self._loop, self.alone, len(self._loop.notches)
+        # to the left of -1/T exp(-s T) is no measure any more of what happens on the imaginary axis
+        s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
+        error = loop.controller(s).T * self._shown[-count:]
+        speeds = -loop.gain * alone.poles * (loop.allocation.shares @ error)
+        return replace(alone, shown=speeds, direct=np.zeros((len(speeds), alone.given.shape[1])))
+
+    def _solved(self, s):
+        loop, count = self._loop, len(self._loop.notches)
+        fractions = self._shown / (s[:, None] - loop.motion.eigen.poles)[:, None, :]
+        given = zip(self._given, self._direct, strict=True)
+        by_forces = fractions @ self._given[0][:, self._winches :] + self._direct[0][:, self._winches :]
+        by_winches = sum(
+            s[:, None, None] ** order * (fractions @ b[:, : self._winches] + d[:, : self._winches])
+            for order, (b, d) in enumerate(given)
+        )
+        error = loop.controller(s)[:, :, None] * (loop.sensitivity(s) @ by_forces[:, -count:])
+        reeled = -loop.gain * loop.allocation.shares @ error
+        return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled
+
+
+def _by_forces(whole, shown, forces):
     size = len(whole)
     end = size + (whole.shape[1] - size) // 3
     inputs = slice(end - forces.shape[1], end)
@@ -92,8 +159,9 @@ def by_forces(motion, forces, loop=None, actuators=()):
 
 
 def _rows(motion, forces, loop, actuators):
-    """`Equations`, and as rows over x, u, u', u'': x', lengths of winches, outputs of motion and actuators."""
-    found = equations(motion, loop and loop.allocation, loop.notches if loop else (), forces)
+    """`Equations`, and as rows over x, u, u', u'': x', what winches reel in and its derivatives, outputs of motion and
+    actuators."""
+    found = equations(motion, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
     whole = found.fixed + (loop.gain * found.scaled.sum(axis=0) if loop else 0.0)
     m, size = len(motion), len(whole)
     inputs = (whole.shape[1] - size) // 3
@@ -121,7 +189,7 @@ def _rows(motion, forces, loop, actuators):
     for one, (moved, speed) in zip(actuators, found.feedback, strict=True):
         force = one.velocity_gain * speed + one.position_gain * moved
         outputs.append([one.velocity_gain * moved, force] if one.wheel else [next(strokes), force])
-    return found, whole, winches, np.concatenate(outputs)
+    return found, whole, reeled, np.concatenate(outputs)
 
 
 def names(labels, closed, actuators=()):
@@ -143,4 +211,6 @@ def _states(labels, loop, actuators, movements):
     found += [(f"{one.name}.low_pass", "rad" if one.wheel else "m") for one in actuators if one.corner]
     for (name, unit), notch in zip(labels.measured if loop else (), loop.notches if loop else (), strict=True):
         found += [(f"notch.{name}_{k}", unit) for k in (1, 2) if notch]
+    laws = loop.law_names if loop else ()
+    found += [(f"{name}.winches_{k + 1}", "m") for k in range(movements) for name in laws]
     return (*found, *((f"winches_{k + 1}", "m") for k in range(movements)))

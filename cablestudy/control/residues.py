@@ -4,11 +4,14 @@ x' = A x + B u,   y = C x + D u        A = V L V^-1,   L = diag(l_a)
 y = [D + sum c_a b_a/(s - l_a)] u      c_a the columns of C V, b_a the rows of V^-1 B
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 DEPENDENT = 1e5  # entry of V^-1, the columns of V of unit size, above which A is taken for one without eigenvectors
+SHARP = 0.35  # damping ratio below which a pole makes a response sharp over frequency
+GAP = 0.7  # least of the frequency above which other poles are taken
 NUDGE = 1e-9  # change of its entries then, over the smaller one of the sizes of its rows
 
 
@@ -46,6 +49,21 @@ def eigen(a):
     return Eigen(poles + 0j, right[back], left[:, back])
 
 
+def eigen_apart(a):
+    """`Eigen` of a matrix of which some eigenvalues nearly coincide, as approximants of a delay have: right for others.
+
+    Each left eigenvector is computed by itself, and not as a row of V^-1.
+    """
+    from scipy.linalg import eig
+
+    order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
+    back = np.argsort(order)
+    poles, left, right = eig(a[np.ix_(order, order)], left=True, right=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left = left.conj().T / (left.conj() * right).sum(axis=0)[:, None]
+    return Eigen(poles + 0j, right[back], left[:, back])
+
+
 @dataclass(frozen=True)
 class Residues:
     """The system of the module's docstring: N poles, i inputs, o outputs.
@@ -80,6 +98,49 @@ class Residues:
         follow = (self.shown[:, fast] / -self.poles[fast]) @ self.given[fast]
         rest = self.some(~fast)
         return Residues(rest.poles, rest.given, rest.shown, self.direct + follow.real)
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A system whose response is known, and those of its poles that make it sharp over frequency.
+
+    Attributes
+    ----------
+    response : callable
+        As `Residues.response`.
+    sharp : Residues
+        Without a direct part.
+    """
+
+    response: Callable
+    sharp: Residues
+
+
+def beside(response, slow, fast, highest):
+    """`Beside` of a response.
+
+    Parameters
+    ----------
+    response : callable
+    slow, fast : Residues
+        About the same system up to a frequency, and from there on.
+    highest : float
+        About that frequency: where the poles of `fast` are farthest from each other. [rad/s]
+    """
+    slow, fast = _sharp(slow), _sharp(fast)
+    size = np.unique(np.append(np.abs(fast.poles), [GAP * highest, highest]))
+    size = size[(size >= GAP * highest) & (size <= highest)]
+    widest = np.argmax(np.diff(size))
+    apart = size[widest : widest + 2].mean()
+    slow, fast = slow.some(np.abs(slow.poles) <= apart), fast.some(np.abs(fast.poles) > apart)
+    poles, given = np.concatenate([slow.poles, fast.poles]), np.concatenate([slow.given, fast.given])
+    shown = np.concatenate([slow.shown, fast.shown], axis=1)
+    return Beside(response, Residues(poles, given, shown, np.zeros_like(slow.direct)))
+
+
+def _sharp(system):
+    size = np.abs(system.poles)
+    return system.some((np.abs(system.poles.real) < SHARP * size) & (system.poles.imag != 0))
 
 
 def residues(eigen, b, c, d):

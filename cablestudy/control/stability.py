@@ -29,6 +29,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.law import SMALL
 from cablestudy.control.margins import crossing_gains, frequencies
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
@@ -41,7 +42,6 @@ SAFETY = 4  # divides the guaranteed decay in the bound for the modes that are n
 HALVED = 5.0  # phase of waves along a segment beyond which masses at its ends have at most half of the modal mass
 FEWEST = 5  # modes up to so many times the gondola's frequency are always candidates
 MOST_MODES = 300  # more are refused: one eigenvalue problem of some 600 states takes about a second
-SMALL = 0.3  # loop gain from which down a delay and its approximant cannot encircle -1: less than a third
 BROAD = 0.1  # loop gain of waves that run away, above which a law that is no integrator needs all modes
 NEEDED = 1e-4  # relative error of the poles by the other modes
 NEEDED_BROAD = 1e-6  # the same of a law that is no integrator
@@ -240,12 +240,7 @@ class ResolvedLoop:
             value = self.gain * np.abs(plant.unit_gain_of(self.cable, 1j * omega))
         large = omega[~(value < SMALL)]
         highest = float(large[-1]) if len(large) else plant.main
-        if highest > plant.law.reach:
-            raise NoSolutionError(
-                f"stability with a delay of {plant.law.delay:.4g} s is not judged at {plant.said(self.gain, 4)}: the "
-                f"loop gain is above {SMALL:g} up to {highest / (2 * np.pi):.4g} Hz, and a delay is approximated up to "
-                f"{plant.law.reach / (2 * np.pi):.4g} Hz"
-            )
+        plant.law.check_reach(highest, self.gain)
         return highest
 
     @cached_property

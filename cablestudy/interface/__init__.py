@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.changes import case_text, texts_of
-from cablestudy.interface.scene import Scene, with_large_lengths
+from cablestudy.interface.scene import Scene, with_likely_mistakes
 from cablestudy.interface.search import find_value
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
@@ -101,4 +101,4 @@ def compute_find(
 ) -> Answer:
     """As `find`, whose other parameters are `asked`, with warnings and failures: `Answer`."""
     document = apply_sets(read_document(path), texts_of(set), case)
-    return with_large_lengths(find_value(document, **asked), document)
+    return with_likely_mistakes(find_value(document, **asked), document)

@@ -14,7 +14,7 @@ from cablestudy.interface.comparison import compare_models
 from cablestudy.interface.one_cable import ANSWERS
 from cablestudy.interface.search import find_value
 from cablestudy.interface.state_space import choose, ssm
-from cablestudy.scene.bare_numbers import large_lengths
+from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.scene import each_case
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Scene:
         """
         if what not in self.answers:
             raise SceneError(f"compute: unknown {what!r} (allowed: {', '.join(self.answers)})")
-        return with_large_lengths(self._compute(what, **options), self.document)
+        return with_likely_mistakes(self._compute(what, **options), self.document)
 
     def _compute(self, what, **options):
         """As `compute`, without what is to be said about the file."""
@@ -84,38 +84,50 @@ class Scene:
             raise
         return replace(answer, failures=tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures))
 
+    def _compute_case(self, what, **options):
+        """As `_compute`, of one of several cases."""
+        return self._compute(what, **options)
+
+    @staticmethod
+    def _draw_cases(what, solved):
+        """The picture of cases, those without an answer left out: what `Answer.draw` holds."""
+        return (lambda plots: plots.case_forms(solved)) if what == "static" and solved else None
+
     def _hint(self, failure):
         from cablestudy.study.notes import share_hint
 
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """As `compute`, of every load case: one table, whose rows begin with the name of the case.
+        """As `compute`, of every load case: one table, or one of each kind, whose rows begin with the name of the case.
 
         Raises
         ------
         SceneError
             The scene has no load cases.
         """
-        from cablestudy.study.case_tables import joined
+        from cablestudy.study.case_tables import joined, joined_by_name
 
         cases = self.cases
         if not cases:
             raise SceneError(f"--case all: {self.path} has no cases")
-        answers = {name: scene._compute(what, **options) for name, scene in cases.items()}
+        answers = {name: scene._compute_case(what, **options) for name, scene in cases.items()}
 
         def lines(of: Callable[[Answer], tuple[str, ...]]) -> tuple[str, ...]:
             return tuple(f"case {name}: {line}" for name, answer in answers.items() for line in of(answer))
 
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
+        tables = {name: answer.table for name, answer in answers.items() if answer.table is not None}
+        several = {name: answer.tables for name, answer in answers.items() if answer.tables is not None}
         answer = Answer(
-            table=joined({name: answer.table for name, answer in answers.items()}),
+            table=joined(tables) if tables else None,
+            tables=joined_by_name(several) if several else None,
             explain=lambda: lines(lambda answer: answer.explain()),
             warnings=lines(lambda answer: answer.warnings),
             failures=lines(lambda answer: answer.failures),
-            draw=(lambda plots: plots.case_forms(solved)) if what == "static" and solved else None,
+            draw=self._draw_cases(what, solved),
         )
-        return with_large_lengths(answer, self.document)
+        return with_likely_mistakes(answer, self.document)
 
     @argument_names()
     def static(self) -> Values:
@@ -282,6 +294,6 @@ class Scene:
         return self.compute(kind).figure()
 
 
-def with_large_lengths(answer, document):
+def with_likely_mistakes(answer, document):
     """An `Answer` with the warnings about lengths in a document that lack a unit."""
-    return replace(answer, warnings=(*large_lengths(document), *answer.warnings))
+    return replace(answer, warnings=(*likely_mistakes(document), *answer.warnings))

@@ -91,7 +91,7 @@ class Study:
     @property
     def notes(self) -> Iterable[str]:
         """Warnings about what was written."""
-        return (*self.request.large_lengths(), *self.request.notes)
+        return (*self.request.likely_mistakes(), *self.request.notes)
 
     @property
     def asked(self) -> Iterable[str]:

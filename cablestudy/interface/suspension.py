@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, in_time, loop_options
@@ -65,7 +65,7 @@ def windrms(scene, table=None, estimate=False):
     case = _solved(scene, estimate)
     tables = wind_tables(scene.document, case, table)
     return _of_tables(
-        table, tables, case, lambda: notes_of(case), remarks_of(case), lambda plots: plots.suspension_wind(case)
+        table, tables, case, lambda: notes_of(case), remarks_of(case, tables), lambda plots: plots.suspension_wind(case)
     )
 
 
@@ -126,9 +126,16 @@ class Suspension(Scene):
 
         return SuspensionCase(self.model)
 
-    def compute_cases(self, what: str, **options: Any) -> Answer:
-        """Not there: a suspension has several tables for each case; see `cases`."""
-        raise SceneError("--case all: the scene is a suspension, which has several tables: give --case NAME")
+    def _compute_case(self, what, **options):
+        """As `_compute`, of one of several cases: the others go on where it has no answer."""
+        try:
+            return self._compute(what, **options)
+        except (NoSolutionError, ConvergenceError) as error:
+            return Answer(failures=(str(error),))
+
+    @staticmethod
+    def _draw_cases(what, solved):
+        """None: a suspension has a picture of one case."""
 
     @argument_names()
     def static(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]

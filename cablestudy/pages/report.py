@@ -56,6 +56,7 @@ def report(
     vary: Changes = (),
     case: str | None = None,
     title: str | None = None,
+    jobs: int | None = 1,
     words: Sequence[str] | None = None,
     quiet: bool = True,
 ) -> Report:
@@ -77,6 +78,8 @@ def report(
         Of a scene, one of its load cases; by default, or with "all", the page has all of them.
     title : str, optional
         Of the page; by default that of the study, or the name of the file.
+    jobs : int or None
+        Of a study, processes; see `sweep`.
     words : sequence of str, optional
         The command as typed, for the provenance.
     quiet : bool
@@ -99,9 +102,11 @@ def report(
     if is_study(source):
         if case is not None:
             raise SceneError(f"--case {case}: no effect: {source.name} is a study: give --set case={case}")
-        page = _study_page(source, sets, varied, title, provenance, quiet)
+        page = _study_page(source, sets, varied, title, provenance, jobs, quiet)
     elif varied:
         raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
+    elif jobs not in (None, 1):
+        raise SceneError(f"--jobs {jobs}: no effect: {source.name} is a scene, not a study")
     else:
         page = _scene_page(source, sets, None if case == "all" else case, title, provenance)
     write_whole(place, page.html())
@@ -159,11 +164,11 @@ def _file(page, plain, document):
     page.add(given.resolved_file(document))
 
 
-def _study_page(source, sets, vary, title, provenance, quiet):
+def _study_page(source, sets, vary, title, provenance, jobs, quiet):
     from cablestudy.pages.study import open_run, study_sections
 
     study = study_of(source, sets, vary)
-    with open_run(study, TableFiles("results", study.name), quiet) as work:
+    with open_run(study, TableFiles("results", study.name), jobs, quiet) as work:
         work.compute()
         page = Page(
             title or study.title or _stem(source.name), f"Study of {counted(study.count, 'case')}. {source.name}."

@@ -98,9 +98,12 @@ def _cable_in_motion(page, scene):
 
 
 def _suspension_in_motion(page, scene):
-    """The loop is that in the wind, which damps the motion."""
+    """With wind the loop is that in the wind, which damps the motion, and both are computed once."""
     found = None
-    if scene.model.control is not None:
+    if scene.model.control is not None and scene.model.wind is None:
+        with page.section("Loop"):
+            _answer(page, scene, "loop")
+    elif scene.model.control is not None:
         with page.section("Loop"):
             found = scene.compute("windrms", estimate=True)
             _tables(page, scene, "windrms", {name: found.tables[name] for name in LOOP})

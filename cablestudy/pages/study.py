@@ -17,14 +17,14 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 KINDS = 20  # of notes on rows that are listed
 
 
-def open_run(study, files, quiet):
+def open_run(study, files, jobs, quiet):
     """The `Run` of a study: of rows that a sweep has stored, all of them with their errors, else one that stores none.
 
     A sweep estimates the errors of the motion of fixed elements only where they are asked for.
     """
     columns, _ = prepare(study)
     kept = not has_fixed_elements(study) and has_all_rows(files.rows, identity(study, columns), study.count)
-    return Run(study, files, Options(keep=kept, quiet=quiet, explain=not kept, estimate=not kept))
+    return Run(study, files, Options(keep=kept, jobs=jobs, quiet=quiet, explain=not kept, estimate=not kept))
 
 
 def _notes(work):

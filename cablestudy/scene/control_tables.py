@@ -48,41 +48,61 @@ def _none_word(value):
     return None if value == "none" else value
 
 
-class _Integrator(Table):
-    """Gain and notch; `notch` is None when the file says `none`."""
+class Controller(Table):
+    """PID controller with notch that drives winches; without other gains an integrator."""
 
     gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, table=AutoGain)] = Field(
         description="Integral gain, or {auto: 6 dB} for this gain margin"
     )
     notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(Notch(), description="Notch filter, or none")
-
-
-class Controller(_Integrator):
-    """PID controller with notch that drives the winch of a cable; without other gains an integrator."""
-
     proportional_gain: Annotated[float, Quantity("", 0, 1e9)] = Field(
-        0.0, description="Movement of the winch per displacement of the gondola; needs winch.bandwidth"
+        0.0, description="Movement of the winch per displacement that is measured; needs bandwidth of the winch"
     )
     derivative_gain: Annotated[float, Quantity("s", 0, 1e9)] = Field(
-        0.0, description="Movement of the winch per velocity of the gondola; needs derivative_filter, winch.bandwidth"
+        0.0, description="The same per velocity; needs derivative_filter, and bandwidth of the winch"
     )
     derivative_filter: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
         None, description="Corner frequency of the low-pass filter of the derivative part"
     )
 
+    @property
+    def integrates_only(self):
+        """Whether there is neither a proportional nor a derivative part."""
+        return (self.proportional_gain == 0) & (self.derivative_gain == 0)
+
     def relations(self):
         """A derivative is filtered, an integral part is there, and alone where its gain follows from a margin."""
         filtered = (self.derivative_gain == 0) | (self.derivative_filter is not None)
-        integral = (self.proportional_gain == 0) & (self.derivative_gain == 0) | (not isinstance(self.gain, AutoGain))
+        integral = self.integrates_only | (not isinstance(self.gain, AutoGain))
         message = "auto chooses an integral gain: not with proportional or derivative_gain"
         yield [
             (("derivative_filter",), filtered, lambda: "missing key: derivative_gain needs it"),
             (("gain",), integral, lambda: message),
         ]
         if not isinstance(self.gain, AutoGain):
-            integrates = (self.gain > 0) | (self.proportional_gain == 0) & (self.derivative_gain == 0)
+            integrates = (self.gain > 0) | self.integrates_only
             message = "must be above 0 with proportional or derivative_gain: a small one is as good as none"
             yield [(("gain",), integrates, lambda: message)]
+
+
+class Drive(Table):
+    """What a winch does with what its controller asks for."""
+
+    delay: Annotated[float, Quantity("s", 0, 1e6)] = Field(
+        0.0, description="From the measurement to the movement of the winch, in the loop"
+    )
+    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
+        None, description="Of the drive, a lag of first order; without it the winch follows at once"
+    )
+    max_speed: Annotated[float, Quantity("m/s", 1e-12, 1e9)] | None = Field(
+        None, description="Largest speed of the winch: a loop that asks for more in the wind has no linear answer"
+    )
+
+    def follows(self, controller):
+        """Relations: a winch that follows at once is driven by an integrator."""
+        if self.bandwidth is None:
+            message = "missing key: with proportional or derivative_gain a winch without lag would follow accelerations"
+            yield [(("bandwidth",), controller.integrates_only, lambda: message)]
 
 
 class Allocation(Table):
@@ -94,11 +114,16 @@ class Allocation(Table):
     )
 
 
-class Control(_Integrator):
-    """The loop of all winches of a suspension: an integrator with notch for each measured coordinate."""
+class Control(Drive, Controller):
+    """The loop of all winches of a suspension: one controller with a notch for each measured coordinate."""
 
     body: Name | None = Field(None, description="Whose pose is controlled; needed where there are several bodies")
     measured: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] | None = Field(
         None, min_length=1, description="What of its pose is measured (default: what is free)"
     )
     allocation: Allocation | None = Field(None, description="How an error is shared among the winches")
+
+    def relations(self):
+        """Those of the controller, and of what drives the winches."""
+        yield from super().relations()
+        yield from self.follows(self)

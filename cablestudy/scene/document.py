@@ -5,8 +5,19 @@ import sys
 from contextlib import nullcontext
 
 from cablestudy.errors import Mistake, SceneError
+from cablestudy.scene.empty_keys import add_blank
 from cablestudy.scene.fields import suggestion
-from cablestudy.scene.layers import merge, prune, put, remove_alternatives, split_key, unknown_name
+from cablestudy.scene.layers import (
+    absent_name,
+    is_set,
+    merge,
+    nulls,
+    prune,
+    put,
+    remove_alternatives,
+    split_key,
+    unknown_name,
+)
 from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 
 MAX_BYTES = 10_000_000
@@ -23,10 +34,13 @@ class Document:
         The file as the user named it, or `<stdin>`.
     value : dict
         Plain mappings, lists, text and numbers as written.
+    empty : list of tuple
+        Paths of the keys that are null and remove nothing. Only who knows the keys can tell whether they are right.
     """
 
-    def __init__(self, name, value, places, overrides=()):
+    def __init__(self, name, value, places, overrides=(), empty=()):
         self.name, self.value, self._places, self._overrides = name, value, places, overrides
+        self.empty = list(empty)
 
     @property
     def given(self):
@@ -38,7 +52,7 @@ class Document:
         """Names of the files that its values are from: list of str."""
         return list(dict.fromkeys([self.name, *(place.name for pair in self._places.values() for place in pair)]))
 
-    def with_sets(self, items):
+    def with_sets(self, items, varied=False):
         """Document with one more layer on top; what the layer does not touch is shared.
 
         Parameters
@@ -46,6 +60,8 @@ class Document:
         items : list of (str, object, str or Place or callable)
             Dotted key, value (None removes the key; a mapping replaces the key whole) and the place to name when it is
             wrong; a callable is called for the place only then, with `of_key`: whether the key itself is wrong.
+        varied : bool
+            Whether names of a suspension may be removed that it does not have, since other cases have them.
 
         Raises
         ------
@@ -57,15 +73,31 @@ class Document:
             value = remove_alternatives(value, key) if new is not None else value
         for key, new, where in items:
             try:
+                if new is None and ":" in key:
+                    raise ValueError(f"no value ({add_blank(key)})")
                 path = split_key(key)
                 value = put(value, path, prune(new))
                 paths.append((path, where))
             except ValueError as error:
                 mistakes.append(mistake(_as_place(where), key, str(error)))
-        mistakes += self._unknown_names(value, paths)
+        mistakes += self._unknown_names(value, paths) + ([] if varied else self._absent_names(items))
         if mistakes:
             raise SceneError(*mistakes)
-        return Document(self.name, value, self._places, [*self._overrides, *paths])
+        set_now = [path for path, _ in paths]
+        empty = [path for path in self.empty if not any(path[: len(above)] == above for above in set_now)]
+        for (_, new, _), path in zip(items, set_now, strict=True):
+            empty += [path] if new is None and not is_set(self.value, path) else nulls(new, path)
+        return Document(self.name, value, self._places, [*self._overrides, *paths], empty)
+
+    def _absent_names(self, items):
+        """Mistakes of items that remove a name which the document does not have."""
+        found = []
+        for key, new, where in items:
+            absent = absent_name(self.value, key.split(".")) if new is None else None
+            if absent:
+                kind, name, known = absent
+                found.append(mistake(_as_place(where), key, f"unknown {kind} {name} ({suggestion(name, known)})"))
+        return found
 
     def _unknown_names(self, value, paths):
         """Mistakes of paths, each with its place, that lead through a name of a suspension which it does not have."""
@@ -77,6 +109,10 @@ class Document:
                 message = f"unknown {kind} {name} ({suggestion(name, known)})"
                 found.append(mistake(_as_place(where, of_key=True), ".".join(path), message))
         return found
+
+    def is_override(self, path):
+        """Whether an upper layer has set exactly what is at a path."""
+        return any(path == key for key, _ in self._overrides)
 
     def place(self, path, of_key=False):
         """Place of the value (or of its key) at a path (a tuple), or of its nearest ancestor that has one."""
@@ -149,9 +185,10 @@ def resolve_base(document, chain=()):
         own["materials"] = table.value
         places = places | {("materials", *path): place for path, place in table._places.items() if path}
     if "base" not in document.given:
-        return Document(document.name, prune(own), places)
+        return Document(document.name, prune(own), places, empty=nulls(own))
     lower = read_base(document, chain)
-    return Document(document.name, prune(merge(lower.value, own)), lower._places | places)
+    empty = lower.empty + [path for path in nulls(own) if not is_set(lower.value, path)]
+    return Document(document.name, prune(merge(lower.value, own)), lower._places | places, empty=empty)
 
 
 def _beside(document, key):

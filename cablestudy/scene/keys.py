@@ -99,8 +99,9 @@ def _names(model):
 def dotted(path):
     """A path with "*" as a dotted key: `cables.NAME.loads.N.at`."""
     parts = []
-    for part in path:
-        parts.append(part if part != "*" else ANY[parts[-1] in LISTS])
+    for place, part in enumerate(path):
+        in_list = (path[place - 1] in LISTS and path[place + 1] != "*") or path[place - 2 : place] == (*LISTS, "*")
+        parts.append(part if part != "*" else ANY[in_list])
     return ".".join(parts)
 
 

@@ -36,7 +36,7 @@ ALTERNATIVES = {
 }
 # Tables of which there may be many -> where each is; "*" is any name or index.
 PLACES = {
-    "load": ("cable.loads.*", "cables.*.loads.*", "cases.*.loads.*"),
+    "load": ("cable.loads.*", "cables.*.loads.*", "cases.*.loads.*", "cases.*.loads.*.*"),
     "ice": ("cases.*.ice",),
     "steady_wind": ("cases.*.wind",),
     "cables": ("cable", "cables.*"),
@@ -50,6 +50,7 @@ NAMED = {
     ("bodies",): ("body", ("at",)),
     ("points",): ("point", ("at",)),
     ("actuators",): ("actuator", ("axis",)),
+    ("winches",): ("winch", ("end",)),
     ("bodies", "*", "attachments"): ("attachment", ()),
     ("bodies", "*", "markers"): ("marker", ()),
 }
@@ -130,6 +131,16 @@ def prune(value):
     return value
 
 
+def nulls(value, path=()):
+    """List of the paths (tuples of str and int) of the keys in a plain value that are null."""
+    if isinstance(value, dict):
+        found = [(*path, key) for key, item in value.items() if item is None]
+        return found + [inside for key, item in value.items() for inside in nulls(item, (*path, key))]
+    if isinstance(value, list):
+        return [inside for index, item in enumerate(value) for inside in nulls(item, (*path, index))]
+    return []
+
+
 def put(container, path, value, done=()):
     """Copy of a dict or list with one value set; what is not on the path is shared, and missing mappings are made.
 
@@ -192,17 +203,27 @@ def unknown_name(lower, upper, path):
     for table, (kind, keys) in NAMED.items():
         count = len(table)
         if len(path) > count + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
-            known, new = _value_at(lower, path[:count]), _value_at(upper, path[: count + 1])
+            known, new = value_at(lower, path[:count]), value_at(upper, path[: count + 1])
             known = known if isinstance(known, dict) else {}
             if path[count] not in known and isinstance(new, dict) and new.keys().isdisjoint(keys):
                 return kind, path[count], list(known)
     return None
 
 
+def absent_name(value, path):
+    """A path that is that of a name of a suspension which plain values do not have; returns as `unknown_name`."""
+    for table, (kind, _) in NAMED.items():
+        if len(path) == len(table) + 1 and all(part in ("*", name) for part, name in zip(table, path, strict=False)):
+            known = value_at(value, path[:-1])
+            if not (isinstance(known, dict) and path[-1] in known):
+                return kind, path[-1], list(known) if isinstance(known, dict) else []
+    return None
+
+
 def remove_alternatives(value, key):
     """Copy of a plain mapping without the keys that a dotted key replaces; the mapping itself where there is none."""
     for path in replaced_by(key):
-        value = put(value, path, None) if _is_set(value, path) else value
+        value = put(value, path, None) if is_set(value, path) else value
     return value
 
 
@@ -228,13 +249,16 @@ def _merged(lower, upper):
     return lower | {key: _merged(lower[key], value) if key in lower else value for key, value in upper.items()}
 
 
-def _is_set(value, path):
+def is_set(value, path):
     """Whether there is a value, other than null, at a path."""
-    return _value_at(value, path) is not None
+    return value_at(value, path) is not None
 
 
-def _value_at(value, path):
-    """The value at a path of mappings; None when nothing is there."""
+def value_at(value, path):
+    """The value at a path of mappings and lists; None when nothing is there."""
     for key in path:
-        value = value.get(key) if isinstance(value, dict) else None
+        if isinstance(value, list) and str(key).isdigit():
+            value = dict(enumerate(value)).get(int(key))
+        else:
+            value = value.get(key) if isinstance(value, dict) else None
     return value

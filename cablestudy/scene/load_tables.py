@@ -4,9 +4,9 @@ import math
 from functools import partial
 from typing import Annotated, ClassVar
 
-from pydantic import Field, StrictBool
+from pydantic import BeforeValidator, Field, StrictBool
 
-from cablestudy.scene.fields import Quantity, Table
+from cablestudy.scene.fields import Name, Quantity, Table, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -129,13 +129,22 @@ class LoadCase(CommonLoadCase):
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
 
 
-class ReferenceTemperature(Table):
-    """The state in which preload, tension and sag of a cable of a suspension hold."""
+def _by_cable(value):
+    if isinstance(value, list):
+        raise wrong("expected a mapping of cable -> list of loads, got a list")
+    return value
+
+
+class SuspensionCase(CommonLoadCase):
+    """One of the days of a suspension."""
+
+    loads: Annotated[
+        dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_by_cable)
+    ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
+
+
+class Reference(Table):
+    """The state in which preload, tension and sag of a cable hold."""
 
     temperature: Temperature = Field(288.15, description="Temperature of the cable, also where a case gives none")
-
-
-class Reference(ReferenceTemperature):
-    """The state in which preload, tension and sag of the cable hold."""
-
     loads: StrictBool = Field(False, description="Whether the point loads of the cable are on it")

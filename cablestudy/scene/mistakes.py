@@ -3,7 +3,8 @@
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import suggestion, table_at
+from cablestudy.scene.empty_keys import EMPTY_NAME, keys_at, unknown_key
+from cablestudy.scene.fields import suggestion
 from cablestudy.scene.layers import matches
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import show
@@ -11,7 +12,7 @@ from cablestudy.scene.words import counted
 
 MAX_SHOWN = 100
 # How messages begin that are about a key rather than about its value.
-ABOUT_KEYS = ("unknown key", "unknown cable", "no winch", "given together", "a name ")
+ABOUT_KEYS = ("unknown key", "unknown cable", "no winch", "given together", "a name ", EMPTY_NAME)
 
 
 def collect(error, document, tables):
@@ -80,10 +81,9 @@ def _plain(detail, tables):
     if kind == "cablestudy":
         return [(path, context["text"])]
     if kind == "extra_forbidden":
-        keys = _keys(path[:-1], tables)
-        meant = _in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in keys]
-        hint = f"did you mean {' or '.join(meant)}?" if meant else suggestion(path[-1], keys)
-        return [(path, f"unknown key ({hint})")]
+        known = keys_at(path[:-1], tables)
+        meant = _in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
+        return [(path, f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(path[-1], known))]
     if kind == "missing":
         return [_missing(path, detail)]
     if kind == "literal_error":
@@ -91,7 +91,7 @@ def _plain(detail, tables):
         hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
         return [(path, f"got {show(value)} ({hint})")]
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        keys = _keys(path, tables)
+        keys = keys_at(path, tables)
         expected = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
         return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
@@ -112,7 +112,7 @@ def _in_tables(path, tables):
     for pattern in tables:
         inside = pattern[len(own) :] if matches(pattern[: len(own)], own) else ()
         named = inside and ("*" not in inside or (not own and len(inside) == 2))
-        if (named or (0 < len(own) < 3 and pattern == OF_CASES)) and name in _keys(pattern, tables):
+        if (named or (0 < len(own) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
             parts = (*own, *inside, name) if inside else (*pattern, name)
             found.append(".".join("NAME" if part == "*" else str(part) for part in parts))
     return found
@@ -124,12 +124,6 @@ def _missing(path, detail):
         expected = "2 points" if path[:-1] == ("cable", "ends") else "3 components"
         return path[:-1], f"expected {expected}, got {len(detail['input'])}"
     return path[:-1], f"missing key: {path[-1]}"
-
-
-def _keys(path, tables):
-    """The keys that the mapping at a path may have."""
-    model = table_at(tables, path)
-    return [field.alias or name for name, field in model.model_fields.items()] if model else []
 
 
 def _groups(value, tables):

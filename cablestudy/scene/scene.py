@@ -5,15 +5,16 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, ValidationError
 
 from cablestudy.scene.cable_table import Cable, Damping, TensionAt, beyond_the_end
-from cablestudy.scene.control_tables import AutoGain, Controller, Margin, Notch
+from cablestudy.scene.control_tables import AutoGain, Controller, Drive, Margin, Notch
 from cablestudy.scene.document import apply_sets, read_document
+from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion, table_at
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.load_tables import Ice, Load, LoadCase, Reference, SteadyWind
 from cablestudy.scene.materials import Material, Materials
-from cablestudy.scene.mistakes import collect
+from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
@@ -31,28 +32,16 @@ class Gondola(Table):
     drag_coefficient: Coefficient | None = Field(None, description="Drag coefficient of that area")
 
 
-class Winch(Table):
+class Winch(Drive):
     """The winch that moves the cable."""
 
     location: Literal["ground", "gondola"] = Field("ground", description="ground (end 1) or gondola (end 2)")
     controller: Controller | None = Field(None, description="What drives the winch")
-    delay: Annotated[float, Quantity("s", 0, 1e6)] = Field(
-        0.0, description="From the measurement of the gondola to the movement of the winch, in the loop"
-    )
-    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
-        None, description="Of the drive, a lag of first order; without it the winch follows at once"
-    )
-    max_speed: Annotated[float, Quantity("m/s", 1e-12, 1e9)] | None = Field(
-        None, description="Largest speed of the winch: a loop that asks for more in the wind has no linear answer"
-    )
 
     def relations(self):
         """A winch that follows at once is driven by an integrator."""
-        controller = self.controller
-        if controller is not None and self.bandwidth is None:
-            integrates = (controller.proportional_gain == 0) & (controller.derivative_gain == 0)
-            message = "missing key: with proportional or derivative_gain a winch without lag would follow accelerations"
-            yield [(("bandwidth",), integrates, lambda: message)]
+        if self.controller is not None:
+            yield from self.follows(self.controller)
 
 
 class Scene(Table):
@@ -179,10 +168,14 @@ def read_scene(document):
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
     if is_suspension(document):
         return read_suspension(document)
+    found = list(empty_keys(document, TABLES))
     try:
-        return Scene.model_validate(document.value, context={"materials": document.value.get("materials")})
+        scene = Scene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
-        raise collect(error, document, TABLES) from None
+        raise located(found + findings(error, document.value, TABLES), document) from None
+    if found:
+        raise located(found, document)
+    return scene
 
 
 def load_scene(path, sets=(), case=None):

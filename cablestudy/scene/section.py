@@ -9,6 +9,7 @@ from cablestudy.scene.fields import Quantity, suggestion, wrong
 from cablestudy.scene.materials import MASS_RANGE, STIFFNESS_RANGE, Properties, known_materials, materials
 from cablestudy.scene.units import show, to_si
 
+ROPES = ("rope", "cable", "strand")  # words of a name that ask for one
 PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over axial stiffness [-]
 
 
@@ -27,7 +28,11 @@ def _known(info):
 def _known_material(name, info: ValidationInfo):
     known = _known(info)
     if name not in known:
-        raise wrong(f"unknown material {show(name)} ({suggestion(name, known)})")
+        near = suggestion(name, known)
+        ropes = [other for other, entry in known.items() if entry and entry.section_fill_factor < 1]
+        if any(word in name.lower() for word in ROPES) and not any(rope in near for rope in ropes):
+            near = f"{near}; ropes: {', '.join(ropes)}"
+        raise wrong(f"unknown material {show(name)} ({near})")
     return name
 
 

@@ -38,6 +38,7 @@ _TYPES = {
 # (pattern of PyYAML's or libyaml's message, message shown, whether its place is the beginning of the construct)
 _MESSAGES = (
     (r"tab character", "a tab: YAML indents with spaces", False),
+    (r"plain scalar.*unexpected ':'", "a colon behind a key is followed by a blank", False),
     (r"unexpected end of stream", "quoted text is not closed", True),
     (r"while scanning.*quoted scalar.*document", "quoted text is not closed", True),
     (r"flow sequence", "list: expected ',' or ']' (is a bracket not closed?)", True),

@@ -4,16 +4,17 @@ import math
 import os
 from contextlib import suppress
 from functools import cache, partial
+from itertools import islice
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.bare_numbers import large_lengths
 from cablestudy.scene.document import STDIN, apply_sets, read_base, read_file
 from cablestudy.scene.entries import clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.layers import replaced_by, split_key
+from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import Scene, read_scene
@@ -22,6 +23,8 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import show
 
 CHECK_ALL = 1000
+LOOKED_AT = 20  # cases that are searched for likely mistakes
+TOLD = 3  # of these
 ALL_COLUMNS = "rtol"  # in `check`
 
 
@@ -125,16 +128,23 @@ class Study:
         self.reference_path = _beside(source, table.reference) if table.reference and not options else None
         self.count = math.prod(len(entry) for entry in self.entries)
         self.sample, self.sample_entry = table.sample, len(entries) - 1
-        self.notes = table.sample.notes if table.sample else ()
+        noted = table.sample.notes if table.sample else ()
+        self.notes = tuple(f"{source.where(('sample', 'count'))}: {note}" for note in noted)
         if table.reference and options:
             self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
+        if table.find and "case" in self.varied and not table.find.by.startswith("cases"):
+            alone = f"{table.find.by} is solved for in each load case alone, so that each row is another cable"
+            one = "one cable in all load cases states what it has at its reference state (set:)"
+            self.notes += (f"{source.where(('find', 'by'))}: {alone}; {one}",)
         self._options = {}
 
-    def large_lengths(self):
-        """See `bare_numbers.large_lengths`: of the first case, if it can be set."""
-        with suppress(SceneError):
-            return large_lengths(self.document_of(0))
-        return ()
+    def likely_mistakes(self):
+        """See `likely_mistakes.likely_mistakes`: of the first cases, so far as they can be set; each once."""
+        found = {}
+        for steps in islice(self._steps_to_check(), LOOKED_AT):
+            with suppress(SceneError):
+                found.update(dict.fromkeys(likely_mistakes(self.document.with_sets(self._settings(steps)))))
+        return (*list(found)[:TOLD], *([f"and {len(found) - TOLD} more like these"] if len(found) > TOLD else []))
 
     def where(self, path):
         """`file:line:column` of a value of the study file, for example of `("columns", 3)`, or an option's name."""
@@ -178,7 +188,7 @@ class Study:
 
     def document_of(self, index):
         """The document of one case, from 0; SceneError where a varied key cannot be set."""
-        return self.document.with_sets(self._settings(self._steps(index)))
+        return self.document.with_sets(self._settings(self._steps(index)), varied=True)
 
     def cases(self):
         """Yield (overrides, scene) of every case, in order; see `case`."""
@@ -197,7 +207,7 @@ class Study:
         mistakes = {}
         for steps in self._steps_to_check():
             try:
-                read_scene(self.document.with_sets(self._settings(steps)))
+                read_scene(self.document.with_sets(self._settings(steps), varied=True))
             except SceneError as error:
                 for found in error.mistakes:
                     mistakes.setdefault((found.key, found.message), found)
@@ -251,7 +261,10 @@ def study_of(source, sets=(), vary=()):
     """Study of a document whose `base:` is still unread; see `read_study`."""
     _refuse_scene(source)
     try:
-        table = StudyTable.model_validate(source.given)
+        known = StudyTable.model_fields
+        table = StudyTable.model_validate(
+            {key: value for key, value in source.value.items() if value is not None or key not in known}
+        )
     except ValidationError as error:
         raise collect(error, source, TABLES) from None
 

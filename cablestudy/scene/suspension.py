@@ -8,16 +8,17 @@ from typing import Annotated, Literal
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionMass, ReactionWheel, is_wheel
-from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, TensionAt, length_ratio
+from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, Damping, TensionAt, beyond_the_end, length_ratio
 from cablestudy.scene.carried_mass import actuator_relations
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
-from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Margin, Notch
+from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Drive, Margin, Notch
 from cablestudy.scene.determinacy import determinacy_mistakes
+from cablestudy.scene.empty_keys import empty_keys
 from cablestudy.scene.fields import Name, Quantity, Table, suggestion
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
-from cablestudy.scene.load_tables import CommonLoadCase, Ice, Load, ReferenceTemperature, SteadyWind
+from cablestudy.scene.load_tables import Ice, Load, Reference, SteadyWind, SuspensionCase
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
@@ -43,10 +44,10 @@ INSTEAD = {
     ("ends",): "each cable has from and to",
     ("chord",): "each cable has from and to",
     ("inclination",): "each cable has from and to",
-    ("loads",): "those of a cable are under cables.NAME.loads, on in every case but not in the reference state",
+    **{(key,): "that of all winches is under control" for key in ("controller", *Drive.model_fields)},
 }
-OF_CABLES = ("cable",), ("cables",), ("cases",)  # tables with keys of one cable
-NO_CASE = CommonLoadCase()
+OF_CABLES = ("cable",), ("cables",), ("cases",), ("winches",)  # tables with keys of one cable
+NO_CASE = SuspensionCase()
 
 
 class SuspensionScene(Table):
@@ -66,7 +67,9 @@ class SuspensionScene(Table):
     actuators: dict[Name, Actuator] = Field({}, description="Name -> reaction mass (mass) or reaction wheel (inertia)")
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cables")
-    cases: dict[Name, CommonLoadCase] = Field({}, description="Name -> temperature, ice and steady wind of one day")
+    cases: dict[Name, SuspensionCase] = Field(
+        {}, description="Name -> temperature, ice, steady wind and loads of one day"
+    )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: MarkerCorrection | None = Field(None, description="The mirror that corrects the image")
@@ -97,8 +100,12 @@ class SuspensionScene(Table):
 
     @property
     def load_case(self):
-        """The chosen `CommonLoadCase`; without one that of no temperature, ice and wind."""
+        """The chosen `SuspensionCase`; without one that of no temperature, ice, wind and loads."""
         return NO_CASE if self.case is None else self.cases[self.case]
+
+    def loads_on(self, cable):
+        """All point loads on the cable of a name: its own, then those of the case."""
+        return self.cables[cable].loads + self.load_case.loads.get(cable, ())
 
     def attachment(self, end):
         """Name of the body or free point that holds an end, None for the ground, and its place.
@@ -159,6 +166,19 @@ class SuspensionScene(Table):
             for cable, table in self.cables.items()
             for relation in case.needs_of(table, ("cables", cable), name)
         ]
+        loads = [
+            (("cases", name, "loads", cable), case.loads[cable])
+            for name, case in self.cases.items()
+            for cable in case.loads
+        ]
+        yield [
+            (path, path[-1] in self.cables, lambda name=path[-1]: f"unknown cable ({suggestion(name, self.cables)})")
+            for path, _ in loads
+        ]
+        for path, found in loads:
+            length = self.cables[path[-1]].unstretched_length
+            if length is not None:
+                yield beyond_the_end(path, found, length)
         yield ground_relations(self.ground)
 
     def body_of(self, table):
@@ -223,7 +243,7 @@ SUSPENSION_TABLES = {
     (): SuspensionScene,
     ("cable",): SharedCable,
     ("cable", "damping"): Damping,
-    ("cable", "reference"): ReferenceTemperature,
+    ("cable", "reference"): Reference,
     ("cable", "loads", "*"): Load,
     ("cable", "tension"): TensionAt,
     ("points", "*"): Point,
@@ -231,12 +251,13 @@ SUSPENSION_TABLES = {
     ("bodies", "*", "wind"): BodyWind,
     ("cables", "*"): SuspendedCable,
     ("cables", "*", "damping"): Damping,
-    ("cables", "*", "reference"): ReferenceTemperature,
+    ("cables", "*", "reference"): Reference,
     ("cables", "*", "loads", "*"): Load,
     ("cables", "*", "tension"): TensionAt,
-    ("cases", "*"): CommonLoadCase,
+    ("cases", "*"): SuspensionCase,
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
+    ("cases", "*", "loads", "*", "*"): Load,
     ("winches", "*"): CableWinch,
     ("tensions",): Tensions,
     ("control",): Control,
@@ -276,16 +297,19 @@ def read_suspension(document):
     SceneError
         All that is wrong with it, sorted by place.
     """
+    written = document.value.get("actuators")
+    wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
+    tables = {("actuators", name): ReactionWheel for name in wheels} | SUSPENSION_TABLES
+    empty = list(_explained(empty_keys(document, tables)))
     try:
         context = {"materials": document.value.get("materials")}
         scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
-        written = document.value.get("actuators")
-        wheels = [name for name, value in written.items() if is_wheel(value)] if isinstance(written, dict) else ()
-        tables = {("actuators", name): ReactionWheel for name in wheels} | SUSPENSION_TABLES
         found = findings(error, _with_shared(document.value), tables)
         found += connection_mistakes(*written_connections(document.value))
-        raise located(_at_shared(_explained(found), document.value), document) from None
+        raise located([*empty, *_at_shared(_explained(found), document.value)], document) from None
+    if empty:
+        raise located(empty, document)
     scene._written = document.value
     return scene
 

@@ -9,7 +9,7 @@ from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
-from cablestudy.scene.load_tables import MAX_LOADS, Angle, Force, Load, ReferenceTemperature
+from cablestudy.scene.load_tables import MAX_LOADS, Angle, Force, Load, Reference
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
@@ -196,9 +196,7 @@ class _Stated(CableProperties):
     )
     tension: TensionAt | None = Field(None, description="Tension at a named place (instead of unstretched_length)")
     force_density: ForceDensity | None = Field(None, description="Tension over length, for form finding")
-    reference: ReferenceTemperature = Field(
-        ReferenceTemperature(), description="The state in which lengths, tensions and sags hold, without loads"
-    )
+    reference: Reference = Field(Reference(), description="The state in which lengths, tensions and sags hold")
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
 
 

@@ -424,7 +424,7 @@ class Case:
 
     @cached_property
     def response(self):
-        """The gondola by the wind on it: `windrms.Response`."""
+        """The gondola by the wind on it: `windrms.GondolaResponse`."""
         return windrms.response_of(self, self.loop)
 
     @cached_property
@@ -463,7 +463,7 @@ class Case:
 
     @cached_property
     def cable_response(self):
-        """The gondola by the wind on the cable, which damps the cable too: `windrms.Response`."""
+        """The gondola by the wind on the cable, which damps the cable too: `windrms.GondolaResponse`."""
         return windrms.cable_response_of(self, self.loop_in_air)
 
     @cached_property
@@ -475,7 +475,7 @@ class Case:
 
     @cached_property
     def response_in_air(self):
-        """The gondola by the wind on it, in a wind that damps the cable too: `windrms.Response`."""
+        """The gondola by the wind on it, in a wind that damps the cable too: `windrms.GondolaResponse`."""
         return windrms.response_of(self, self.loop_in_air) if self.cable_air_rate else self.response
 
     @cached_property

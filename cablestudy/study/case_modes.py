@@ -9,7 +9,7 @@ from cablestudy.study import notes
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find, relative
 from cablestudy.study.models import solve_models
-from cablestudy.study.refinement import AccuracyNeeds, Search, reference_scene, refine
+from cablestudy.study.refinement import AccuracyNeeds, Refinement, reference_scene, refine
 from cablestudy.study.row import evaluate
 
 
@@ -57,7 +57,7 @@ def modes(case, count=None, upto=None, estimate=False):
 
     waves = count or 2 * upto * float(case.results.travel_time[case.index])
     needs = AccuracyNeeds(waves, lambda _, values: max(values.values(), default=0.0), single=True)
-    search = Search(case, sample, needs)
+    search = Refinement(case, sample, needs)
     refine([search], solve_models)
     for error in search.failures.values():
         raise error

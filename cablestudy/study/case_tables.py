@@ -5,6 +5,14 @@ from itertools import chain
 from cablestudy.study.table import Field, Table
 
 
+def joined_by_name(tables):
+    """As `joined`, of cases that have several tables: name of a case -> name -> Table; returns name -> Table."""
+    names = dict.fromkeys(name for of_case in tables.values() for name in of_case)
+    return {
+        name: joined({case: of_case[name] for case, of_case in tables.items() if name in of_case}) for name in names
+    }
+
+
 def joined(tables):
     """The rows of several tables in one, each with its case in front.
 

@@ -226,16 +226,21 @@ def time_case(document, case, options):
         asked, place = options.step(what), kind
     loop, winch = case.loop, scene.winch
     found = loop_response.loop_response(loop, place, asked.components, options.times).times(factor * asked.size)
+    right = loop.plant.right_up_to(loop.plant.responding.omega)
+    return TimeCase(options, asked, found, loop.integral_gain, remarks=remarks_of(winch, right, found))
+
+
+def remarks_of(drive, right, found):
+    """Lines on what a `Drive` does to a `TimeResponse` whose delay is right up to a frequency [rad/s]: tuple of str."""
     remarks, speed = [], np.abs(found.winch_speed).max()
-    if winch.delay:
-        right = loop.plant.right_up_to(loop.plant.responding.omega) / (2 * np.pi)
-        remarks.append(f"delay: Padé approximants, whose phase is right up to {right:.4g} Hz")
-    if winch.max_speed is not None and speed > winch.max_speed:
+    if drive.delay:
+        remarks.append(f"delay: Padé approximants, whose phase is right up to {right / (2 * np.pi):.4g} Hz")
+    if drive.max_speed is not None and speed > drive.max_speed:
         remarks.append(
             f"warning: the winch would reach {MILLI * speed:.4g} mm/s, above its max_speed of "
-            f"{MILLI * winch.max_speed:.4g} mm/s: the linear response does not hold"
+            f"{MILLI * drive.max_speed:.4g} mm/s: the linear response does not hold"
         )
-    return TimeCase(options, asked, found, loop.integral_gain, remarks=tuple(remarks))
+    return tuple(remarks)
 
 
 def time_table(solved):

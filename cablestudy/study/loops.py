@@ -127,16 +127,25 @@ def law_of(case):
     winch, controller = case.scene.winch, _controller(case)
     if controller is None:
         return INTEGRATOR, 0.0
-    drive = {"delay": winch.delay, "bandwidth": np.inf if winch.bandwidth is None else 2 * np.pi * winch.bandwidth}
+    omega = None if controller.integrates_only else 2 * np.pi * case.gondola_frequency_static
+    return law_from(controller, winch, omega)
+
+
+def law_from(controller, drive, omega=None):
+    """The `Law` of a `Controller` and a `Drive`, and what it is multiplied by [rad/s]: None where a margin decides.
+
+    That is K_i + K_p w + K_d w^2 at a frequency w [rad/s]; without one K_i.
+    """
+    turn = 2 * np.pi
+    driven = {"delay": drive.delay, "bandwidth": np.inf if drive.bandwidth is None else turn * drive.bandwidth}
     if not isinstance(controller.gain, float | int):
-        return Law(**drive), None
-    if not (controller.proportional_gain or controller.derivative_gain):
-        return Law(**drive), float(controller.gain)
-    omega = 2 * np.pi * case.gondola_frequency_static
+        return Law(**driven), None
+    if controller.integrates_only:
+        return Law(**driven), float(controller.gain)
     gains = controller.gain, controller.proportional_gain, controller.derivative_gain
-    whole = sum(gain * omega**order for order, gain in enumerate(gains))
-    corner = np.inf if controller.derivative_filter is None else 2 * np.pi * controller.derivative_filter
-    return Law(*(gain / whole for gain in gains), corner=corner, **drive), float(whole)
+    whole = sum(gain * (omega or 0.0) ** order for order, gain in enumerate(gains))
+    corner = np.inf if controller.derivative_filter is None else turn * controller.derivative_filter
+    return Law(*(gain / whole for gain in gains), corner=corner, **driven), float(whole)
 
 
 def with_viscous(cable, rate):

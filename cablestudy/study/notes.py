@@ -4,7 +4,7 @@ import numpy as np
 
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.control.gondola import gondola_mode
-from cablestudy.scene.bare_numbers import bare_number
+from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of
 from cablestudy.study.refinement import REFERENCE
@@ -20,7 +20,7 @@ STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
 
 
 def of_refined(case, error, tried):
-    """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Search`."""
+    """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Refinement`."""
     mesh = case.model.mesh
     yield (
         f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
@@ -70,6 +70,24 @@ def of_comparison(errors, status, what="motion"):
         yield f"{what}: the error of {first_of(unknown, LISTED)} is not known: {status}"
 
 
+def larger_by_loop(found):
+    """A note on what the loop moves more than the winches at rest would, at most one. Returns a tuple of str.
+
+    Parameters
+    ----------
+    found : iterable of (str, float, float)
+        What moves, its RMS displacement with the loop and with the winches at rest [mm]; differences that three digits
+        hide do not count.
+    """
+    shown = [(name, f"{closed:.3g}", f"{at_rest:.3g}") for name, closed, at_rest in found if closed > at_rest]
+    larger = [f"{name} {closed} mm, not {at_rest} mm" for name, closed, at_rest in shown if closed != at_rest]
+    return (
+        (f"note: with the loop the RMS is larger than with the winch at rest: {first_of(larger, LISTED)}",)
+        if larger
+        else ()
+    )
+
+
 def strength_warning(case):
     """A warning where the stress is above the strength, at most one. Returns a tuple of str.
 
@@ -93,9 +111,9 @@ def reference_without_loads(scene):
 
     Returns a tuple of str.
     """
-    cable = getattr(scene, "cable", None)
-    if not hasattr(getattr(cable, "reference", None), "loads"):  # of a suspension, which had none before
+    if hasattr(scene, "cables"):  # of a suspension, which had none before
         return ()
+    cable = scene.cable
     stated = [key for key in ("preload", "sag", "tension") if getattr(cable, key, None) is not None]
     if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):
         return ()

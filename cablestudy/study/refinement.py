@@ -212,7 +212,7 @@ def gain_follows(scene):
 
 
 @dataclass
-class Search:
+class Refinement:
     """The refinement of one case.
 
     A frequency of the cable has an error estimate of its own, by what the highest orders contribute to its shape. Other
@@ -388,7 +388,7 @@ def refine(searches, prepare):
 
     Parameters
     ----------
-    searches : list of Search
+    searches : list of Refinement
     prepare : callable
         List of cases at one level -> None; solves their models together.
     """

@@ -10,7 +10,7 @@ from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
 from cablestudy.study.columns import find, lacks, over_strength, relative, value
-from cablestudy.study.refinement import SETTINGS, Search, needs_of, reference_scene, refine
+from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.status import OVER_STRENGTH, has_answer, status_of
@@ -241,7 +241,7 @@ def _solve_to_accuracy(answers, required, _):
         if columns:
             needed = required if len(columns) == len(required.motion) else ColumnRequirements(columns)
             try:
-                searches.append((answer, needed, Search(answer.case, needed.sample, needs_of(answer.case, needed))))
+                searches.append((answer, needed, Refinement(answer.case, needed.sample, needs_of(answer.case, needed))))
             except CablestudyError as error:
                 answer.fail(columns, error)
     refine([search for _, _, search in searches], lambda cases: _solve_models(cases, required))

@@ -255,7 +255,9 @@ def _integrated(rule, scene, columns):
 
 
 def integrate_by(case, columns, rule):
-    """Integrate the response to the wind that columns need by a rule (case, loop -> Response), and keep it in the case.
+    """Integrate the response to the wind that columns need, and keep it in the case.
+
+    The rule takes a case and a loop and returns a `GondolaResponse`.
 
     Columns of the open loop alone do not need a stable loop.
     """
@@ -275,7 +277,7 @@ def _on_grid(space, points, case, loop):
 
 
 def by_trapezoids(case, loop, frequency):
-    """`Response` of the gondola by the trapezoidal rule, without an estimate of its error.
+    """`GondolaResponse` by the trapezoidal rule, without an estimate of its error.
 
     NoSolutionError for an unstable loop; `frequency`, shape (n,), ascends. [Hz]
     """
@@ -286,4 +288,4 @@ def by_trapezoids(case, loop, frequency):
     variance = np.trapezoid(np.concatenate(blocks, axis=1), frequency, axis=1)
     numbers = np.sqrt(variance).tolist()
     imaged = dict(zip(weights, numbers[4:], strict=True))
-    return windrms.Response(*numbers[:4], np.nan, (), len(frequency), imaged)
+    return windrms.GondolaResponse(*numbers[:4], np.nan, (), len(frequency), imaged)

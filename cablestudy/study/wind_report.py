@@ -8,7 +8,7 @@ from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
 from cablestudy.study.columns import STATUS
-from cablestudy.study.notes import gondola_notes
+from cablestudy.study.notes import gondola_notes, larger_by_loop
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, combine, weights_of
@@ -73,6 +73,9 @@ def wind_table(document, scene, on=None, estimate=False):
         fields.append(Field("integration_error", "integration error"))
         cells["integration_error"] = response.error
         remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
+        pair = [f"gondola_rms{state}{PARTS[on][-1]}_mm" for state in ("", "_open_loop")]
+        if pair[0] in cells:
+            remarks += larger_by_loop([("gondola", *(cells[name] for name in pair))])
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
@@ -87,12 +90,17 @@ def _names(scene, parts):
     if "" in parts:
         names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
         names += ["peak", *weights_of(scene)]
-    return names
+    return [*names, *_strength(scene)]
+
+
+def _strength(scene):
+    """The utilisation, where the strength of the cable is known."""
+    return ["utilisation"] if scene.cable.section_breaking_force is not None else []
 
 
 def _bare_cable_table(document, scene, estimate):
     """As `wind_table`, of a cable with fixed ends."""
-    columns, row = evaluate_named(document, scene, CABLE, "windrms", estimate)
+    columns, row = evaluate_named(document, scene, (*CABLE, *_strength(scene)), "windrms", estimate)
     remarks = () if row.failed else tuple(_vortices(row.case))
     row = replace(row, notes=(*row.notes, BARE_NOTE))
     fields, cells = [column.field for column in columns], dict(row.cells)

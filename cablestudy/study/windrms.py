@@ -23,7 +23,7 @@ NUMBERS = ("displacement", "velocity", "open_displacement", "open_velocity")
 
 
 @dataclass(frozen=True)
-class Response:
+class GondolaResponse:
     """RMS of the gondola along x.
 
     Attributes
@@ -175,7 +175,7 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False, weights=None,
 
     Returns
     -------
-    Response
+    GondolaResponse
 
     Raises
     ------
@@ -197,7 +197,7 @@ def respond(loop, force, corner, tolerance=TOLERANCE, cable=False, weights=None,
     shares = tuple(np.interp(BELOW, found.edges[1:], below).tolist())
     numbers = np.sqrt(variance).tolist()
     error, imaged = float((found.error / variance).max()), dict(zip(weights, numbers[4:], strict=True))
-    return Response(*numbers[:4], error, shares, found.evaluations, imaged)
+    return GondolaResponse(*numbers[:4], error, shares, found.evaluations, imaged)
 
 
 def panels(main, corner, poles, fastest, high=0.0, what="the gondola"):
@@ -259,7 +259,7 @@ def response_of(case, loop, tolerance=None):
 
     Returns
     -------
-    Response
+    GondolaResponse
 
     Raises
     ------
@@ -327,7 +327,7 @@ def cable_response_of(case, loop):
 
     Returns
     -------
-    Response
+    GondolaResponse
         Each number the larger one of wind across and along the cable; shares of the variance for that of the larger
         displacement.
 
@@ -345,7 +345,7 @@ def cable_response_of(case, loop):
     # the wind on the cable shakes modes that a force on the gondola hardly does
     found = [respond(loop.whole, spectrum, corner, tolerance, cable=True) for spectrum in spectra]
     if not found:  # a straight cable without weight does not pass on what is normal to it
-        return Response(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW), 0)
+        return GondolaResponse(0.0, 0.0, 0.0, 0.0, 0.0, (0.0,) * len(BELOW), 0)
     worst = max(found, key=lambda response: response.displacement)
     worst = replace(
         worst,
@@ -362,11 +362,11 @@ def combine(first, second):
 
     Parameters
     ----------
-    first, second : Response
+    first, second : GondolaResponse
 
     Returns
     -------
-    Response
+    GondolaResponse
     """
     numbers = {name: hypot(getattr(first, name), getattr(second, name)) for name in NUMBERS}
     weights = [(part.displacement / (numbers["displacement"] or 1.0)) ** 2 for part in (first, second)]
@@ -374,7 +374,7 @@ def combine(first, second):
         sum(weight * share for weight, share in zip(weights, pair, strict=True))
         for pair in zip(first.shares, second.shares, strict=True)
     )
-    return Response(
+    return GondolaResponse(
         **numbers,
         error=max(first.error, second.error),
         shares=shares,

@@ -59,8 +59,10 @@ def parse(text, study):
 
     Returns
     -------
-    callable
+    condition : callable
         pandas.DataFrame of rows -> Series of True, False or NA (unknown).
+    bare : tuple of str
+        Which numbers beside varied keys lack a unit, as "14 is 14 m".
 
     Raises
     ------
@@ -69,7 +71,8 @@ def parse(text, study):
     """
     if len(text) > MAX_LENGTH:
         raise SceneError(f"--where: {len(text)} characters (at most {MAX_LENGTH})")
-    return _Translator(_tokens(text), study).translate()
+    translator = _Translator(_tokens(text), study)
+    return translator.translate(), tuple(translator.bare)
 
 
 def _refuse(column, message):
@@ -98,6 +101,7 @@ class _Translator:
     def __init__(self, tokens, study):
         self.tokens, self.study = tokens, study
         self.source, self.offsets = "", []  # what Python parses, and where each token begins in it
+        self.bare = []  # texts of the numbers without a unit beside varied keys that have one, with that unit
         for token in tokens:
             self.offsets.append(len(self.source))
             self.source += ("x" if token.kind in OPERAND_KINDS else token.text) + " "
@@ -170,6 +174,10 @@ class _Translator:
             sign = self.tokens[self.tokens.index(ordered[0]) - 1]
             _refuse(sign.column, "texts compare by == and != only")
         unit = common_unit(operands)
+        if unit and any(isinstance(operand, Variable) and operand.is_varied for operand in operands):
+            pairs = zip(tokens, operands, strict=True)
+            numbers = [token.text for token, own in pairs if isinstance(own, tuple) and not own[1]]
+            self.bare += [f"{number} is {number} {unit}" for number in numbers]
         getters = [self.getter(operand, token, unit) for operand, token in zip(operands, tokens, strict=True)]
         return chain(getters, tests)
 

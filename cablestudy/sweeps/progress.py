@@ -2,35 +2,45 @@
 
 import sys
 import time
+from collections import deque
 
 DELAY = 1.0  # before the first bar [s]
 BAR_INTERVAL, LINE_INTERVAL = 0.2, 30.0  # between two bars, and between two lines [s]
 # A sweep with more than LONG left has its first line once so many seconds and rows give a fair estimate.
 LONG, EARLY, EARLY_ROWS = 60.0, 3.0, 20  # [s], [s], [-]
 WIDTH = 24
+WAITING = 0.5  # between two reports, beyond what the rows took: then the workers only began, which comes once [s]
+ENOUGH = 1.0  # of computing that tells a rate [s]
 
 
 class Progress:
-    """Writes the progress of a sweep of so many rows, some `known` from earlier runs, to a stream."""
+    """Writes the progress of a sweep of so many rows, some `known` from earlier runs, to a stream.
+
+    The rate is that of the later half of the rows computed, without the time in which workers only began: what comes
+    once, at the beginning, says nothing about the time left.
+    """
 
     def __init__(self, total, known=0, quiet=False, stream=None):
         self._total, self._known, self._quiet = total, known, quiet
         self._stream = stream or sys.stderr
         self._bar = self._stream.isatty()
-        self._begin = time.monotonic()
+        self._begin = self._last = time.monotonic()
+        self._waited = 0.0
+        self._reports = deque([(0.0, known)])  # seconds of work and rows done, from the middle of the rows computed
         self._next = self._begin + (DELAY if self._bar else LINE_INTERVAL)
         self._shown = self._announced = False
 
-    def __call__(self, done):
-        """Report the number of rows done."""
+    def __call__(self, done, seconds):
+        """Report the number of rows done, and the seconds of computing that the last of them took."""
         now = time.monotonic()
+        self._count(done, seconds, now)
         if self._quiet or done == self._total:
             return
         if now < self._next and not self._is_early(done, now - self._begin):
             return
         self._announced = True
         self._next = now + (BAR_INTERVAL if self._bar else LINE_INTERVAL)
-        text = self.line(done, now - self._begin)
+        text = self.line(done)
         if self._bar:
             full = WIDTH * done // self._total
             text = f"\r[{'#' * full}{'.' * (WIDTH - full)}] {text}\x1b[K"
@@ -40,15 +50,30 @@ class Progress:
 
     def _is_early(self, done, seconds):
         """Whether to write the first line now, since the sweep will take long."""
-        rows = done - self._known
-        enough = seconds >= EARLY and rows > EARLY_ROWS and not (self._announced or self._bar)
-        return enough and (self._total - done) * seconds > LONG * rows
+        enough = seconds >= EARLY and done - self._known > EARLY_ROWS and not (self._announced or self._bar)
+        return enough and self.rate is not None and self._total - done > LONG * self.rate
 
-    def line(self, done, seconds):
-        """Rows done, rate and remaining time."""
-        rate = (done - self._known) / seconds if seconds > 0 else 0.0
-        left = f", {rounded_duration((self._total - done) / rate)} left" if rate > 0 else ""
-        return f"{done} of {self._total} rows, {rate:.3g} rows/s{left}"
+    def _count(self, done, seconds, now):
+        """Take a report into account."""
+        waited = now - self._last - seconds
+        self._waited += waited if waited > WAITING else 0.0
+        self._last = now
+        self._reports.append((now - self._begin - self._waited, done))
+        while 2 * self._reports[1][1] <= self._known + done and len(self._reports) > 2:
+            self._reports.popleft()
+
+    @property
+    def rate(self):
+        """Rows per second; None as long as too little is computed to tell."""
+        (begin, before), (end, done) = self._reports[0], self._reports[-1]
+        return (done - before) / (end - begin) if end - begin >= ENOUGH else None
+
+    def line(self, done):
+        """Rows done, and as soon as they are known rate and remaining time."""
+        known = ""
+        if self.rate:
+            known = f", {self.rate:.3g} rows/s, {rounded_duration((self._total - done) / self.rate)} left"
+        return f"{done} of {self._total} rows{known}"
 
     def close(self):
         """Erase the bar."""

@@ -127,7 +127,7 @@ class Run:
                     with interrupts.deferred():
                         store.add(chunk.headers, chunk.records)
                     done += len(chunk.records)
-                    progress(done)
+                    progress(done, chunk.seconds)
                     if options.fail_fast and chunk.failed:
                         return
         except NoSolutionError as error:

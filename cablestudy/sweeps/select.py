@@ -18,6 +18,7 @@ class Selection:
     """Which rows of a table are shown, and in which order."""
 
     condition: object = None  # DataFrame -> Series of True, False or NA (unknown)
+    bare: tuple = ()  # numbers of the condition without a unit, as "14 is 14 m"
     objectives: tuple = ()  # (Variable, whether it is to be large): only rows on their Pareto front are shown
     key: Variable | None = None  # by which the rows are ordered
     descending: bool = False
@@ -32,12 +33,14 @@ class Selection:
         NoSolutionError
             `best`, and no row has a number.
         """
-        frame = table.rows.frame()
+        frame, notes = table.rows.frame(), []
         if self.condition is not None:
             frame = frame[self.condition(frame).fillna(False)]
-        notes = []
+        if self.bare and len(frame) in (0, len(table.rows)):
+            notes.append(f"--where: without a unit {', '.join(self.bare)}")
         if self.objectives:
-            frame, notes = self._front(frame)
+            frame, lacking = self._front(frame)
+            notes += lacking
         if self.key is not None:
             frame = self._best(frame) if self.best else self._sorted(frame)
         places = frame.index.tolist()
@@ -108,7 +111,8 @@ def read_selection(study, where=None, sort=None, best=None, pareto=None):
 
 
 def _read_where(text, study):
-    return {"condition": parse(text, study)}
+    condition, bare = parse(text, study)
+    return {"condition": condition, "bare": bare}
 
 
 def _read_sort(text, study):

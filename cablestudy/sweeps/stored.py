@@ -10,12 +10,13 @@ from cablestudy.scene.words import counted, first_of
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
-from cablestudy.sweeps.database import Database
+from cablestudy.sweeps.database import AT_WORK, Database
 from cablestudy.sweeps.fingerprint import differences, identity
 from cablestudy.sweeps.rows import more_fields, table_of, varied_cells
 from cablestudy.sweeps.store import COMPLETE, RowStore, rows_done, stored_description
 
 PARTS = {"vary": "what varies", "find": "what is solved for", "columns": "the columns"}
+WHILE_AT_WORK = "nothing to show before it ends; Ctrl-C ends it too, and keeps the rows that are done"
 SHOWN = 5  # columns that are named in a message
 
 
@@ -86,7 +87,8 @@ def stored_table(study, files, again):
             found = Stored(Table(fields, rows, more=whole.more), files.rows, (*age, gaps), False)
         if found is None:
             nothing = [] if problems else [f"{files.csv}: no such file, nor {files.rows}"]
-            raise SceneError(*nothing, *problems, f"nothing to show; to compute the study as it is now: {again}")
+            hint = f"nothing to show; to compute the study as it is now: {again}"
+            raise SceneError(*nothing, *problems, WHILE_AT_WORK if f"{files.rows}: {AT_WORK}" in problems else hint)
         yield found
 
 

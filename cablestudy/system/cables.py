@@ -17,8 +17,9 @@ from cablestudy.cable.dynamics import ALL_AT_ONCE, Dynamics
 from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
+from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfLarge
-from cablestudy.system.superelement import Damping, Strain, Superelement
+from cablestudy.system.superelement import Damping, Superelement
 
 MAX_MODES = 600  # of one cable
 HIGHEST_ORDER = 44

@@ -75,7 +75,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class State:
+class PoseState:
     """A pose, and the chord strains of the cables, which keep their digits from step to step; n cases.
 
     Attributes
@@ -146,13 +146,13 @@ def moved(suspension, state, step):
     Parameters
     ----------
     suspension : Suspension
-    state : State
+    state : PoseState
     step : ndarray, shape (n, b, 6)
         Displacements [m] and rotation vectors [rad] of the bodies.
 
     Returns
     -------
-    State
+    PoseState
     """
     if not suspension.body_names:
         return state
@@ -167,7 +167,7 @@ def moved(suspension, state, step):
     longer = ((2 * state.vector + change) * change).sum(axis=-1)
     longer /= np.maximum(size(vector) + size(state.vector), TINY)
     strain = state.strain + longer / state.length
-    return State(position, rotation, suspension.arms(rotation), vector, state.length, strain)
+    return PoseState(position, rotation, suspension.arms(rotation), vector, state.length, strain)
 
 
 def spans(suspension, state):
@@ -182,7 +182,7 @@ def spans(suspension, state):
         loads = {"load_positions": suspension.load_positions, "load_forces": suspension.load_forces}
     span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical, **loads)
     if loads:
-        span = replace(span, load_masses=suspension.load_masses)
+        span = replace(span, load_masses=suspension.load_masses, load_fractions=suspension.load_fractions).broadcast()
     return span.with_chord_strain(np.where(close, NEAREST - 1, state.strain))
 
 
@@ -330,7 +330,7 @@ def line_search(suspension, state, point, step):
 
     Returns
     -------
-    state : State
+    state : PoseState
     point : Point
         There.
     share : ndarray, shape (n,)
@@ -374,7 +374,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
     ----------
     suspension : Suspension
         With cases of shape (n,).
-    state : State
+    state : PoseState
     most : int
         Steps.
     enough : float
@@ -382,7 +382,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
 
     Returns
     -------
-    State
+    PoseState
         Each case's to the last digit as if it were alone.
     Record
     """

@@ -6,7 +6,8 @@ import numpy as np
 
 from cablestudy.cable.assembly import joined, sparse_product
 from cablestudy.cable.plane_modes import unresolved_share
-from cablestudy.system.superelement import Strain, Superelement
+from cablestudy.system.coupling_damping import Strain
+from cablestudy.system.superelement import Superelement
 
 ROUNDING = 1e-11  # size of what the modes leave of a vector, over its own, below which it is rounding
 DEPENDENT = 1e-8  # mass of a combination of unit vectors, below which rounding determines it

@@ -164,6 +164,8 @@ def first_tensions(suspension, state, which, low, high):
     loads = (suspension.mass * gravity + size(suspension.force)).sum(axis=-1)
     chord = size(state.vector)
     own = (suspension.cable_mass * gravity * chord).sum(axis=-1)
+    if suspension.load_forces is not None:
+        own = own + size(suspension.load_forces).sum(axis=(-1, -2))
     tension = np.maximum((loads + own)[:, None] / len(which), 2 * (suspension.cable_mass * gravity * chord)[:, which])
     middle = np.where(np.isfinite(high), (low + high) / 2, np.maximum(tension, 2 * low))
     tension = np.where((tension < low) | (tension > high), middle, tension)
@@ -177,7 +179,7 @@ def linearised(suspension, state, which, found):
     ----------
     suspension : Suspension
         With cases of shape (n,); what each cable states is kept while the bodies move.
-    state : State
+    state : PoseState
     which : ndarray of int, shape (m,)
     found : ndarray of bool, shape (b, 6)
 
@@ -239,7 +241,7 @@ def search(suspension, which, found, method, low, high, reference, above):
 
     Returns
     -------
-    State
+    PoseState
     Record
     problems : ndarray of str, shape (n,)
     """

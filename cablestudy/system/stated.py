@@ -9,10 +9,11 @@ since a longer cable moves either end out by (1 + T/EA) dL/2 along its tangent. 
 
     dT_m/dN = d/L - N/EA,     dT_m/dL = ((T_1 + T_2)/2 - T_m)/L at given N,
 
-because L (T_m + (|N|^2 + (w L)^2/12)/(2 EA)) is the complementary energy, whose derivative by N is d.
+because L (T_m + (|N|^2 + (w L)^2/12)/(2 EA)) is the complementary energy, whose derivative by N is d. Of cables with
+point loads, and of sags, the derivatives are central differences.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -72,15 +73,17 @@ def values(cables, given):
         Not a number where nothing is stated. [m] or [N]
     """
     kinds = np.asarray(given, dtype=object)
-    result = np.full(np.shape(cables.span.chord), np.nan)
+    result, loaded = np.full(np.shape(cables.span.chord), np.nan), cables.span.load_positions.shape[-1] > 0
     quantities = {
         "unstretched_length": lambda: cables.span.unstretched_length,
         "preload": lambda: cables.mean_tension,
         "sag": lambda: cables.sag,
         "tension_to": lambda: size(cables.end_forces("global")[..., 1, :]),
         "tension_from": lambda: size(cables.end_forces("global")[..., 0, :]),
-        "horizontal_tension": lambda: size(cables.end_forces("global")[..., 0, :2]),
-        "max_tension": lambda: size(cables.end_forces("global")).max(axis=-1),
+        "horizontal_tension": lambda: (
+            cables.horizontal_tension if loaded else size(cables.end_forces("global")[..., 0, :2])
+        ),
+        "max_tension": lambda: cables.max_tension if loaded else size(cables.end_forces("global")).max(axis=-1),
     }
     for kind, quantity in quantities.items():
         if (kinds == kind).any():
@@ -97,6 +100,8 @@ def rates(cables, given):
         As for `values`.
     """
     span, kinds = cables.span, np.asarray(given, dtype=object)
+    if span.load_positions.shape[-1]:
+        return _rates_with_loads(cables, given)
     length, stiff = span.unstretched_length[..., None], np.asarray(span.axial_stiffness)[..., None]
     forces = cables.end_forces("global")
     first, last = forces[..., 0, :], -forces[..., 1, :]  # tension vectors at the ends
@@ -128,31 +133,64 @@ def rates(cables, given):
         own = np.where(chosen, (gradient * by_length).sum(axis=-1) + direct, own)
         across = np.where(chosen[..., None], (stiffness @ gradient[..., None])[..., 0], across)
     if (kinds == "sag").any():
-        sag = _sag_rates(span)
+        sag = _differences(span, lambda moved: moved.sag[..., None], _slack_step(span))[..., 0, :]
         own = np.where(kinds == "sag", sag[..., 0], own)
         across = np.where((kinds == "sag")[..., None], sag[..., 1:], across)
     return Rates(end_forces, stiffness, own, across)
 
 
-def _sag_rates(span):
-    """Derivatives of the sag by dL/L and by the place of end 2, by central differences, shape (..., 4)."""
+def _rates_with_loads(cables, given):
+    """`rates` of cables that may carry point loads."""
+    span = cables.span
+
+    def asked(moved):
+        known = np.asarray(values(moved, given))[..., None]
+        return np.concatenate([moved.end_forces("global").reshape((*known.shape[:-1], 6)), known], axis=-1)
+
+    strain = np.maximum(np.abs(span.chord_strain), cables.mean_tension / span.axial_stiffness)
+    found = _differences(span, asked, DIFFERENCE * np.maximum(strain, 1e-12))
+    found = np.where(np.isfinite(found), found, 0.0)  # without a definite form, as without any load, there are none
+    stated = ~np.isnan(values(cables, given))
+    end_forces = found[..., :6, 0].reshape((*found.shape[:-2], 2, 3))
+    by_end = np.where(stated[..., None], found[..., 6, 1:], 0.0)
+    return Rates(end_forces, cables.global_end_stiffness, np.where(stated, found[..., 6, 0], np.nan), by_end)
+
+
+def _slack_step(span):
+    """A change of strain about as large as what the slack or stretch of a cable can tell of its sag."""
+    return DIFFERENCE * np.maximum(np.abs(span.chord_strain), 1e-8)
+
+
+def _differences(span, function, step):
+    """Derivatives by dL/L and by the place of end 2, by central differences, shape (..., m, 4).
+
+    Parameters
+    ----------
+    span : Span
+    function : callable
+        Catenary -> ndarray, shape (..., m).
+    step : ndarray, shape (...)
+        Relative change of the length. [-]
+    """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
+    forces = span.in_frame(span.load_forces, "global")
+    of_loads = {"load_positions": span.load_positions, "load_forces": forces} if forces.shape[-2] else {}
 
-    def sag(factor, shift):
+    def at(factor, shift):
         stiffness, vertical = span.axial_stiffness, span.vertical
-        moved = Span.between(np.zeros(3), vector + shift, stiffness, span.mass, span.gravity, vertical=vertical)
+        moved = Span.between(
+            np.zeros(3), vector + shift, stiffness, span.mass, span.gravity, vertical=vertical, **of_loads
+        )
         longer = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)
-        length = span.unstretched_length
-        strain = span.chord_strain + longer / (moved.chord + span.chord) / length
-        return catenary.solve(moved.with_chord_strain(with_relative_length(strain, factor))).sag
+        strain = span.chord_strain + longer / (moved.chord + span.chord) / span.unstretched_length
+        moved = replace(moved, load_fractions=span.load_fractions)
+        return function(catenary.solve(moved.with_chord_strain(with_relative_length(strain, factor))))
 
-    # a change of strain about as large as what the cable's slack or stretch can tell
-    step = DIFFERENCE * np.maximum(np.abs(span.chord_strain), 1e-8)
-    none = np.zeros(3)
-    columns = [(sag(step, none) - sag(-step, none)) / (2 * step)]
+    none, steps = np.zeros(3), step[..., None]
+    columns = [(at(step, none) - at(-step, none)) / (2 * steps)]
     for axis in range(3):
         shift = np.eye(3)[axis] * (step * span.unstretched_length)[..., None]
-        columns.append((sag(0.0, shift) - sag(0.0, -shift)) / (2 * step * span.unstretched_length))
+        columns.append((at(0.0, shift) - at(0.0, -shift)) / (2 * steps * span.unstretched_length[..., None]))
     return np.stack(columns, axis=-1)
 
 
@@ -195,6 +233,7 @@ def least_preload(span):
         At most LEAST_ERROR above the exact one. [N]
     """
     stretched = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
+    span = span.without_loads()
     low, high = np.broadcast_to(-np.log(SLACKEST), stretched.shape), stretched  # log of chord over unstretched length
     share = np.linspace(0.0, 1.0, TRIALS).reshape(-1, *[1] * stretched.ndim)
     for _ in range(2):
@@ -259,6 +298,7 @@ def fit(span, given, value, strain):
     force = np.isin(kinds, FORCES)
     # an end may be the lower one
     heaviest = np.where(np.isin(kinds, ["tension_to", "tension_from"]), span.weight_per_length * span.chord, 0.0)
+    heaviest = heaviest + np.where(kinds == "preload", 0.0, size(span.load_forces).sum(axis=-1))
     steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), STEEPEST), 1.0)
     most = np.where(force, (value + heaviest) / steepness / span.axial_stiffness, np.inf)
     strain, last = np.where(force, np.minimum(strain, most), strain), np.inf

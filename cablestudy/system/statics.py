@@ -10,7 +10,7 @@ from cablestudy.system import stated, tangent
 from cablestudy.system.descent import (
     TINY,
     UNMET,
-    State,
+    PoseState,
     copied,
     descend,
     extent,
@@ -82,7 +82,7 @@ def leave_saddle_points(suspension, flat, state, record):
     ----------
     suspension, flat : Suspension
         The cases in their shape, and of shape (n,).
-    state : State
+    state : PoseState
     record : Record
 
     Notes
@@ -120,7 +120,7 @@ def nudged(suspension, state, motion, size):
 
 
 def search_all(suspension, state):
-    """Pose, and lengths with which the cables have what they state: `State`, `Record`."""
+    """Pose, and lengths with which the cables have what they state: `PoseState`, `Record`."""
     state, record = search(suspension, state)
     if set(suspension.given) != {"unstretched_length"}:
         state, record = meet(suspension, state, record)
@@ -157,7 +157,7 @@ def start(suspension):
 
     Returns
     -------
-    State
+    PoseState
     """
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)
@@ -165,7 +165,7 @@ def start(suspension):
     own = np.array([kind == "unstretched_length" for kind in suspension.given])
     length = np.where(own, value, 1.0)
     strain = (size(vector) - length) / length
-    state = State(suspension.position.copy(), suspension.rotation.copy(), arms, vector, length, strain)
+    state = PoseState(suspension.position.copy(), suspension.rotation.copy(), arms, vector, length, strain)
     if own.all():
         return state
     span = spans(suspension, state)
@@ -196,14 +196,14 @@ def meet(suspension, state, record):
     ----------
     suspension : Suspension
         With cases of shape (n,).
-    state : State
+    state : PoseState
         In equilibrium.
     record : Record
         Of the search that led there.
 
     Returns
     -------
-    State
+    PoseState
     Record
     """
     which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
@@ -271,7 +271,7 @@ def coupled_step(suspension, state, cables, which, error):
     forces = cables.end_forces("global")
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, rates.stiffness)
     measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
-    value = suspension.value[:, which] / factor
+    value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
     pulled = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
     signed = rates.by_end[:, which, None, :] * np.array([-1.0, 1.0])[:, None] / value[..., None, None]
     turned = tangent.wrenches(state.arms[:, which], signed)
@@ -369,7 +369,8 @@ def span_of_shape(span, shape):
     """Cables of shape (n, c) in another shape of the same size."""
     names = ["chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity", "level", "vertical"]
     loaded = span.load_positions.shape[-1] > 0
-    names += ["load_positions", "load_forces", "load_masses"] if loaded else []
+    of_loads = ("load_positions", "load_forces", "load_masses", "load_fractions")
+    names += [name for name in of_loads if loaded and getattr(span, name) is not None]
     arrays = {name: np.asarray(getattr(span, name)) for name in names}
     shaped = {name: array.reshape((*shape, *array.shape[2:])) for name, array in arrays.items()}
     shaped = replace(span, **shaped)

@@ -25,14 +25,10 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import NoSolutionError
+from cablestudy.system.coupling_damping import Strain, StrainDamping, UnevenDamping
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements
 NAMES = tuple(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
-TRUSTED = 1e-11  # difference between the sum over poles and solved systems up to which the sum is used
-MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
-FEW = 4  # places up to which solving is cheaper than finding the poles
-AT_ONCE = 64  # systems of equations that are solved in one call
 BLOCK = 128  # frequencies for which the modes are summed in one call: arrays that stay in the processor's cache
 
 
@@ -54,39 +50,6 @@ class Damping:
     loss_factor: float = 0.0
     time: float = 0.0
     viscous: float = 0.0
-
-
-@dataclass(frozen=True)
-class Strain:
-    """Damping of the elastic strain.
-
-    Attributes
-    ----------
-    law : {"hysteretic", "kelvin_voigt"}
-    amount : float
-        Loss factor [-], or time [s].
-    modes : ndarray, shape (n, n)
-        E. [1/s^2]
-    coupling : ndarray, shape (n, 6)
-        R. [N/(m sqrt(kg))]
-    ends : ndarray, shape (6, 6)
-        S. [N/m]
-    """
-
-    law: str
-    amount: float
-    modes: np.ndarray
-    coupling: np.ndarray
-    ends: np.ndarray
-
-    def factor(self, s):
-        """Complex loss factor: i loss factor in the upper half plane, or s time."""
-        return s * self.amount if self.law == "kelvin_voigt" else 1j * self.amount * np.sign(np.imag(s))
-
-    @property
-    def matrix(self):
-        """[E R; R^T S], shape (n + 6, n + 6)."""
-        return np.block([[self.modes, self.coupling], [self.coupling.T, self.ends]])
 
 
 @dataclass(frozen=True)
@@ -276,11 +239,11 @@ class Superelement:
         """
         s = np.asarray(s, dtype=complex)
         if self.strain is not None:
-            self._check_strain()
+            self._strain_damping.check()
         if self.uneven:
-            return self._coupled(s, rows, columns)
+            return self._uneven_damping.dynamic_stiffness(s, rows, columns)
         if self.strain is not None:
-            return self._strained(s, rows, columns)
+            return self._strain_damping.dynamic_stiffness(s, rows, columns)
         inertial, left, right = s**2 + self.viscous * s, self.participation[:, rows], self.participation[:, columns]
         value = self.stiffness[rows][:, columns] + inertial[:, None, None] * self.residual_inertia[rows][:, columns]
         if np.any(self.residual_damping):
@@ -289,19 +252,6 @@ class Superelement:
         products = products.reshape(len(self.omega), left.shape[1] * right.shape[1])
         modal = [self._modal(s[i : i + BLOCK], products) for i in range(0, len(s), BLOCK)]
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
-
-    def _coupled(self, s, rows, columns):
-        """The dynamic stiffness where viscous damping is uneven."""
-        below, n = np.imag(s) < 0, len(self.omega)
-        s = np.where(below, np.conj(s), s)
-        every = [part[:, n:][:, columns] for part in self.matrices()]
-        value, driven = _quadratic([part[n:][rows] for part in every], s), [part[:n] for part in every]
-        if self._pole_sum is None:
-            value = value - self.held_by_modes(s, rows) @ _quadratic(driven, s)
-        else:
-            moved = _quadratic([(self._pole_sum[2] @ part).T for part in driven], s)
-            value = value - self._by_pole(s, rows) @ moved.swapaxes(1, 2)
-        return np.where(below[:, None, None], value.conj(), value)
 
     def held_by_modes(self, s, ends):
         """Force on some ends that holds them per modal force, where viscous damping is uneven.
@@ -318,24 +268,20 @@ class Superelement:
             The rows of s^2 M + s C + K of these ends and all modes, times the inverse of the block of the modes.
             [sqrt(kg)]
         """
-        s, n = np.asarray(s, dtype=complex), len(self.omega)
-        if self._pole_sum is None:
-            return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices()], s))
-        return self._by_pole(s, ends) @ self._pole_sum[2]
+        return self._uneven_damping.held_by_modes(s, ends)
 
-    def _by_pole(self, s, ends):
-        """The same as a part of each pole of `_pole_sum`, shape (m, e, 2 n)."""
-        (poles, shapes, _), n = self._pole_sum, len(self.omega)
-        return _quadratic([part[n:, :n][ends] @ shapes for part in self.matrices()], s) / (s[:, None, None] - poles)
+    @cached_property
+    def _strain_damping(self):
+        return StrainDamping(self)
 
-    def _solved(self, s, force):
-        """Forces, shape (m, e, n), times the inverse of the block of the modes, by a system of equations for each s."""
-        n, found = len(self.omega), [force[:0]]
-        inner = [part[:n, :n] for part in self.matrices()]
-        for i in range(0, len(s), AT_ONCE):
-            matrix = _quadratic(inner, s[i : i + AT_ONCE])  # symmetric
-            found.append(np.linalg.solve(matrix, force[i : i + AT_ONCE].swapaxes(1, 2)).swapaxes(1, 2))
-        return np.concatenate(found)
+    @cached_property
+    def _uneven_damping(self):
+        return UnevenDamping(self)
+
+    @property
+    def resolvent(self):
+        """See `StrainDamping.resolvent`."""
+        return self._strain_damping.resolvent
 
     def _modal(self, s, products):
         """Sum over the modes of r/(W^2 + r) times some products."""
@@ -344,160 +290,20 @@ class Superelement:
             inertial = s[:, None] * (s[:, None] + rate)
             return (inertial / (inertial + square)) @ products
         # on the imaginary axis in real numbers, which are several times faster
-        gone, lost = s.imag[:, None] ** 2, s.imag[:, None] * rate
-        left_over = square - gone
-        size = left_over**2 + lost**2
-        return ((lost**2 - gone * left_over) / size) @ products + 1j * ((lost / size) @ (square[:, None] * products))
-
-    def _check_strain(self):
-        """Refuse so much damped strain that rounding spoils what is left."""
-        if np.abs(self.strain.factor(1j * self.omega.min(initial=np.inf))) > MOST_DAMPED and len(self.omega):
-            raise NoSolutionError(
-                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
-                f"response: cable.damping must be less"
-            )
-
-    def _strained(self, s, rows, columns):
-        strain, below = self.strain, (np.imag(s) < 0) & (self.strain.law == "hysteretic")
-        s = np.where(below, np.conj(s), s)
-        factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
-        value = (
-            self.stiffness[rows][:, columns]
-            + factor * strain.ends[rows][:, columns]
-            + inertial * self.inertia[rows][:, columns]
-        )
-        if len(self.omega):
-            few = len(s) <= FEW and "resolvent" not in self.__dict__
-            if few or self.resolvent is None:
-                value = value - self._by_solving(s, factor, inertial, rows, columns)
-            else:
-                value = value - self._by_poles(self.resolvent, s, factor, inertial, rows, columns)
-        return np.where(below[:, None, None], value.conj(), value)
-
-    def _drives(self, ends):
-        """R and m of some ends."""
-        return self.strain.coupling[:, ends], self.coupling[:, ends]
-
-    def _by_poles(self, poles, s, factor, inertial, rows, columns):
-        """(c R + g m)^T (W^2 + c E + g)^-1 (c R + g m), as a sum over the poles of the inverse."""
-        value, vectors, inverse = poles
-        left, right = self._drives(rows), self._drives(columns)
-        left, right = [part.T @ vectors for part in left], [inverse @ part for part in right]
-
-        def residues(one, other):
-            return one.T[:, :, None] * other[:, None, :]
-
-        by_power = np.stack([
-            residues(left[0], right[0]),
-            residues(left[0], right[1]) + residues(left[1], right[0]),
-            residues(left[1], right[1]),
-        ])  # fmt: skip
-        weight = 1 / (inertial[:, 0] + value if self.strain.law == "hysteretic" else s[:, None] - value)
-        strained, mixed, inert = (weight @ by_power.reshape(3, len(value), -1)).reshape(3, len(s), *by_power.shape[2:])
-        return factor**2 * strained + factor * inertial * mixed + inertial**2 * inert
-
-    def _by_solving(self, s, factor, inertial, rows, columns):
-        """The same by a system of equations for each s."""
-        found, unit = [], np.eye(len(self.omega))
-        left, right = self._drives(rows), self._drives(columns)
-        for i in range(0, len(s), AT_ONCE):
-            c, g = factor[i : i + AT_ONCE], inertial[i : i + AT_ONCE]
-            matrix = np.diag(self.omega**2) + c * self.strain.modes + g * unit
-            force = (c * left[0] + g * left[1]).swapaxes(1, 2)
-            found.append(force @ np.linalg.solve(matrix, c * right[0] + g * right[1]))
-        return np.concatenate(found)
-
-    @property
-    def _checked(self):
-        """Places at which a sum over poles is held against solved systems, shape (8,). [rad/s]"""
-        return (0.03 + 1j) * np.geomspace(self.omega.min() / 10, np.median(self.omega), 8)
-
-    @cached_property
-    def resolvent(self):
-        """(values, left, right) of damped strain; None where rounding spoils the sum.
-
-        (W^2 + c E + g)^-1 is the sum of left right over (g + value), or over (s - value) for Kelvin-Voigt.
-        """
-        try:
-            with np.errstate(all="ignore"):  # the check below finds what is not finite
-                poles = self._slow_poles()
-        except np.linalg.LinAlgError:
-            return None
-        s = self._checked
-        factor, inertial = self.strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
-        columns = [GROUND, GONDOLA]
-        with np.errstate(all="ignore"):
-            summed = self._by_poles(poles, s, factor, inertial, columns, columns)
-            solved = self._by_solving(s, factor, inertial, columns, columns)
-            size = np.abs(inertial) * np.diagonal(self.inertia)[columns] + np.diagonal(self.stiffness)[columns]
-            size = np.sqrt(size.swapaxes(1, 2) * size)
-            error = (np.abs(summed - solved) / np.where(size > 0, size, 1.0)).max()
-        return poles if error <= TRUSTED else None
-
-    def _slow_poles(self):
-        """Poles of the modes that damped strain couples, the slow ones most accurate.
-
-        The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
-        largest eigenvalue: so the inverse is taken.
-        """
-        omega, n = self.omega, len(self.omega)
-        unit = np.outer(omega, omega)
-        elastic = self.strain.amount * self.strain.modes / unit
-        if self.strain.law == "hysteretic":
-            value, vector = np.linalg.eig(np.linalg.inv(np.eye(n) + 1j * elastic) / unit)
-            return 1 / value, vector, np.linalg.inv(vector)
-        # for W q and q': symmetric but for a sign, entries no larger than they must be
-        slowness = np.diag(1 / omega)
-        loss = elastic + self.viscous * slowness**2
-        value, vector = np.linalg.eig(np.block([[-loss, -slowness], [slowness, np.zeros((n, n))]]))
-        return 1 / value, vector[:n] / omega[:, None], np.linalg.inv(vector)[:, n:]
+        inertial, damped = s.imag[:, None] ** 2, s.imag[:, None] * rate
+        elastic = square - inertial
+        size = elastic**2 + damped**2
+        real, imaginary = (damped**2 - inertial * elastic) / size, damped / size
+        return real @ products + 1j * (imaginary @ (square[:, None] * products))
 
     @cached_property
     def poles(self):
         """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
         if self.uneven and len(self.omega):
-            poles = np.zeros(0, dtype=complex) if self._pole_sum is None else self._pole_sum[0]
-            return poles[poles.imag >= 0]
+            return self._uneven_damping.poles
         if self.strain is not None and len(self.omega):
-            if self.resolvent is None:
-                return np.zeros(0, dtype=complex)
-            value = self.resolvent[0]
-            if self.strain.law == "hysteretic":
-                value = np.sqrt(self.viscous**2 / 4 - value + 0j)
-                value = np.where(value.imag < 0, -value, value) - self.viscous / 2
-            return value[value.imag >= 0]
+            return self._strain_damping.poles
         return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
-
-    @cached_property
-    def _pole_sum(self):
-        """(poles, shapes, inverse): the inverse of the block of the modes is the sum of products over s - pole.
-
-        As in `_slow_poles` of the inverse, for W q and q'; None where rounding spoils the sum.
-        """
-        if not len(self.omega):
-            return None
-        n, slowness = len(self.omega), np.diag(1 / self.omega)
-        _, damping, stiffness = (part[:n, :n] for part in self.matrices())
-        s = self._checked
-        try:
-            with np.errstate(all="ignore"):  # what is not finite is not trusted
-                give = np.linalg.inv(slowness @ stiffness @ slowness)
-                matrix = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
-                value, vectors = np.linalg.eig(np.block(matrix))
-                poles, shapes, inverse = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
-                summed = (shapes / (s[:, None, None] - poles)) @ inverse
-                solved = self._solved(s, np.broadcast_to(np.eye(n), (len(s), n, n)))
-                error = (np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max()
-        except np.linalg.LinAlgError:
-            return None
-        return (poles, shapes, inverse) if error <= TRUSTED else None
-
-
-def _quadratic(matrices, s):
-    """s^2 M + s C + K for M, C, K of shape (r, c), shape (m, r, c)."""
-    mass, damping, stiffness = matrices
-    s = s[:, None, None]
-    return s * (s * mass + damping) + stiffness
 
 
 def damped_poles(omega, ratio):

@@ -22,7 +22,7 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 CORES = {
     "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
     "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
-    "cable_wind": 2, "load_positions": 2, "load_forces": 3, "load_masses": 2,
+    "cable_wind": 2, "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
 
 
@@ -70,12 +70,14 @@ class Suspension:
         Uniform load on each cable beside its weight, per unstretched length, global axes; a cable without mass has
         none. [N/m]
     load_positions : ndarray, shape (..., c, k), or None
-        Of point loads on each cable: arc length from end 1 along the unstretched cable, ascending. Cables have them
-        only where all state their unstretched length. [m]
+        Of point loads on each cable: arc length from end 1 along the unstretched cable, ascending. [m]
     load_forces : ndarray, shape (..., c, k, 3), or None
         Point loads, global axes, the weight of their masses included. [N]
     load_masses : ndarray, shape (..., c, k), or None
         What moves with the cable there. [kg]
+    load_fractions : ndarray, shape (..., c, k), or None
+        Share of the unstretched length at which a load is whatever that length; not a number where its place is an arc
+        length. With it the order of the loads is free. [-]
     """
 
     gravity: np.ndarray
@@ -101,6 +103,7 @@ class Suspension:
     load_positions: np.ndarray | None = None
     load_forces: np.ndarray | None = None
     load_masses: np.ndarray | None = None
+    load_fractions: np.ndarray | None = None
 
     def _arrays(self):
         """Arrays of numbers by name."""

@@ -63,13 +63,20 @@ class Gusts:
         -------
         ndarray, shape (f, o)
         """
-        speed, shares = self._functions(frequency)
         response = np.swapaxes(self.into, -1, -2) @ response
+        pushed = self.matrix_times(frequency, response)
+        return (pushed.real * response.real + pushed.imag * response.imag).sum(axis=1)
+
+    def matrix_times(self, frequency, columns):
+        """The one-sided spectral matrix of the inputs of `into` at frequencies, times columns (f, m + 3 b, o)."""
+        speed, shares = self._functions(frequency)
+        root = np.ones((len(frequency), columns.shape[1], 1))
         for part, share in zip(self.parts, shares, strict=True):
-            response[:, part] *= share[:, None, None]
+            root[:, part, 0] = (np.sqrt(speed) * share)[:, None]
         covariance = self._covariance(self.wind.coherence_decay * frequency / self.wind.speed)
-        parts = response.real, response.imag
-        return speed[:, None] * sum(((covariance @ part) * part).sum(axis=1) for part in parts)
+        columns, found = root * columns, np.empty(columns.shape, dtype=complex)
+        found.real, found.imag = covariance @ columns.real, covariance @ columns.imag
+        return root * found
 
     @cached_property
     def into(self):
@@ -176,12 +183,13 @@ class Gusts:
         found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
         decay = -kappa[:, None, None]
         points = np.concatenate([strip.points for strip in self.strips] or [np.zeros((0, 3))])
-        pushes = np.concatenate([strip.pushes for strip in self.strips] or [np.zeros((3, 0, count))], axis=1)
+        of_strips = [strip.point_forces for strip in self.strips] or [np.zeros((3, 0, count))]
+        point_forces = np.concatenate(of_strips, axis=1)
         towards = np.exp(decay * size(points[:, None] - self.places))
         between = np.exp(decay * size(self.places[:, None] - self.places))
         for component in blown.tolist():
             place, variance = count + component + 3 * np.arange(len(self.areas)), rms[component] ** 2
-            mixed = variance * np.tensordot(self.directions[component], pushes, axes=1).T @ towards
+            mixed = variance * np.tensordot(self.directions[component], point_forces, axes=1).T @ towards
             found[:, :count, place] = mixed
             found[:, place, :count] = np.swapaxes(mixed, -1, -2)
             found[:, place[:, None], place] = variance * between
@@ -198,15 +206,15 @@ class Gusts:
         """
         count = self.forces.shape[-1]
         own, between = np.zeros((2, len(kappa), count, count))
-        points, pushes = np.zeros((0, 3)), np.zeros((0, len(components), count))
+        points, point_forces = np.zeros((0, 3)), np.zeros((0, len(components), count))
         for strip in self.strips:
             own += strip.coherent(np.einsum("ck,kpm->pcm", components, strip.forces), kappa)
-            pushed = np.einsum("ck,kpm->pcm", components, strip.pushes)
+            forces = np.einsum("ck,kpm->pcm", components, strip.point_forces)
             # with the cables before it
             coherence = np.exp(-kappa[:, None, None] * size(strip.points[:, None] - points))
-            moved = coherence @ pushes.reshape(len(points), len(components) * count)
-            between += pushed.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
-            points, pushes = np.concatenate([points, strip.points]), np.concatenate([pushes, pushed])
+            moved = coherence @ point_forces.reshape(len(points), len(components) * count)
+            between += forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
+            points, point_forces = np.concatenate([points, strip.points]), np.concatenate([point_forces, forces])
         return own + between + np.swapaxes(between, -1, -2)
 
 

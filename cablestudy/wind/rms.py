@@ -154,9 +154,7 @@ def integrate(function, edges, tolerance=1e-6):
     error = (error + noise).sum(axis=1)
     if (error > tolerance * total).any():
         reached = np.max(error[total > 0] / total[total > 0])
-        raise ConvergenceError(
-            f"response spectrum: an error of {reached:.1e} remains, the tolerance is {tolerance:.1e}"
-        )
+        raise ConvergenceError(f"response spectrum: an error of {reached:.1e} remains, {tolerance:.1e} was wanted")
     boundaries = np.exp(np.concatenate([low, edges[-1:]]))
     return Integral(value=total, error=error, evaluations=evaluations, edges=boundaries, panels=value.T)
 

@@ -67,13 +67,13 @@ class Strip:
         return self._at_points(self.places)
 
     @cached_property
-    def pushes(self):
+    def point_forces(self):
         """As `forces` at each point, shape (3, q, m)."""
         mesh = self.mesh
         shares = mesh.node_weights if mesh.order == 1 else (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
         lengths = self.length * shares
-        pushed = self._at_points(self.drag) @ self._at_points(self.shapes)
-        return np.moveaxis(pushed * lengths[:, None, None], 1, 0)
+        forces = self._at_points(self.drag) @ self._at_points(self.shapes)
+        return np.moveaxis(forces * lengths[:, None, None], 1, 0)
 
     def _at_points(self, values):
         """Values of the nodes, shape (p, ...), at the points, shape (q, ...)."""

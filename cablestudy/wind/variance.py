@@ -18,6 +18,7 @@ POINTS = 8  # of each panel
 NEAR = 4.0  # distance of a pole from the middle of a panel, in its half-widths, up to which the rule is corrected
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 LAST = np.polynomial.legendre.legval(NODES, np.eye(POINTS)[-1])  # Legendre's polynomial of degree POINTS - 1 there
+AT_ONCE = 100  # frequencies
 ROUNDING = 1e-13  # of a variance over the sum of the sizes of its terms: what is less is zero
 HALVINGS, UNRESOLVED = 12, 1e-5  # of panels, and share of the two highest polynomials in a function that is resolved
 HIGHEST = np.polynomial.legendre.legvander(NODES, POINTS - 1)[:, -2:] * np.array([POINTS - 1.5, POINTS - 0.5])
@@ -90,16 +91,21 @@ class Panels:
         ----------
         poles : ndarray, complex, shape (N,)
             Of the upper half plane and the real axis. [rad/s]
+        """
+        omega = 2 * np.pi * self.frequency
+        return -2 * poles[:, None] / (omega**2 + poles[:, None] ** 2) * self.weights_for(poles)
+
+    def weights_for(self, poles):
+        """Weights, shape (N, n), for functions with a simple pole each at i w = l_a; `poles` as for `resolvents`.
 
         Notes
         -----
-        In z = log f, r_a has a pole at log(l_a/(2 pi i)). Gauss's rule of n points x_i is exact for a polynomial over
-        x - z where its weights are multiplied by 1 + n P_(n-1)(x_i) Q_n(z), P and Q being Legendre's functions of the
-        first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z) (Whittaker and Watson, Modern Analysis,
-        15.4).
+        In z = log f, such a function has a pole at log(l_a/(2 pi i)). Gauss's rule of n points x_i is exact for a
+        polynomial over x - z where its weights are multiplied by 1 + n P_(n-1)(x_i) Q_n(z), P and Q being Legendre's
+        functions of the first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z) (Whittaker and Watson,
+        Modern Analysis, 15.4).
         """
-        omega = 2 * np.pi * self.frequency
-        found = -2 * poles[:, None] / (omega**2 + poles[:, None] ** 2) * self.weights
+        found = np.tile(self.weights + 0j, (len(poles), 1))
         place = (np.log(poles / 2j / np.pi)[:, None] - self._middle) / self._half
         pole, panel = np.nonzero(np.abs(place) < NEAR)
         points = panel[:, None] * POINTS + np.arange(POINTS)
@@ -142,6 +148,40 @@ def variances(residues, panels, noise, weights):
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
     own = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
     return np.where(found > ROUNDING * (np.sqrt(own) @ np.abs(shown.T)) ** 2, found, 0.0)
+
+
+def mixed_variances(residues, smooth, noise_times, panels, noise, weights):
+    """Variances of the outputs of a system with few known poles beside a response that is smooth over frequency.
+
+    Parameters
+    ----------
+    residues : Residues
+        The poles, stable, without a direct part; of complex ones both of each pair.
+    smooth : callable
+        What is to be added to their response: frequencies, shape (f,) [Hz] -> complex, shape (f, o, i).
+    noise_times : callable
+        Frequencies and columns, complex, shape (f, i, o) -> S times these.
+    panels, noise, weights
+        As for `variances`.
+
+    Returns
+    -------
+    ndarray, shape (w, o)
+
+    Notes
+    -----
+    With the poles' response P and the smooth one G: P S P* + 2 Re P S G* + G S G*.
+    """
+    found, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency[:, None]
+    fractions = panels.weights_for(residues.poles).T / (s - residues.poles)
+    for begin in range(0, len(s), AT_ONCE):
+        part = slice(begin, begin + AT_ONCE)
+        own = smooth(panels.frequency[part])
+        pushed = noise_times(panels.frequency[part], np.swapaxes(own, 1, 2).conj())
+        plain = (own * np.swapaxes(pushed, 1, 2)).sum(axis=-1).real * panels.weights[part, None]
+        crossed = ((residues.given @ pushed) * fractions[part, :, None] * residues.shown.T).sum(axis=1)
+        found += weights[:, part] @ (plain + 2 * crossed.real)
+    return found
 
 
 def _forced(given, panels, noise, weights, resolvents):

@@ -2,7 +2,8 @@
 
 A suspension is the plain mapping that its file would hold, all numbers in SI: `gravity`, `cable` (elastic_modulus,
 area, damping), `bodies`, `cables` (from, to, unstretched_length), `winches`, `control` (measured, gain, notch with a
-frequency, or "none"), `actuators`, `wind`. The cables are springs along their chords, with Kelvin-Voigt damping.
+frequency, or "none"; in `unit_gain` PID gains, delay and bandwidth too), `actuators`, `wind`. The cables are springs
+along their chords, with Kelvin-Voigt damping.
 """
 
 from functools import cached_property
@@ -295,7 +296,17 @@ class Straight:
         *_, B, rate = self.matrices
         wide = np.asarray(s)[..., None, None]
         moved = np.linalg.solve(self.dynamic_stiffness(s), (B + wide * rate) @ self.shares)
-        return self.measured @ moved * (self.notch(wide) / wide)
+        return self.measured @ moved * (self.notch(wide) * self.law(wide))
+
+    def law(self, s):
+        """PID, delay and lag over the integral gain."""
+        own = self.text["control"]
+        corner = TURN * own.get("derivative_filter", 1.0)
+        value = own["gain"] / s + own.get("proportional_gain", 0.0)
+        value = (value + own.get("derivative_gain", 0.0) * s * corner / (s + corner)) / own["gain"]
+        if "bandwidth" in own:
+            value = value * TURN * own["bandwidth"] / (s + TURN * own["bandwidth"])
+        return value * np.exp(-own.get("delay", 0.0) * s)
 
     def closed(self, gain=None, gains=None):
         """A of x' = A x; see `states`."""

@@ -24,7 +24,7 @@ MM, URAD = 1e3, 1e6
 
 
 @dataclass(frozen=True)
-class State:
+class DrawnState:
     """What is drawn of one state of control.
 
     Attributes
@@ -121,23 +121,23 @@ def _grid(movement):
 
 
 def _states(case, response, names, place, frequency):
-    """The `State` of each state of control: winches at rest, loop, actuators."""
+    """The `DrawnState` of each state of control: winches at rest, loop, actuators."""
     movement = response.movement
     rest, closed = "winches at rest" if movement.winches else "without control", "winch loop closed"
     if not movement.actuators:
         found = _of(response, names, place, frequency)
         labels = (closed, rest) if len(found) > 1 else (rest,)
         looks = ((RED, "-"), (GREY, "--")) if len(found) > 1 else ((RED, "-"),)
-        return [State(label, *look, *part) for label, look, part in zip(labels, looks, found, strict=True)][::-1]
+        return [DrawnState(label, *look, *part) for label, look, part in zip(labels, looks, found, strict=True)][::-1]
     both = "loop and actuators" if response.loop else "with actuators"
-    states = [State(both, RED, "-", *_of(response, names, place, frequency)[CLOSED])]
+    states = [DrawnState(both, RED, "-", *_of(response, names, place, frequency)[CLOSED])]
     with suppress(NoSolutionError, ConvergenceError):  # unstable without them, for example
         alone = type(case)(movement.scene.model_copy(update={"actuators": {}})).in_wind
         found = _of(alone.response, names, place, frequency)
         looks = (("loop, no actuators", "#000000", "--"), ("winches at rest, no actuators", GREY, ":"))
         if len(found) == 1:
             looks = (("without actuators", GREY, "--"),)
-        states += [State(*look, *part) for look, part in zip(looks, found, strict=True)]
+        states += [DrawnState(*look, *part) for look, part in zip(looks, found, strict=True)]
     return states[::-1]
 
 

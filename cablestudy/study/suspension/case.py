@@ -9,7 +9,7 @@ from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.suspension.group import Group, one_of
 from cablestudy.study.suspension.in_wind import InWind
-from cablestudy.study.suspension.load_cases import load_counts
+from cablestudy.study.suspension.load_cases import load_counts, reference_load_counts
 from cablestudy.study.suspension.numbers import topology_of
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
@@ -296,8 +296,9 @@ def cases_of(scenes):
     groups = {}
     for place, scene in enumerate(scenes):
         method = scene.tensions and scene.tensions.method
-        loads = scene.case is None, scene.load_case.wind is None, scene.wind is None, *load_counts(scene).values()
-        key = (repr(topology_of(scene)), scene.solve_for, method, *loads)
+        kinds = scene.case is None, scene.load_case.wind is None, scene.wind is None
+        loads = *load_counts(scene).values(), *reference_load_counts(scene).values()
+        key = (repr(topology_of(scene)), scene.solve_for, method, *kinds, *loads)
         groups.setdefault(key, []).append(place)
     cases = [None] * len(scenes)
     for places in groups.values():

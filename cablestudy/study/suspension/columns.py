@@ -16,6 +16,7 @@ from cablestudy.scene.fields import suggestion
 from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks, written_key
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
+    WINCHES,
     actuator_columns,
     place_columns,
     tension_columns,
@@ -185,6 +186,7 @@ def _over_all(name, unit, meaning, values, extreme, key=""):
 
 WHOLE = (
     *LOOP,
+    *WINCHES,
     _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.min),
     _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.max),
     _over_all("max_utilisation", "", "largest tension over breaking force of any cable", lambda r: r.utilisation,
@@ -309,8 +311,9 @@ def _why_not_of_whole(scene, column):
     """`why_not` of a column without a name before it."""
     if column.name == "max_utilisation" and all(c.section_breaking_force is None for c in scene.cables.values()):
         return "max_utilisation needs the strength or breaking_force of a cable, which the scene does not have"
-    if column.needs == "loop" and column.name in {other.name for other in LOOP}:
-        return "" if scene.control else f"{column.name} needs the key control, which the scene does not have"
+    if own := next((other for other in (*LOOP, *WINCHES) if other.name == column.name), None):
+        key = lacks(scene, own)
+        return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
     if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:
         return ""
     here = ""

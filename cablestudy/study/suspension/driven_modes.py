@@ -18,6 +18,9 @@ wrench of a unit tension), so that
     X_ij = sqrt(2 Z_i/t_i) sqrt(2 Z_j/t_j) A_i N M^-1 w_j
 
 between cables whose waves have the same frequency, and |X| bounds the real part of its eigenvalues.
+
+Another law than an integrator may make the loop gain large far above the frequencies of the body. All modes are then in
+the model up to where the loop gain of waves that do not return, of tension Z v', is below BROAD, as for one cable.
 """
 
 from dataclasses import dataclass
@@ -26,6 +29,7 @@ import numpy as np
 
 from cablestudy.control.pose_loop import growing
 from cablestudy.control.pose_margins import gain_beside
+from cablestudy.control.stability import BROAD, too_many
 from cablestudy.control.suspension import winch_forces
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.suspension.movement import Movement
@@ -36,6 +40,8 @@ BAND = 3.0  # frequencies that are looked at, over the highest of notch, roll-of
 MOST = 1200  # modes that are looked at
 HARMONICS = 60  # of the waves along a cable
 TAKEN = 60  # that are added to a model at most
+MOST_BROAD = 300  # modes with a law that is no integrator; more are refused
+WIDE = np.geomspace(1.0, 1e5, 501)  # frequencies that are looked at with such a law, over the lowest of the modes
 BESIDE = 0.05  # frequencies that are looked at beyond the highest wave
 CLOSE = 5e-3  # relative distance of modes that nearly coincide
 RISK = 3.0  # gain from which a mode alone would grow, over that of the loop and over its largest gain
@@ -54,13 +60,15 @@ def with_driven_modes(movement):
     Raises
     ------
     NoSolutionError, ConvergenceError
+        Of a law that is no integrator: it could drive too many modes.
     """
     if growing(movement.open_poles) is not None:
         return movement
     loop, lowest = movement.loop, len(movement.modes)
     corners = [max(notch.omega, notch.rolloff_omega) for notch in movement.notches if notch is not None]
     limit = max(loop.gain, movement.largest_gain or 0.0)
-    highest = max(BAND * max([*corners, loop.gain]), _driven_along(movement, RISK * limit))
+    broad = _broad_up_to(movement, movement.largest_gain or loop.gain)
+    highest = max(BAND * max([*corners, loop.gain]), _driven_along(movement, RISK * limit), broad)
     cables = movement.modes.solution.models.cables
     count = int(2 * highest / np.pi * cables.travel_time[cables.heavy].sum()) + len(movement.layout.free)
     if movement.modes.solution.omega[-1] >= highest or count <= lowest:
@@ -70,9 +78,12 @@ def with_driven_modes(movement):
         linear.candidates[count] = _candidates(linear, count)
     found = linear.candidates[count]
     gains = _gains(movement, found)
-    order = np.argsort(gains)
+    order, below = np.argsort(gains), int((found.modes.solution.omega < broad).sum())
+    if below > MOST_BROAD and movement.stable:
+        raise too_many(loop.law.said(loop.gain, 4), below, broad)
+    lowest = max(lowest, min(below, MOST_BROAD))
     risky = [mode for mode in order[:TAKEN].tolist() if mode >= lowest and gains[mode] < RISK * limit]
-    if not risky:
+    if not risky and lowest == len(movement.modes):
         return movement
     return Movement(movement.scene, linear.with_modes(found.modes, [*range(lowest), *sorted(risky)], len(risky)))
 
@@ -91,10 +102,29 @@ def _driven_along(movement, gain):
     size = np.sqrt(2 * np.sqrt(stiffness * mass) / time)
     moved = _moved_by_tensions(movement, reeled) * size
     omega = np.pi * np.arange(1, HARMONICS + 1) / time.max()
-    shares = size[:, None] * movement.allocation.shares * movement.loop.filters(1j * omega)[:, None, :]
+    shares = size[:, None] * movement.allocation.shares * _filtered(movement, omega)[:, None, :]
     driven = np.abs(np.linalg.eigvals(shares @ moved)).max(axis=1)
     needed = _lost_along(movement, reeled, omega) * omega**2
     return float(omega[driven * gain > needed].max(initial=0.0)) * (1 + BESIDE)
+
+
+def _broad_up_to(movement, gain):
+    """Frequency up to which all modes are needed with a gain of a law that is no integrator; 0 of one. [rad/s]"""
+    cables, loop = movement.modes.solution.models.cables, movement.loop
+    reeled = np.array([winch.cable for winch in movement.winches], dtype=int)
+    if loop.law.integrates_only or not len(reeled):
+        return 0.0
+    span, omega = cables.catenary.span, WIDE * movement.modes.solution.omega[0]
+    impedance = np.sqrt(span.axial_stiffness * span.mass)[reeled] * cables.heavy[reeled]
+    shares = movement.allocation.shares * loop.controller(1j * omega)[:, None, :]
+    passed = np.abs(np.linalg.eigvals(shares @ _moved_by_tensions(movement, reeled) * impedance)).max(axis=1)
+    return float(omega[gain * passed > BROAD * omega].max(initial=0.0))
+
+
+def _filtered(movement, omega):
+    """What the winches integrate of each measured coordinate, over the gain: s C1 N, shape (f, k)."""
+    s = 1j * omega
+    return s[:, None] * movement.loop.controller(s)
 
 
 def _moved_by_tensions(movement, reeled):
@@ -183,7 +213,7 @@ def _gains(movement, candidates):
     s = 1j * omega[:, None]
     pulled = sum(s**order * part for order, part in enumerate(candidates.driven))
     measured = movement.measured_of(candidates.modes.shapes)
-    shares = movement.allocation.shares[None] * movement.loop.filters(1j * omega)[:, None, :]
+    shares = movement.allocation.shares[None] * _filtered(movement, omega)[:, None, :]
     made = (shares @ measured.T[..., None])[..., 0]  # of the winches by each mode
     driven = np.zeros(len(omega))
     for begin, end in _clusters(omega):

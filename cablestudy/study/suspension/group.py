@@ -9,7 +9,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING, utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.linear_motion import drag_of
-from cablestudy.study.suspension.load_cases import day_of, load_counts
+from cablestudy.study.suspension.load_cases import day_of, load_counts, reference_loads, too_long
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system import lengths, statics
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
@@ -107,6 +107,7 @@ class Group:
 
     def __init__(self, scenes):
         numbers, self.problems = numbers_of(scenes), [""] * len(scenes)
+        numbers = replace(numbers, **reference_loads(scenes))
         self._scenes, self._modes = scenes, {}
         self.known = [{} for _ in scenes]  # linear models of each, see `InWind`
         if scenes[0].solve_for == "lengths":
@@ -118,6 +119,12 @@ class Group:
         self.cables = CableResults(scenes, self.equilibrium, self.reference.lengths)
         self.cable_places = {name: place for place, name in enumerate(numbers.cable_names)}
         self.body_places = {name: place for place, name in enumerate(numbers.body_names)}
+
+    @cached_property
+    def _too_long(self):
+        """See `load_cases.too_long`; without loads in the reference state no search has been seen to go astray."""
+        none = [""] * len(self._scenes)
+        return none if self.reference.suspension.load_forces is None else too_long(self.reference)
 
     @property
     def equilibrium(self):
@@ -166,6 +173,8 @@ class Group:
         reference = None
         if set(self.reference.suspension.given) != {"unstretched_length"}:  # lengths that follow from that state
             reference = _failure(self.reference, place, "in the reference state: ")
+            if reference is None and self._too_long[place]:
+                return NoSolutionError(f"in the reference state: {self._too_long[place]}")
         if reference is None and self._day.problems[place]:
             return NoSolutionError(self._day.problems[place])
         return reference or _failure(self.calm, place) or _failure(self.equilibrium, place)

@@ -9,6 +9,7 @@ from cablestudy.study.suspension.driven_modes import gain_error, with_driven_mod
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
 from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Response
+from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
@@ -120,6 +121,25 @@ class InWind:
         total = getattr(found, variance)[state, rows].sum()
         error = found.error[variance][state, rows].sum() / (2 * total) if total > 0 else 0.0
         return np.sqrt(total), error if self._model is None else np.nan
+
+    @cached_property
+    def winch_speeds(self):
+        """Of the fastest winch: RMS, largest expected within the wind's duration [m/s] and its number; their error. [-]
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            As `response`.
+        """
+        if self.response.loop is None:
+            return 0.0, 0.0, 0, 0.0
+        (speed, rate), (error, _) = self.response.winch_speeds
+        size = np.sqrt(speed)
+        moving = np.where(size > 0, size, 1.0)
+        peak = peak_factor(np.sqrt(rate) / (2 * np.pi * moving), self.scene.wind.duration) * size
+        fastest = int(np.argmax(peak))
+        relative = error[fastest] / (2 * speed[fastest]) if speed[fastest] else 0.0
+        return float(size.max()), float(peak[fastest]), fastest, relative if self._model is None else np.nan
 
     def mean_displacement(self, name):
         """Of a body, or of a marker BODY.MARKER, by the mean wind, the winches at rest, shape (3,). [m]"""

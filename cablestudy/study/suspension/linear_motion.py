@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.motion import Actuator, basis, motion
-from cablestudy.control.pose_state_space import by_forces
-from cablestudy.control.residues import residues
+from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
+from cablestudy.control.residues import beside, residues
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.coupled import Layout
@@ -174,11 +174,6 @@ class LinearMotion:
             self._extended[key] = extended
         return self._extended[key]
 
-    @property
-    def free_count(self):
-        """How many displacements are free."""
-        return len(self.layout.free)
-
     @cached_property
     def outputs(self):
         """Name of each output -> its row: displacements of bodies, markers, tensions."""
@@ -225,8 +220,8 @@ class LinearMotion:
         """The `Motion` in that space."""
         return self.motion.within(self.fewer)
 
-    def residues_of(self, motion, loop=None, space=None):
-        """`Residues` of all outputs, those of actuators too, by the inputs of `Gusts.into`.
+    def residues_of(self, motion, loop=None, space=None, speeds=False):
+        """`Residues` of all outputs, those of actuators too, by the inputs of `Gusts.into`; `Beside` with a delay.
 
         Parameters
         ----------
@@ -235,12 +230,20 @@ class LinearMotion:
         loop : PoseLoop, optional
             Of this motion.
         space : ndarray, shape (m, r), optional
+        speeds : bool
+            The speeds of the winches, instead of the outputs.
         """
         into = self.gusts.into
         forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
         forces[: len(into)] = into
         forces = forces if space is None else space.T @ forces
-        return residues((loop or motion).eigen, *by_forces(motion, forces, loop, self.actuators))
+        driven = motion, forces, loop, self.actuators
+        found = residues((loop or motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
+        if loop is None or not loop.law.delay:
+            return found
+        exact = ExactResponse(*driven)
+        response, fast = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
+        return beside(response, found, fast, loop.right_up_to)
 
     @cached_property
     def residues(self):

@@ -23,10 +23,12 @@ from cablestudy.study.load_cases import (
 )
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.suspension.linear_motion import offered_by_bodies, wind_diameters
-from cablestudy.system import statics, tangent
+from cablestudy.system import stated, statics, tangent
 from cablestudy.system.rigid import size
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
+
+BESIDE = 0.6180339887  # share of its part of a cable at which a place without a load is: no load is likely there
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,7 @@ def day_of(reference, scenes):
     standing = reference.record.converged
     loaded = replace(
         suspension,
+        load_fractions=None,
         given=("unstretched_length",) * warm.shape[-1],
         value=reference.lengths * warm,
         cable_mass=suspension.cable_mass / warm + _ice_masses(scenes),
@@ -157,9 +160,62 @@ def _shrunk(scene, warm):
     return f"{', '.join(names)}: {text}" if names else ""
 
 
+def reference_loads(scenes):
+    """Point loads that are on cables in the reference state, as many for each: fields of `Suspension`.
+
+    Parameters
+    ----------
+    scenes : sequence of SuspensionScene
+        With equally many such loads on cables of the same name.
+    """
+    count = max(reference_load_counts(scenes[0]).values())
+    if not count:
+        return {}
+    shape = len(scenes), len(scenes[0].cables), count
+    positions, fractions, forces = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros((*shape, 3))
+    for case, scene in enumerate(scenes):
+        for number, cable in enumerate(scene.cables.values()):
+            loads = merged_loads(cable.loads) if cable.reference.loads else []
+            for slot, (at, fraction, force, mass) in enumerate(loads):
+                positions[case, number, slot], fractions[case, number, slot] = at, fraction
+                forces[case, number, slot] = force - [0.0, 0.0, mass * scene.gravity]
+            missing = count - len(loads)  # these places carry nothing
+            fractions[case, number, len(loads) :] = (np.arange(missing) + BESIDE) / max(missing, 1)
+    return {"load_positions": positions, "load_fractions": fractions, "load_forces": forces}
+
+
+def too_long(reference):
+    """For each case which cables have their stated tension only as they hang under themselves, in words; empty else.
+
+    A scene of one cable takes the shorter one of two cables with a tension. Here both lengths are equilibria, and a
+    search that loads lead astray may end at the longer one.
+
+    Parameters
+    ----------
+    reference : Equilibrium
+        With point loads, shape (n,).
+    """
+    kinds, lengths = np.array(reference.suspension.given, dtype=object), reference.lengths
+    tauter = ~(stated.rates(reference.catenary, kinds).by_length < 0) & np.isin(kinds, stated.FORCES)
+    return [
+        "; ".join(
+            f"{name} has its {kind} only at {length:.4g} m, where a longer cable would be tauter"
+            for name, kind, length, wrong in zip(reference.suspension.cable_names, kinds, of_case, hangs, strict=True)
+            if wrong
+        )
+        for of_case, hangs in zip(lengths.tolist(), tauter, strict=True)
+    ]
+
+
+def reference_load_counts(scene):
+    """Name of each cable -> at how many places it carries loads in the reference state."""
+    loads = {name: cable.loads if cable.reference.loads else () for name, cable in scene.cables.items()}
+    return {name: len(merged_loads(of_cable)) for name, of_cable in loads.items()}
+
+
 def load_counts(scene):
     """Name of each cable -> at how many places it carries loads."""
-    return {name: len(merged_loads(cable.loads)) for name, cable in scene.cables.items()}
+    return {name: len(merged_loads(scene.loads_on(name))) for name in scene.cables}
 
 
 def _loads(scenes, lengths, warm):
@@ -176,9 +232,9 @@ def _loads(scenes, lengths, warm):
     places, forces, masses = (np.zeros((*lengths.shape, count, *more)) for more in ((), (3,), ()))
     problems = [""] * len(scenes)
     for case, scene in enumerate(scenes):
-        for number, (name, cable) in enumerate(scene.cables.items()):
+        for number, name in enumerate(scene.cables):
             length, own = lengths[case, number], {}
-            for at, fraction, force, mass in merged_loads(cable.loads):
+            for at, fraction, force, mass in merged_loads(scene.loads_on(name)):
                 place = fraction * length if np.isnan(at) else at * warm[case, number]
                 if place >= length:
                     end = length / warm[case, number]

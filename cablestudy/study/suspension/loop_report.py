@@ -3,14 +3,14 @@
 import numpy as np
 
 from cablestudy.control import loop_response
-from cablestudy.control.law import NOTHING
+from cablestudy.control.law import series
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.control.statespace import MODAL
 from cablestudy.control.suspension import labels
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension_tables import MOTIONS
-from cablestudy.study.loop_in_time import OF_WIND, TimeCase
+from cablestudy.study.loop_in_time import OF_WIND, TimeCase, remarks_of
 from cablestudy.study.loop_report import decibels
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
@@ -112,7 +112,8 @@ def time_case(document, case, options):
     ]
     found = loop_response.compared(*found).times(asked.size)
     unit = f"m{_unit(movement.measured[shown])}"
-    return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches))
+    remarks = remarks_of(scene.control, movement.loop.right_up_to, found)
+    return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
 
 
 def _unit(coordinate):
@@ -135,7 +136,8 @@ def _responses(movement, motion, space, shown, place, components, time):
     plant = state_space(motion, loads, named, None, movement.actuators)
     body, loop = movement.equilibrium.suspension.body_names[movement.body], movement.loop
     names = [f"{body}.{AXES[MOTIONS.index(name)]}" for name in movement.measured]
-    filters = [notch.state_space if notch else NOTHING for notch in loop.notches]
+    own = loop.law_space
+    filters = [series(notch.state_space, own) if notch else own for notch in loop.notches]
     shares = -loop.gain * loop.allocation.shares
     rows = tuple(plant.output_names.index(name) for name in names)
     return loop_response.Driven(plant, rows, filters, shares, shown, *place).responses(components, time)

@@ -5,11 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.margins import delay_margin
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.pose_margins import largest_gain, sensitivity_peak, single_limits
+from cablestudy.control.pose_margins import gain_crossovers, largest_gain, sensitivity_peak, single_limits
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
+from cablestudy.study.loops import law_from
 
 TURN = 2 * np.pi
 LITTLE = 1e-6  # gain over the lowest frequency, of a loop whose gain follows from a margin
@@ -63,6 +65,15 @@ class Movement:
         linear, loop = self.linear, self.fewer_loop
         open_ = linear.fewer_residues
         return [linear.residues_of(loop.motion, loop, linear.fewer), open_] if loop and loop.gain else [open_]
+
+    @property
+    def winch_residues(self):
+        """`Residues` of the speeds of the winches, and those in the space `LinearMotion.fewer`."""
+        linear, fewer = self.linear, self.fewer_loop
+        return (
+            linear.residues_of(self.motion, self.loop, speeds=True),
+            linear.residues_of(fewer.motion, fewer, linear.fewer, speeds=True),
+        )
 
     # --------------------------------------------------------------------------------------------------- loop
 
@@ -180,14 +191,14 @@ class Movement:
     @cached_property
     def _given_loop(self):
         """The loop with its gain, or with next to none where the gain follows from a margin."""
-        gain = self.scene.control.gain
-        given = float(gain) if isinstance(gain, (int, float)) else LITTLE * self.modes.solution.omega[0]
-        return PoseLoop(self.motion, self.allocation, given, self.notches)
+        law, gain = law_from(self.scene.control, self.scene.control)
+        given = LITTLE * self.modes.solution.omega[0] if gain is None else gain
+        return PoseLoop(self.motion, self.allocation, given, self.notches, law)
 
     @cached_property
     def limit(self):
         """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
-        key = repr(self.scene.control.model_copy(update={"gain": None}))
+        key = repr((self.scene.control.model_copy(update={"gain": None}), self._given_loop.law))
         if key not in self.linear.limits:
             self.linear.limits[key] = largest_gain(self._given_loop)
         return self.linear.limits[key]
@@ -201,6 +212,28 @@ class Movement:
     def sensitivity_peak(self):
         """Largest singular value of the sensitivity at the measured coordinates. [-]"""
         return sensitivity_peak(self.loop)
+
+    @cached_property
+    def _crossovers(self):
+        """See `pose_margins.gain_crossovers`."""
+        return gain_crossovers(self.loop)
+
+    @property
+    def phase_margin(self):
+        """Least angle between -1 and an eigenvalue of the loop gain of size 1; None where there is none. [deg]"""
+        phase = np.abs(self._crossovers[1])
+        return float(phase.min()) if len(phase) else None
+
+    @property
+    def gain_crossover(self):
+        """Frequency of the phase margin; None where there is none. [Hz]"""
+        omega, phase = self._crossovers
+        return float(omega[np.argmin(np.abs(phase))] / TURN) if len(omega) else None
+
+    @property
+    def delay_margin(self):
+        """Least further delay that makes the loop unstable; None where no eigenvalue of the loop gain is 1. [s]"""
+        return delay_margin(*self._crossovers)
 
     @cached_property
     def single_limits(self):
@@ -232,8 +265,10 @@ class Movement:
             raise NoSolutionError(f"unstable without winches ({cause}): {self._named(pole, self.motion)}")
         if loop is not None and loop.gain and (pole := loop.growing) is not None:
             limit = self.largest_gain
-            stable = f"; stable below {limit:.4g} rad/s" if limit else ""
-            raise NoSolutionError(f"the loop is unstable at {loop.gain:.4g} rad/s: {self._named(pole, loop)}{stable}")
+            below = f"{limit:.4g} rad/s" if loop.law.integrates_only else f"{limit / loop.gain:.4g} times these gains"
+            stable = f"; stable below {below}" if limit else ""
+            said = loop.law.said(loop.gain, 4).removeprefix("a gain of ")
+            raise NoSolutionError(f"the loop is unstable at {said}: {self._named(pole, loop)}{stable}")
 
     def mode_name(self, place):
         """Number of a coordinate, what it moves and its frequency, in words."""

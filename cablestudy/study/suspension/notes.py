@@ -92,12 +92,25 @@ def _of_wind(case):
 
 
 def _of_loop(movement, wind):
-    yield f"loop of {counted(len(movement.winches), 'cable')} for {', '.join(movement.measured)}"
+    law, for_ = movement.loop.law, ", ".join(movement.measured)
+    gains = "" if law.integrates_only else f": {law.said(movement.loop.gain, 4)}"
+    yield f"loop of {counted(len(movement.winches), 'cable')} for {for_}{gains}"
+    yield from law_notes(movement.loop)
     if wind is not None and wind.mean:
         yield "displacements by the mean wind are those with the winches at rest; the loop takes them back in time"
     if movement.scene.control.measured is None and len(movement.measured) < len(movement.free):
         left = [name for name in movement.free if name not in movement.measured]
         yield f"not measured, as no winch moves it to speak of: {', '.join(left)}"
+
+
+def law_notes(loop):
+    """Lines on the lag of the winches and the delay of a `PoseLoop`."""
+    law = loop.law
+    if law.bandwidth < np.inf:
+        yield f"winches: a lag of first order of {law.bandwidth / (2 * np.pi):.4g} Hz"
+    if law.delay:
+        right = loop.right_up_to / (2 * np.pi)
+        yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz"
 
 
 def _of_modes(modes):

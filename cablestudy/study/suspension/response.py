@@ -11,9 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.pose_state_space import by_forces
+from cablestudy.control.residues import Residues
 from cablestudy.errors import NoSolutionError
 from cablestudy.wind.imaging import correction_weight, exposure_weight
-from cablestudy.wind.variance import Panels, smooth_on, variances
+from cablestudy.wind.variance import Panels, mixed_variances, smooth_on, variances
 
 TURN = 2 * np.pi
 LOWEST, HIGHEST = 1e-4, 1e3  # range over the slowest and fastest of wind, loop and lowest mode
@@ -23,6 +24,9 @@ EXCITED = 1e-6  # share with that damping ratio from which it is refused: what i
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
+DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
+STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
+CLOSE = 1e-3  # least relative distance of their edges from others
 AT_ONCE = 500_000  # entries of the responses that are computed at once
 CLOSED, OPEN = 0, 1
 
@@ -131,22 +135,45 @@ class Response:
     def _wind(self):
         """`Panels`, `Noise` on them, and the weights there, shape (w, n)."""
         gusts, weights = self.movement.gusts, list(self.weights.values())
-        panels = Panels(smooth_on(gusts.edges(*self.range), weights))
+        edges, delay = gusts.edges(*self.range), self.loop.law.delay if self.loop else 0.0
+        if delay:
+            turns = STEP * np.arange(1, TURNS) / (TURN * delay)
+            turns = turns[(turns > edges[0]) & (turns < edges[-1])]
+            edges = np.concatenate([edges, turns[np.abs(np.log(turns / edges[:, None])).min(axis=0) > CLOSE]])
+        panels = Panels(smooth_on(np.sort(edges), weights))
         return panels, gusts.noise(panels.frequency), np.stack([weight(panels.frequency) for weight in weights])
 
-    def _integrated(self, systems):
-        """Variances of the outputs of some `Residues`, shape (w, len(systems), o).
+    @cached_property
+    def _late_error(self):
+        """Error of the variances with the loop by poles that lack the right delay, shape (w, o)."""
+        loop, (panels, _, weights) = self.loop, self._wind
+        if loop is None or not loop.law.delay:
+            return 0.0
+        late = weights * (TURN * panels.frequency > loop.right_up_to)
+        return DELAYED * loop.gain_beyond * self._integrated(self.movement.residues[1:], late)[:, 0]
+
+    def _integrated(self, systems, weights=None):
+        """Variances of the outputs of some `Residues`, shape (w, len(systems), o), with other weights than `weights`.
 
         Poles above the range follow statically. A pole within it that nothing damps is left out: `check_damped` refuses
         it where the wind excites it.
         """
-        found = []
-        for system in systems:
-            size = np.abs(system.poles)
-            system = system.statically(size > TURN * self.range[1])
-            damped = -system.poles.real >= UNDAMPED * np.abs(system.poles)
-            found.append(variances(system.some(damped), *self._wind))
-        return np.stack(found, axis=1)
+        weights = self._wind[2] if weights is None else weights
+        return np.stack([self._variances_of(system, weights) for system in systems], axis=1)
+
+    def _variances_of(self, system, weights):
+        """Variances of the outputs of one `Residues` or `Beside`, shape (w, o)."""
+        (panels, noise, _), gusts = self._wind, self.movement.gusts
+        if isinstance(system, Residues):
+            system = system.statically(np.abs(system.poles) > TURN * self.range[1])
+            return variances(system.some(_damped(system)), panels, noise, weights)
+        sharp = system.sharp.some(np.abs(system.sharp.poles) <= TURN * self.range[1])
+
+        def smooth(frequency):
+            s = 2j * np.pi * frequency
+            return system.response(s) - sharp.response(s)
+
+        return mixed_variances(sharp.some(_damped(sharp)), smooth, gusts.matrix_times, panels, noise, weights)
 
     def check_damped(self):
         """Refuse a resonance that the wind excites and nothing bounds.
@@ -206,6 +233,7 @@ class Response:
         energy = value * self.stiffness
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
         error = added + INTERPOLATED * value
+        error[:, CLOSED] += self._late_error
 
         def both_states(part):
             return part if len(part) == 2 else np.concatenate([part, part])
@@ -217,6 +245,13 @@ class Response:
         return Variances({name: row for row, name in enumerate(self.names)}, **values, error=errors)
 
     @cached_property
+    def winch_speeds(self):
+        """Variances of speed and acceleration of each winch, and their estimated errors: two of shape (2, i)."""
+        weights = self._wind[2][:2]
+        whole, fewer = (self._integrated([one], weights)[:, 0] for one in self.movement.winch_residues)
+        return whole, np.abs(whole - fewer) + INTERPOLATED * whole
+
+    @cached_property
     def stiffness(self):
         """Energy per square of each output, about, by which different outputs are compared, shape (o,)."""
         motion = self.movement.motion
@@ -225,6 +260,11 @@ class Response:
         places = rows[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness)
         compliance = (places + rows[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
         return 1 / np.maximum(compliance, np.finfo(float).tiny)
+
+
+def _damped(system):
+    """Which poles of `Residues` are damped."""
+    return -system.poles.real >= UNDAMPED * np.abs(system.poles)
 
 
 def _groups(names):

@@ -15,7 +15,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.in_wind import COUNTS
-from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
+from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 
 MOST = 160  # modes beyond which a response does not ask for more by itself
 AT_ONCE = 1_000_000  # entries of the matrices that are solved at once for a response
@@ -115,7 +115,7 @@ class ControlledChoice:
             *notes_of(self.case),
             f"kept: the {kept} lowest modes, and {others} shapes (residual) for the static part of the others",
             f"about: the equilibrium {about}",
-            *(_of_loop(self.whole) if self.loop else ()),
+            *([*_of_loop(self.whole), *law_notes(self.loop)] if self.loop else ()),
             f"not in A, B, C, D: what the velocity of {velocity} of the file)",
             *damping_notes(scene),
         ]
@@ -145,7 +145,9 @@ def _of_loop(movement):
     """Gain and notches of the loop: one line."""
     pairs = zip(movement.measured, movement.loop.notches, strict=True)
     notches = [f"{name} {notch.omega / (2 * np.pi):.4g} Hz" for name, notch in pairs if notch]
-    yield f"loop: gain {movement.loop.gain:.4g} rad/s; notches: {', '.join(notches) or 'none'}"
+    law, gain = movement.loop.law, movement.loop.gain
+    said = f"gain {gain:.4g} rad/s" if law.integrates_only else law.said(gain, 4)
+    yield f"loop: {said}; notches: {', '.join(notches) or 'none'}"
 
 
 def pair_of(options, inputs, outputs):

@@ -154,8 +154,16 @@ def actuator_columns(name, wheel=None):
 
 
 def limits_passed(case):
-    """What passes a limit: actuator and quantity -> text."""
-    found = {}
+    """What passes a limit: actuator and quantity, or key of the winches -> text."""
+    found, control = {}, case.scene.control
+    if control is not None and control.max_speed is not None:
+        _, peak, fastest, _ = case.in_wind.winch_speeds
+        if peak > control.max_speed:
+            name = list(case.scene.winches)[fastest]
+            found["control.max_speed"] = (
+                f"the winch of {name} would reach {MM * peak:.4g} mm/s in the wind, above max_speed of "
+                f"{MM * control.max_speed:.4g} mm/s"
+            )
     for name, table in case.scene.actuators.items():
         for quantity in ("stroke", "force", "momentum", "torque"):
             limit = getattr(table, quantity, None)
@@ -187,6 +195,19 @@ def _of_loop(name, unit, meaning, compute):
     return Column(name, unit, meaning, "loop", lambda case: (compute(case.in_wind), case.in_wind.loop_error), "control")
 
 
+def _of_winches(name, meaning, place):
+    def compute(case):
+        *found, _, error = case.in_wind.winch_speeds
+        return MM * found[place], error
+
+    return Column(name, "mm/s", meaning, "wind", compute, "wind, control")
+
+
+WINCHES = (
+    _of_winches("winch_rms_speed", "RMS of the speed of the winches in the wind, that of the fastest one", 0),
+    _of_winches("winch_peak_speed", "largest speed of any winch expected within wind.duration", 1),
+)
+
 LOOP = (
     _of_loop("gain", "rad/s", "integral gain of the loop of all winches", lambda w: w.movement.loop.gain),
     _of_loop("largest_gain", "rad/s", "integral gain of the winches below which the loop is stable; empty when it "
@@ -194,6 +215,12 @@ LOOP = (
              lambda w: w.movement.largest_gain),
     _of_loop("gain_margin", "dB", "largest stable gain over the gain, of all winches together; empty when there is no "
              "limit", _gain_margin),
+    _of_loop("phase_margin", "deg", "least angle between -1 and an eigenvalue of the loop gain of size 1, over all "
+             "frequencies", lambda w: w.movement.phase_margin),
+    _of_loop("gain_crossover", "Hz", "frequency at which that eigenvalue has the size 1",
+             lambda w: w.movement.gain_crossover),
+    _of_loop("delay_margin", "s", "least further delay in the loop of all winches that makes it unstable",
+             lambda w: w.movement.delay_margin),
     _of_loop("sensitivity_peak", "", "largest singular value of the sensitivity of the loop over frequency",
              lambda w: w.movement.sensitivity_peak),
 )  # fmt: skip

@@ -1,6 +1,7 @@
 """Tables of the command `windrms` for a suspension: motion, rotations, cables, actuators, loop and its coordinates."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -8,11 +9,14 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import lacks
+from cablestudy.study.notes import larger_by_loop
+from cablestudy.study.suspension.columns import cable_columns, has_key
 from cablestudy.study.suspension.notes import LISTED, strength_warning
 from cablestudy.study.suspension.report import listed
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
+    WINCHES,
     actuator_columns,
     limits_passed,
     place_columns,
@@ -70,6 +74,12 @@ def _open(name):
     return [replace(column, name=column.name.replace(OPEN, "")) for column in columns if OPEN in column.name]
 
 
+def _cable_columns(scene, name):
+    """Tensions in the wind, and the utilisation at rest of a cable whose strength is known."""
+    static = [column for column in cable_columns(name) if column.name == f"{name}.utilisation"]
+    return [*tension_columns(name), *(column for column in static if has_key(scene, name, column))]
+
+
 def _actuator_columns(scene):
     return lambda name: actuator_columns(name, hasattr(scene.actuators[name], "torque"))
 
@@ -79,14 +89,14 @@ def _listed(case, names, columns_of):
     return listed(case, names, lambda name: [one for one in columns_of(name) if not lacks(case.scene, one)])
 
 
-def loop_table(case):
-    """Gain, largest gain, margin and peak of the sensitivity of a `SuspensionCase`; raises as `SuspensionCase`."""
-    cells, errors = {}, {}
-    for column in LOOP:
+def loop_table(case, more=()):
+    """Gain, margins, peak of the sensitivity and more columns of a `SuspensionCase`; raises as `SuspensionCase`."""
+    (cells, errors), columns = ({}, {}), (*LOOP, *more)
+    for column in columns:
         cells[column.header], error = value(case, column)
         errors[column.header] = error
     known = {header: error for header, error in errors.items() if error is not None}
-    return Table(tuple(column.field for column in LOOP), [cells], single=True, errors=lambda: iter([known]))
+    return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([known]))
 
 
 def coordinate_table(case):
@@ -114,18 +124,24 @@ TABLES = {  # name -> the key of the scene that it needs, and what makes it of a
     "motion": ("bodies", lambda case: _listed(case, _places(case.scene), _closed(place_columns))),
     "rotations": ("bodies", lambda case: _listed(case, list(case.scene.bodies), _closed(turn_columns))),
     "open_loop": ("control", lambda case: _listed(case, _places(case.scene), _open)),
-    "cables": ("cables", lambda case: _listed(case, list(case.scene.cables), tension_columns)),
+    "cables": ("cables", lambda case: listed(case, list(case.scene.cables), partial(_cable_columns, case.scene))),
     "actuators": ("actuators", lambda case: _listed(case, list(case.scene.actuators), _actuator_columns(case.scene))),
-    "loop": ("control", loop_table),
+    "loop": ("control", lambda case: loop_table(case, WINCHES if case.scene.control.max_speed else ())),
     "coordinates": ("control", coordinate_table),
 }
 
 
-def remarks_of(case):
-    """Lines on what makes the numbers doubtful: limits that are passed, cables that go slack: list of str."""
+def remarks_of(case, tables):
+    """Lines on what makes the numbers doubtful: limits that are passed, cables that go slack: list of str.
+
+    And, where the `tables` show both, a note on motions that the loop makes larger.
+    """
     found = [*strength_warning(case)]
     found += [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
     slack = [name for name in case.scene.cables if value(case, tension_columns(name)[1])[0] < 0]
     if slack:
         found.append(f"warning: {first_of(slack, LISTED)} would go slack: the linear numbers do not hold")
+    if "motion" in tables and "open_loop" in tables:
+        pairs = zip(tables["motion"].rows, tables["open_loop"].rows, strict=True)
+        found += larger_by_loop((row["name"], row["rms_mm"], at_rest["rms_mm"]) for row, at_rest in pairs)
     return found

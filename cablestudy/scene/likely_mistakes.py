@@ -1,0 +1,99 @@
+"""What a file may say and is likely to mean otherwise: numbers without a unit, ropes at another size than their own."""
+
+import math
+from fnmatch import fnmatchcase
+
+from cablestudy.scene.materials import known_materials
+from cablestudy.scene.strict_yaml import mistake
+from cablestudy.scene.units import split, to_si
+
+LARGEST = 1.0  # of a likely diameter of a cable and a likely thickness of ice [m]
+LENGTHS = ("cable.diameter", "cables.*.diameter", "materials.*.diameter", "cases.*.ice.thickness")
+COLDEST = 200.0  # of a likely temperature [K]
+TEMPERATURES = ("cable.reference.temperature", "cables.*.reference.temperature", "cases.*.temperature")
+SAME = 0.01  # relative difference of diameters, or of areas, that are one
+THICKEST_WIRE = 5e-3  # diameter above which a cable is likely to be a rope, not solid [m]
+PAPER = "paper/"  # begins the names of the materials of the paper, whose cables are solid
+
+
+def bare_number(value):
+    """The number that a value of a file is, or a text without a unit; None of anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    try:
+        number, unit = split(value) if isinstance(value, str) else (value, "")
+        return None if unit else float(number)
+    except (ValueError, OverflowError):
+        return None
+
+
+def likely_mistakes(document):
+    """Warnings about values of a document, with their places: tuple of str."""
+    return (*_bare_numbers(document), *_sections(document))
+
+
+def _bare_numbers(document):
+    """Yield diameters of cables and thicknesses of ice above 1 m, and temperatures below 200 K, without a unit."""
+    for path, value in _leaves(document.value):
+        key, number = ".".join(path), bare_number(value)
+        if number is None:
+            continue
+        if number > LARGEST and any(fnmatchcase(key, pattern) for pattern in LENGTHS):
+            yield str(mistake(document.place(path), key, f"{value} without a unit is {value} m"))
+        if number < COLDEST and any(fnmatchcase(key, pattern) for pattern in TEMPERATURES):
+            text = f"{value} without a unit is {value} K, {number - 273.15:.6g} degC"
+            yield str(mistake(document.place(path), key, text))
+
+
+def _leaves(value, path=()):
+    """Yield path and value of what is no mapping."""
+    for key, inside in value.items():
+        if isinstance(inside, dict):
+            yield from _leaves(inside, (*path, key))
+        else:
+            yield (*path, key), inside
+
+
+def _sections(document):
+    """Yield cables with a rope at another size than its own, and thick ones of a solid material."""
+    tables = {("cable",): document.value.get("cable")}
+    cables = document.value.get("cables")
+    tables |= {("cables", name): table for name, table in (cables if isinstance(cables, dict) else {}).items()}
+    named = {path: table for path, table in tables.items() if isinstance(table, dict) and table.get("material")}
+    known = known_materials(document.value.get("materials")) if named else {}
+    for path, table in named.items():
+        name = table["material"]
+        material = known.get(name) if isinstance(name, str) else None
+        found = material and (_resized(name, material, table) or _solid(name, material, table))
+        if found:
+            key, text = found
+            yield str(mistake(document.place((*path, key)), ".".join((*path, key)), text))
+
+
+def _resized(name, material, table):
+    """Key and message where a cable has another size than its rope; None elsewhere."""
+    for key, unit, own in (("diameter", "m", material.section_diameter), ("area", "m^2", material.section_area)):
+        given = None if material.section_area is None else _number(table.get(key), unit)
+        if given is not None and abs(given / own - 1) > SAME:
+            size = f"{own * 1e3:.4g} mm" if key == "diameter" else f"{own * 1e6:.4g} mm^2"
+            return key, f"{name} has {size}, and is scaled to another size here ({key}: null takes its own)"
+    return None
+
+
+def _solid(name, material, table):
+    """Key and message where a thick cable of a material is solid, as a rope is not; None elsewhere."""
+    stated = any(table.get(key) is not None for key in ("area", "fill_factor", "axial_stiffness", "mass_per_length"))
+    solid = material.fill_factor == 1 and material.section_area is None and not name.startswith(PAPER)
+    diameter = _number(table.get("diameter"), "m") if solid and not stated else None
+    if diameter is None or diameter <= THICKEST_WIRE:
+        return None
+    return "diameter", f"a solid bar of {name}; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
+
+
+def _number(value, unit):
+    """A value in SI, or None where it is none."""
+    try:
+        number = to_si(value, unit)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and number > 0 else None

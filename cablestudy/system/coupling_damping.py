@@ -1,0 +1,279 @@
+"""Damping that couples the modes of a cable with fixed ends: that of the strain, and viscous damping that is uneven.
+
+What the modes take off the stiffness of the ends contains the inverse of a matrix for each s. It is a sum over the
+poles, unless rounding spoils that sum; then systems of equations are solved.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+
+ENDS = [0, 3]  # x of end 1 and of end 2, for which sums over poles are checked
+TRUSTED = 1e-11  # difference between the sum over poles and solved systems up to which the sum is used
+MOST_DAMPED = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
+FEW = 4  # places up to which solving is cheaper than finding the poles
+AT_ONCE = 64  # systems of equations that are solved in one call
+
+
+@dataclass(frozen=True)
+class Strain:
+    """Damping of the elastic strain.
+
+    Attributes
+    ----------
+    law : {"hysteretic", "kelvin_voigt"}
+    amount : float
+        Loss factor [-], or time [s].
+    modes : ndarray, shape (n, n)
+        E. [1/s^2]
+    coupling : ndarray, shape (n, 6)
+        R. [N/(m sqrt(kg))]
+    ends : ndarray, shape (6, 6)
+        S. [N/m]
+    """
+
+    law: str
+    amount: float
+    modes: np.ndarray
+    coupling: np.ndarray
+    ends: np.ndarray
+
+    def factor(self, s):
+        """Complex loss factor: i loss factor in the upper half plane, or s time."""
+        return s * self.amount if self.law == "kelvin_voigt" else 1j * self.amount * np.sign(np.imag(s))
+
+    @property
+    def matrix(self):
+        """[E R; R^T S], shape (n + 6, n + 6)."""
+        return np.block([[self.modes, self.coupling], [self.coupling.T, self.ends]])
+
+
+class StrainDamping:
+    """The modes of a cable whose strain is damped.
+
+    Parameters
+    ----------
+    element : Superelement
+        With `strain`.
+    """
+
+    def __init__(self, element):
+        self.strain, self.viscous = element.strain, element.viscous
+        self.omega, self.coupling = element.omega, element.coupling
+        self.stiffness, self.inertia = element.stiffness, element.inertia
+
+    def check(self):
+        """Refuse so much damped strain that rounding spoils what is left."""
+        if np.abs(self.strain.factor(1j * self.omega.min(initial=np.inf))) > MOST_DAMPED and len(self.omega):
+            raise NoSolutionError(
+                f"the strain is damped so much ({self.strain.law}, {self.strain.amount:g}) that rounding spoils the "
+                f"response: cable.damping must be less"
+            )
+
+    def dynamic_stiffness(self, s, rows, columns):
+        """See `Superelement.dynamic_stiffness`."""
+        strain, below = self.strain, (np.imag(s) < 0) & (self.strain.law == "hysteretic")
+        s = np.where(below, np.conj(s), s)
+        factor, inertial = strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
+        value = (
+            self.stiffness[rows][:, columns]
+            + factor * strain.ends[rows][:, columns]
+            + inertial * self.inertia[rows][:, columns]
+        )
+        if len(self.omega):
+            few = len(s) <= FEW and "resolvent" not in self.__dict__
+            if few or self.resolvent is None:
+                value = value - self._by_solving(s, factor, inertial, rows, columns)
+            else:
+                value = value - self._by_poles(self.resolvent, s, factor, inertial, rows, columns)
+        return np.where(below[:, None, None], value.conj(), value)
+
+    def _drives(self, ends):
+        """R and m of some ends."""
+        return self.strain.coupling[:, ends], self.coupling[:, ends]
+
+    def _by_poles(self, poles, s, factor, inertial, rows, columns):
+        """(c R + g m)^T (W^2 + c E + g)^-1 (c R + g m), as a sum over the poles of the inverse."""
+        value, vectors, inverse = poles
+        left, right = self._drives(rows), self._drives(columns)
+        left, right = [part.T @ vectors for part in left], [inverse @ part for part in right]
+
+        def residues(one, other):
+            return one.T[:, :, None] * other[:, None, :]
+
+        by_power = np.stack([
+            residues(left[0], right[0]),
+            residues(left[0], right[1]) + residues(left[1], right[0]),
+            residues(left[1], right[1]),
+        ])  # fmt: skip
+        weight = 1 / (inertial[:, 0] + value if self.strain.law == "hysteretic" else s[:, None] - value)
+        by_strain, mixed, by_inertia = (weight @ by_power.reshape(3, len(value), -1)).reshape(
+            3, len(s), *by_power.shape[2:]
+        )
+        return factor**2 * by_strain + factor * inertial * mixed + inertial**2 * by_inertia
+
+    def _by_solving(self, s, factor, inertial, rows, columns):
+        """The same by a system of equations for each s."""
+        found, unit = [], np.eye(len(self.omega))
+        left, right = self._drives(rows), self._drives(columns)
+        for i in range(0, len(s), AT_ONCE):
+            c, g = factor[i : i + AT_ONCE], inertial[i : i + AT_ONCE]
+            matrix = np.diag(self.omega**2) + c * self.strain.modes + g * unit
+            force = (c * left[0] + g * left[1]).swapaxes(1, 2)
+            found.append(force @ np.linalg.solve(matrix, c * right[0] + g * right[1]))
+        return np.concatenate(found)
+
+    @cached_property
+    def resolvent(self):
+        """(values, left, right) of damped strain; None where rounding spoils the sum.
+
+        (W^2 + c E + g)^-1 is the sum of left right over (g + value), or over (s - value) for Kelvin-Voigt.
+        """
+        try:
+            with np.errstate(all="ignore"):  # the check below finds what is not finite
+                poles = self._slow_poles()
+        except np.linalg.LinAlgError:
+            return None
+        s = checked(self.omega)
+        factor, inertial = self.strain.factor(s)[:, None, None], (s**2 + self.viscous * s)[:, None, None]
+        with np.errstate(all="ignore"):
+            summed = self._by_poles(poles, s, factor, inertial, ENDS, ENDS)
+            solved = self._by_solving(s, factor, inertial, ENDS, ENDS)
+            size = np.abs(inertial) * np.diagonal(self.inertia)[ENDS] + np.diagonal(self.stiffness)[ENDS]
+            size = np.sqrt(size.swapaxes(1, 2) * size)
+            error = (np.abs(summed - solved) / np.where(size > 0, size, 1.0)).max()
+        return poles if error <= TRUSTED else None
+
+    def _slow_poles(self):
+        """Poles of the modes that damped strain couples, the slow ones most accurate.
+
+        The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
+        largest eigenvalue: so the inverse is taken.
+        """
+        omega, n = self.omega, len(self.omega)
+        unit = np.outer(omega, omega)
+        elastic = self.strain.amount * self.strain.modes / unit
+        if self.strain.law == "hysteretic":
+            value, vector = np.linalg.eig(np.linalg.inv(np.eye(n) + 1j * elastic) / unit)
+            return 1 / value, vector, np.linalg.inv(vector)
+        # for W q and q': symmetric but for a sign, entries no larger than they must be
+        slowness = np.diag(1 / omega)
+        loss = elastic + self.viscous * slowness**2
+        value, vector = np.linalg.eig(np.block([[-loss, -slowness], [slowness, np.zeros((n, n))]]))
+        return 1 / value, vector[:n] / omega[:, None], np.linalg.inv(vector)[:, n:]
+
+    @property
+    def poles(self):
+        """Upper half plane and real axis, none where rounding spoils them. [rad/s]"""
+        if self.resolvent is None:
+            return np.zeros(0, dtype=complex)
+        value, viscous = self.resolvent[0], self.viscous
+        if self.strain.law == "hysteretic":
+            value = np.sqrt(viscous**2 / 4 - value + 0j)
+            value = np.where(value.imag < 0, -value, value) - viscous / 2
+        return value[value.imag >= 0]
+
+
+class UnevenDamping:
+    """The modes of a cable on which viscous damping acts, and not on the masses that it carries.
+
+    Parameters
+    ----------
+    element : Superelement
+        With `uneven`.
+    """
+
+    def __init__(self, element):
+        self.omega, self.matrices = element.omega, element.matrices()
+
+    def dynamic_stiffness(self, s, rows, columns):
+        """See `Superelement.dynamic_stiffness`."""
+        below, n = np.imag(s) < 0, len(self.omega)
+        s = np.where(below, np.conj(s), s)
+        every = [part[:, n:][:, columns] for part in self.matrices]
+        value, driven = _quadratic([part[n:][rows] for part in every], s), [part[:n] for part in every]
+        if self.pole_sum is None:
+            value = value - self.held_by_modes(s, rows) @ _quadratic(driven, s)
+        else:
+            moved = _quadratic([(self.pole_sum[2] @ part).T for part in driven], s)
+            value = value - self._by_pole(s, rows) @ moved.swapaxes(1, 2)
+        return np.where(below[:, None, None], value.conj(), value)
+
+    def held_by_modes(self, s, ends):
+        """Force on some ends that holds them per modal force, where viscous damping is uneven.
+
+        Parameters
+        ----------
+        s : ndarray, shape (m,)
+            In the upper half plane. [rad/s]
+        ends : slice or list of int
+
+        Returns
+        -------
+        ndarray, complex, shape (m, e, n)
+            The rows of s^2 M + s C + K of these ends and all modes, times the inverse of the block of the modes.
+            [sqrt(kg)]
+        """
+        s, n = np.asarray(s, dtype=complex), len(self.omega)
+        if self.pole_sum is None:
+            return self._solved(s, _quadratic([part[n:, :n][ends] for part in self.matrices], s))
+        return self._by_pole(s, ends) @ self.pole_sum[2]
+
+    def _by_pole(self, s, ends):
+        """The same as a part of each pole of `pole_sum`, shape (m, e, 2 n)."""
+        (poles, shapes, _), n = self.pole_sum, len(self.omega)
+        return _quadratic([part[n:, :n][ends] @ shapes for part in self.matrices], s) / (s[:, None, None] - poles)
+
+    def _solved(self, s, force):
+        """Forces, shape (m, e, n), times the inverse of the block of the modes, by a system of equations for each s."""
+        n, found = len(self.omega), [force[:0]]
+        inner = [part[:n, :n] for part in self.matrices]
+        for i in range(0, len(s), AT_ONCE):
+            matrix = _quadratic(inner, s[i : i + AT_ONCE])  # symmetric
+            found.append(np.linalg.solve(matrix, force[i : i + AT_ONCE].swapaxes(1, 2)).swapaxes(1, 2))
+        return np.concatenate(found)
+
+    @cached_property
+    def pole_sum(self):
+        """(poles, shapes, inverse): the inverse of the block of the modes is the sum of products over s - pole.
+
+        As in `StrainDamping._slow_poles` of the inverse, for W q and q'; None where rounding spoils the sum.
+        """
+        if not len(self.omega):
+            return None
+        n, slowness = len(self.omega), np.diag(1 / self.omega)
+        _, damping, stiffness = (part[:n, :n] for part in self.matrices)
+        s = checked(self.omega)
+        try:
+            with np.errstate(all="ignore"):  # what is not finite is not trusted
+                give = np.linalg.inv(slowness @ stiffness @ slowness)
+                matrix = [[-give @ slowness @ damping @ slowness, -give @ slowness], [slowness, np.zeros((n, n))]]
+                value, vectors = np.linalg.eig(np.block(matrix))
+                poles, shapes, inverse = 1 / value, vectors[:n] / self.omega[:, None], np.linalg.inv(vectors)[:, n:]
+                summed = (shapes / (s[:, None, None] - poles)) @ inverse
+                solved = self._solved(s, np.broadcast_to(np.eye(n), (len(s), n, n)))
+                error = (np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max()
+        except np.linalg.LinAlgError:
+            return None
+        return (poles, shapes, inverse) if error <= TRUSTED else None
+
+    @property
+    def poles(self):
+        """Upper half plane and real axis, none where rounding spoils them. [rad/s]"""
+        poles = np.zeros(0, dtype=complex) if self.pole_sum is None else self.pole_sum[0]
+        return poles[poles.imag >= 0]
+
+
+def checked(omega):
+    """Places at which a sum over poles is held against solved systems, for modes at `omega`, shape (8,). [rad/s]"""
+    return (0.03 + 1j) * np.geomspace(omega.min() / 10, np.median(omega), 8)
+
+
+def _quadratic(matrices, s):
+    """s^2 M + s C + K for M, C, K of shape (r, c), shape (m, r, c)."""
+    mass, damping, stiffness = matrices
+    s = s[:, None, None]
+    return s * (s * mass + damping) + stiffness

@@ -1,0 +1,374 @@
+"""PID, delay and lag of the winches of a suspension: one cable, dense determinants, time by small steps."""
+
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.linalg
+from command import CARLINA, run, table_of
+from references.straight_suspension import Straight
+from scenes import cells
+from straight_scenes import LOOP, case_of, everything, movement_of, one_axis, two_bodies
+from test_suspension_wind import FREQUENCY, integral, von_karman
+
+from cablestudy.control.pose_margins import single_limits
+from cablestudy.control.pose_state_space import Labels, state_space
+from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import Scene
+from cablestudy.study.case import Case
+from cablestudy.study.loop_in_time import TimeOptions
+from cablestudy.study.suspension import loop_report
+from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.rows import value
+
+TURN = 2 * np.pi
+NET = CARLINA.replace("carlina.yaml", "suspensions/carlina-net-wind.yaml")
+LAWS = {
+    "integrator": {"gain": 0.4},
+    "lag": {"gain": 0.4, "bandwidth": 5.0},
+    "delay": {"gain": 0.4, "delay": 0.03},
+    "long delay": {"gain": 0.3, "delay": 0.4},
+    "PI": {"gain": 0.4, "proportional_gain": 0.05, "bandwidth": 20.0},
+    "PID": {"gain": 0.4, "proportional_gain": 0.02, "derivative_gain": 0.01, "derivative_filter": 5.0,
+            "bandwidth": 20.0, "delay": 0.01},
+}  # fmt: skip
+each_law = pytest.mark.parametrize("name", LAWS)
+
+
+# -------------------------------------------------------------------------------------- against the loop of one cable
+
+AXIS = {"mass": 0.3, "EA": 2e4, "span": 10.0, "tension": 200.0, "body": 25.0, "area": 0.4}
+SHARED = {"elastic_modulus": 1e8, "area": AXIS["EA"] / 1e8, "density": AXIS["mass"] * 1e8 / AXIS["EA"],
+          "damping": {"model": "kelvin_voigt", "time": 2e-3, "viscous": 0.02}}  # fmt: skip
+AXIS_NOTCH = {"frequency": 1.5, "damping_ratio": 0.05, "rolloff_frequency": 10.0, "rolloff_damping_ratio": 1.0}
+AXIS_WIND = {"speed": 6.0, "turbulence_intensity": 0.15, "length_scale": 25.0, "aerodynamic_damping": False,
+             "mean": False, "admittance": "none"}  # fmt: skip
+BOTH = {"model": {"elements": 4, "order": 2}, "gravity": 0.0}
+COLUMNS = ("gain", "largest_gain", "gain_margin", "phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak",
+           "gondola_rms", "gondola_rms_velocity")  # fmt: skip
+SPEEDS = "winch_rms_speed", "winch_peak_speed"
+
+
+def one_cable(law):
+    """One cable along x without weight, its gondola and its winch: `Scene`."""
+    drive = {key: law[key] for key in ("delay", "bandwidth") if key in law}
+    own = {key: value for key, value in law.items() if key not in drive}
+    text = {
+        "cable": SHARED | {"preload": AXIS["tension"], "chord": AXIS["span"]}, "wind": AXIS_WIND,
+        "gondola": {"mass": AXIS["body"], "area": AXIS["area"], "drag_coefficient": 1.17},
+        "winch": drive | {"controller": own | {"notch": AXIS_NOTCH}},
+    }  # fmt: skip
+    return Scene.model_validate(text | BOTH)
+
+
+def both_sides(law):
+    """A body of twice the mass and area between two such cables, whose winches move against each other: a mapping."""
+    own = AXIS["span"] / (1 + AXIS["tension"] / AXIS["EA"])
+    return one_axis(
+        mass=2 * AXIS["body"], span=AXIS["span"], strain=1 - own / AXIS["span"], cable=SHARED,
+        winches={"west": {}, "east": {}}, control=law | {"notch": AXIS_NOTCH}, wind=AXIS_WIND | {"on": "bodies"},
+        bodies__gondola__wind={"area": 2 * AXIS["area"], "drag_coefficient": 1.17}, **BOTH,
+    )  # fmt: skip
+
+
+@each_law
+def test_two_equal_cables_have_the_loop_of_one(name):
+    one, two = Case(one_cable(LAWS[name])).loop, case_of(both_sides(LAWS[name])).in_wind.movement
+    s = 1j * np.geomspace(0.05, 300, 60)
+    expected = one.gain * one.whole.unit_gain(s)
+    assert two.loop.gain * two.loop.unit_gain(s)[:, 0, 0] == pytest.approx(expected, rel=1e-8)
+    assert two.largest_gain == pytest.approx(one.largest_integral_gain, rel=1e-8)
+
+
+@each_law
+def test_two_equal_cables_have_the_numbers_of_one(name):
+    expected = cells(one_cable(LAWS[name]), *COLUMNS, *SPEEDS)
+    case = case_of(both_sides(LAWS[name]))
+    for column in (*COLUMNS, *SPEEDS):
+        found = value(case, find(column.replace("gondola_", "gondola.")))[0]
+        if column in SPEEDS:  # a winch reels in what is stretched, and the end of one cable moves
+            found *= 1 + AXIS["tension"] / AXIS["EA"]
+        assert found == pytest.approx(expected[column], rel=1e-6), column
+
+
+def test_two_equal_cables_have_the_automatic_gain_of_one():
+    law = {"gain": {"auto": 9.0}, "delay": 0.05, "bandwidth": 8.0}
+    expected = cells(one_cable(law), "gain")["gain"]
+    assert value(case_of(both_sides(law)), find("gain"))[0] == pytest.approx(expected, rel=1e-8)
+
+
+# -------------------------------------------------------------------------------- against det(I + L) of dense models
+
+
+def laws_of(seed):
+    """Random gains, delay and lag."""
+    draw = np.random.default_rng(seed)
+    found = {"gain": float(10 ** draw.uniform(-1.5, 0)), "delay": float(10 ** draw.uniform(-2.5, -0.2))}
+    if seed % 2:
+        found |= {"proportional_gain": float(10 ** draw.uniform(-2.5, -0.5)), "bandwidth": float(draw.uniform(1, 20))}
+        found |= {
+            "derivative_gain": float(10 ** draw.uniform(-3, -1.5)),
+            "derivative_filter": float(draw.uniform(1, 9)),
+        }
+    return found
+
+
+SIX = {f"f{i}": {"end": "to"} if i == 2 else {} for i in range(6)}
+SCENES = {
+    "three coordinates, actuators": lambda law: everything(control=LOOP | law),
+    "three coordinates, no notch": lambda law: everything(control=LOOP | law | {"notch": "none"}, actuators={}),
+    "pose of six": lambda law: two_bodies(winches=SIX, control=law | {"body": "first", "notch": LOOP["notch"]}),
+}
+
+
+@cache
+def solved(scene, seed):
+    """Dense model and `Movement`."""
+    text = SCENES[scene](laws_of(seed))
+    return Straight(text), movement_of(text)
+
+
+def encirclements(own, gain):
+    """Growing motions: the turns of det(I + L) from below to above the real axis, past the pole at 0 on its right."""
+    small, k = 1e-5, len(own.measured)
+    path = np.concatenate([small * np.exp(1j * np.linspace(0, np.pi / 2, 200)), 1j * np.geomspace(small, 1e4, 4000)])
+
+    def determinants(s):
+        return np.linalg.det(np.eye(k) + gain * own.unit_gain(s))
+
+    value = determinants(path)
+    for _ in range(20):
+        coarse = np.abs(np.angle(value[1:] / value[:-1])) > 0.3
+        if not coarse.any():
+            break
+        places = np.flatnonzero(coarse)
+        between = np.sqrt(path[places] * path[places + 1])
+        path, value = np.insert(path, places + 1, between), np.insert(value, places + 1, determinants(between))
+    assert not coarse.any()
+    turned = np.angle(value[1:] / value[:-1]).sum() / np.pi
+    assert abs(turned - round(turned)) < 0.02
+    return round(-turned)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("scene", SCENES)
+def test_growing_poles_are_the_encirclements_of_the_exact_loop_gain(scene, seed):
+    own, movement = solved(scene, seed)
+    limit, judged = movement.largest_gain, 0
+    for factor in (0.2, 0.999, 1.001, 2.0, 6.0):
+        try:
+            poles = movement.loop.poles_with(np.full(len(own.measured), factor * limit))
+        except NoSolutionError:  # refused, and not judged wrongly
+            assert factor > 1.5
+            continue
+        judged += 1
+        count = encirclements(own, factor * limit)
+        assert (poles.real > 1e-7 * np.abs(poles)).sum() == count, factor
+        assert (count > 0) == (factor > 1), factor
+    assert judged >= 3
+
+
+def test_the_limit_of_one_coordinate_alone_is_where_the_exact_loop_gain_encircles():
+    own, movement = solved("three coordinates, no notch", 3)
+    movement = movement.loop.with_gain(0.3 * movement.largest_gain)
+    found = single_limits(movement)
+    whole = movement.gain * np.ones(3)
+
+    class Alone:
+        """The dense model whose loop gain is that of some gains."""
+
+        measured = own.measured
+
+        def __init__(self, gains):
+            self.gains = gains
+
+        def unit_gain(self, s):
+            return own.unit_gain(s) * self.gains
+
+    assert (found > 1.5).all()
+    for place, factor in enumerate(found):
+        for part, grows in ((0.999, False), (1.001, True)):
+            gains = np.where(np.arange(3) == place, part * factor, 1.0) * whole
+            assert (encirclements(Alone(gains), 1.0) > 0) == grows
+
+
+# ---------------------------------------------------------------------------------------------- in time, by small steps
+
+
+def in_time(own, law, time, steps, push=0.0, reference=0.0):
+    """What is measured of a dense model, shape (t, k), after a push and a step of references.
+
+    The delayed movement is linear within a step; all else is exact (`scipy.linalg.expm`).
+    """
+    M, C, K, B, rate = own.matrices
+    n, k = len(M), len(own.measured)
+    integral, proportional = law["gain"], law.get("proportional_gain", 0.0)
+    # states: z, z', integral of what was measured a delay ago, what the drive follows; input: what was measured
+    size = 2 * n + 2 * k
+    A, given = np.zeros((size, size)), np.zeros((size, k))
+    z, speed, summed, driven = np.split(np.eye(size), [n, 2 * n, 2 * n + k])
+    A[:n], given[2 * n : 2 * n + k] = speed, np.eye(k)
+    force, pushed = -K @ z - C @ speed, np.zeros((n, k))
+    if "bandwidth" in law:
+        lag = TURN * law["bandwidth"]
+        A[2 * n + k :], given[2 * n + k :] = lag * (integral * summed - driven), lag * proportional * np.eye(k)
+        moved, moving, moving_given = driven, A[2 * n + k :], given[2 * n + k :]
+    else:
+        moved, moving, moving_given = integral * summed, np.zeros((k, size)), integral * np.eye(k)
+    force -= B @ own.shares @ moved + rate @ own.shares @ moving
+    pushed -= rate @ own.shares @ moving_given
+    A[n : 2 * n], given[n : 2 * n] = np.linalg.solve(M, force), np.linalg.solve(M, pushed)
+    width = law["delay"] / steps
+    whole = np.zeros((size + 2 * k, size + 2 * k))
+    whole[:size, :size], whole[:size, size : size + k], whole[size : size + k, size + k :] = A, given, np.eye(k) / width
+    advance = scipy.linalg.expm(whole * width)[:size]
+    state, count = np.zeros(size), int(time / width)
+    state[n : 2 * n] = np.linalg.solve(M, own.measured.T @ (push * np.ones(k)))
+    seen = np.zeros((count + steps + 1, k))  # from a delay before the start
+    for place in range(count):
+        seen[place + steps] = own.measured @ state[:n] - reference
+        before, after = seen[place], seen[place + 1]
+        state = advance @ np.concatenate([state, before, after - before])
+    return seen[steps:-1] + reference
+
+
+@pytest.mark.parametrize("law", [{"gain": 1.0, "delay": 0.3}, {"gain": 1.0, "delay": 0.05},
+                                 {"gain": 1.0, "proportional_gain": 0.1, "bandwidth": 3.0, "delay": 0.1}])  # fmt: skip
+def test_a_loop_in_time_grows_above_the_largest_gain_and_decays_below(law):
+    text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
+    own, limit = Straight(text), movement_of(text).largest_gain
+    for factor in (0.97, 1.03):
+        scaled = law | {key: factor * limit * law[key] for key in ("gain", "proportional_gain") if key in law}
+        size = np.abs(in_time(own, scaled, 150.0, 40, push=1.0)).max(axis=1)
+        quarter = len(size) // 4
+        early, late = size[quarter : 2 * quarter].max(), size[3 * quarter :].max()
+        assert (late > 1.2 * early) == (factor > 1)
+        assert (late < 0.8 * early) == (factor < 1)
+
+
+# ------------------------------------------------------------------------------------------------------ what is refused
+
+MISTAKES = {
+    ("control.proportional_gain=0.1",): "control.bandwidth: missing key: with proportional",
+    ("control.derivative_gain=0.1 s", "control.bandwidth=5 Hz"): "control.derivative_filter: missing key",
+    ("control.proportional_gain=0.1", "control.bandwidth=5 Hz", "control.gain={auto: 6 dB}"):
+        "control.gain: auto chooses an integral gain",
+    ("control.gain=0", "control.proportional_gain=1", "control.bandwidth=5 Hz"): "control.gain: must be above 0 with",
+    ("control.delay=5 mm",): "control.delay",
+    ("control.max_speed=0",): "control.max_speed",
+    ("control.dealy=5 ms",): "did you mean delay?",
+    ("winches.u1.delay=5 ms",): "winches.u1.delay: unknown key in a suspension: that of all winches is under control",
+    ("winches.u1.controller={gain: 1}",): "that of all winches is under control",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sets", MISTAKES)
+def test_mistakes_are_one_line(sets):
+    done = run("loop", NET, *(part for text in sets for part in ("--set", text)), code=2)
+    assert len(done.lines) == 1, done.err
+    assert MISTAKES[sets] in done.err
+
+
+def test_a_delay_that_is_too_long_to_be_judged_is_refused():
+    text = everything(control=LOOP | {"delay": 30.0})
+    with pytest.raises(NoSolutionError, match=r"stability with a delay of 30 s is not judged at a gain of 0\.4 rad/s"):
+        case_of(text).in_wind.movement  # noqa: B018
+
+
+# ------------------------------------------------------------------------------- in the wind, and as a state space
+
+DELAYED = {"gain": 0.2, "proportional_gain": 0.02, "derivative_gain": 0.001, "derivative_filter": 4.0,
+           "bandwidth": 6.0, "delay": 0.15}  # fmt: skip
+
+
+def closed_stiffness(own, s):
+    """D + (B + s B') v/z, shape (f, n, n), and v/z, shape (f, i, n), of a dense model, with exp(-s T)."""
+    *_, B, rate = own.matrices
+    wide = s[:, None, None]
+    reeled = -own.text["control"]["gain"] * own.notch(wide) * own.law(wide) * (own.shares @ own.measured)
+    return own.dynamic_stiffness(s) - (B + wide * rate) @ reeled, reeled
+
+
+def test_the_rms_in_the_wind_is_the_integral_of_the_exact_spectrum():
+    text = everything(control=LOOP | DELAYED)
+    own, case = Straight(text), case_of(text)
+    s = 2j * np.pi * FREQUENCY
+    stiffness, reeled = closed_stiffness(own, s)
+    speed = own.wind["speed"]
+    direction = own.blowing / speed
+    turn = np.stack([direction, np.cross([0, 0, 1.0], direction), [0, 0, 1.0]])
+    moved = np.linalg.solve(stiffness, np.broadcast_to(own.gust_forces @ turn.T + 0j, (len(s), len(own.free) + 2, 3)))
+    area = np.array(own.bodies[0]["wind"]["area"]) @ direction**2
+    driving = von_karman(FREQUENCY, speed, 1.0, 25.0) / (1 + (FREQUENCY * 2 * np.sqrt(area) / speed) ** (4 / 3))
+    driving = driving[:, None] * own.turbulence**2
+    for name, row in (("gondola.rms_x", 0), ("gondola.rms_y", 1), ("gondola.rms_z", 2), ("mass_x.rms_stroke", 6)):
+        expected = np.sqrt(integral((np.abs(moved[:, row]) ** 2 * driving).sum(axis=1)))
+        assert value(case, find(name))[0] == pytest.approx(1e3 * expected, rel=1e-4), name
+    speeds = ((np.abs(reeled @ moved) * np.abs(s)[:, None, None]) ** 2 * driving[:, None]).sum(axis=2)
+    expected = max(np.sqrt(integral(spectrum)) for spectrum in speeds.T)
+    assert value(case, find("winch_rms_speed"))[0] == pytest.approx(1e3 * expected, rel=1e-4)
+
+
+def test_the_state_space_has_the_response_of_the_exact_loop_up_to_where_its_delay_is_right():
+    text = everything(control=LOOP | DELAYED)
+    own, movement = Straight(text), movement_of(text)
+    loop, n = movement.loop, len(own.free)
+    forces = np.zeros((len(loop.motion), 6))
+    forces[: loop.motion.shapes.shape[1]] = movement.layout.bodies(loop.motion.shapes).T
+    names = [(f"{k}", "") for k in range(60)]
+    own_names = Labels(names[: loop.motion.shapes.shape[1]], names[:4], names[:6], names[: len(movement.outputs)],
+                       names[:3])  # fmt: skip
+    system = state_space(loop.motion, forces, own_names, loop, movement.actuators)
+    s = 1j * np.geomspace(0.01, 0.99 * loop.right_up_to, 40)
+    rows = [movement.outputs[f"gondola.{axis}"] for axis in "xyz"]
+    found = system.response(s, derivatives=True)
+    stiffness, reeled = closed_stiffness(own, s)
+    by_forces = np.linalg.solve(stiffness, np.broadcast_to(np.eye(n + 2, 6) + 0j, (len(s), n + 2, 6)))
+    *_, B, rate = own.matrices
+    assert found[:, rows, 3:] == pytest.approx(by_forces[:, :3], abs=1e-6 * np.abs(by_forces[:, :3]).max())
+    # a reference moves the winches as much as a displacement of what is measured, the other way
+    by_place = reeled @ np.linalg.pinv(own.measured)
+    by_references = np.linalg.solve(stiffness, -(B + s[:, None, None] * rate) @ by_place)
+    assert found[:, rows, :3] == pytest.approx(by_references[:, :3], abs=1e-6 * np.abs(by_references).max())
+    assert len(set(system.state_names)) == len(system.a)
+
+
+def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
+    law = {"gain": 0.4, "delay": 0.3}
+    text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
+    own, case = Straight(text), case_of(text)
+    found = loop_report.time_case(None, case, TimeOptions("20s:41", "reference.y", "1 mm", output="gondola.y"))
+    seen = in_time(own, law, 20.0, 60, reference=1e-3 * np.eye(3)[1])
+    times = np.arange(len(seen)) * law["delay"] / 60
+    expected = np.interp(found.time[:: found.options.every], times, seen[:, 1])
+    # a corner in time has no end in frequency
+    assert found.found.measured[:: found.options.every] == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
+    assert "delay: Padé approximants, whose phase is right up to" in " ".join(found.remarks)
+
+
+def test_a_winch_that_is_too_slow_is_named():
+    slow = ("--set", "control.max_speed=0.5 mm/s")
+    assert re.search(r"warning: the winch of \w+ would reach [1-9]", run("windrms", NET, *slow, "--table", "loop").err)
+    (row,) = table_of("windrms", NET, *slow, "--table", "loop")
+    assert 0.5 < row["winch_rms_speed_mm_per_s"] < row["winch_peak_speed_mm_per_s"]
+    done = run("loop", NET, *slow, "--time", "5s:3", "--input", "reference.x")
+    assert "above its max_speed of 0.5 mm/s: the linear response does not hold" in done.err
+    assert "max_speed" not in run("windrms", NET, "--set", "control.max_speed=50 mm/s", "--table", "loop").err
+
+
+def test_what_was_modelled_is_said():
+    sets = [f"control.{key}" for key in ("proportional_gain=0.01", "bandwidth=10 Hz", "delay=20 ms", "notch=none")]
+    options = [part for one in [*sets, "control.gain=0.1"] for part in ("--set", one)]
+    for command in (("loop", NET, "--explain"), ("ssm", NET, "--with", "loop", "--out", "m.json", "--explain")):
+        said = run(*command, *options).err
+        assert "gains of 0.1 rad/s (integral), 0.01 (proportional)" in said
+        assert "a lag of first order of 10 Hz" in said
+        assert re.search(r"delay of 0\.02 s: Padé approximants, whose phase is right to 1e-7 up to 31\.83 Hz", said)
+
+
+def test_gains_of_zero_change_nothing():
+    zero = [f"control.{key}=0" for key in ("proportional_gain", "derivative_gain", "delay")]
+    options = [part for one in zero for part in ("--set", one)]
+    assert table_of("windrms", NET, "--table", "motion", *options) == table_of("windrms", NET, "--table", "motion")
+    assert table_of("loop", NET, "--table", "loop", *options) == table_of("loop", NET, "--table", "loop")
