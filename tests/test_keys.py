@@ -89,10 +89,6 @@ def test_the_command_columns_shows_those_with_a_text_in_their_names():
     assert [row["column"] for row in table_of("columns", "inplane_frequency_3")] == ["inplane_frequency_3_Hz"]
     hints = {"sagg": "did you mean sag?", "safety factor": "did you mean utilisation?", "xyzzy": "lists"}
     for text, hint in hints.items():
-        ("sagg", "did you mean sag?"),
-        ("safety factor", "did you mean utilisation?"),
-        ("xyzzy", "lists"),
-    ):
         done = run("columns", text, code=2)
         assert (done.out, len(done.lines)) == ("", 1)
         assert hint in done.err

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.errors import NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.comparison import compare_models
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
     from cablestudy.control.statespace import StateSpace
     from cablestudy.interface.answer import Values
+
+
+TABLES = ("cable", "gondola", "winch", "wind", "cases")
+NAMED = 120  # characters of path and changes in a representation
 
 
 class Scene:
@@ -53,6 +57,15 @@ class Scene:
 
     def __init__(self, path: str, changes: tuple[str, ...], document: Any, model: Any) -> None:
         self.path, self.changes, self.document, self.model = path, changes, document, model
+
+    def __repr__(self) -> str:
+        listed = ", ".join((self.path, *self.changes))
+        return f"{type(self).__name__}({shorten(listed, NAMED)}: {self._contents})"
+
+    @property
+    def _contents(self) -> str:
+        """The tables of the scene, for its representation."""
+        return ", ".join(name for name in TABLES if getattr(self.model, name))
 
     @property
     def cases(self) -> dict[str, Scene]:

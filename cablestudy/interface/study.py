@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from cablestudy.interface.argument_names import argument_names
-from cablestudy.interface.changes import Changes, texts_of
+from cablestudy.interface.changes import Changes, Source, texts_of
 
 if TYPE_CHECKING:
     import pandas
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @argument_names()
 def sweep(
-    study: str | os.PathLike[str],
+    study: Source,
     set: Changes = (),
     vary: Mapping[str, str] | None = None,
     jobs: int | None = 1,
@@ -30,7 +30,8 @@ def sweep(
 
     Parameters
     ----------
-    study : str or path-like
+    study : str, path-like or mapping
+        Its file, `-` for standard input; or what the file would say, as a mapping, whose `base` may be one too.
     set : dict, optional
         Dotted key -> value that changes the base.
     vary : dict, optional
@@ -80,13 +81,14 @@ class Study:
         All that is wrong with it.
     """
 
-    def __init__(self, path: str | os.PathLike[str], set: Changes = (), vary: Sequence[str] = ()) -> None:
+    def __init__(self, path: Source, set: Changes = (), vary: Sequence[str] = ()) -> None:
         from cablestudy.scene.study import read_study
 
         sets = texts_of(set)
         self.request = read_study(path, sets, tuple(vary))
         options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
-        self.words = ["sweep", str(path), *(word for option in options for word in option)]
+        name = self.request.name if isinstance(path, Mapping) else str(path)
+        self.words = ["sweep", name, *(word for option in options for word in option)]
 
     @property
     def notes(self) -> Iterable[str]:

@@ -119,6 +119,11 @@ class Suspension(Scene):
         **{name: Scene.answers[name] for name in ("ssm", "trade", "find")},
     }
 
+    @property
+    def _contents(self) -> str:
+        numbers = {name: len(getattr(self.model, name)) for name in ("cables", "bodies", "points", "cases")}
+        return ", ".join(f"{name}: {number}" for name, number in numbers.items() if number)
+
     @cached_property
     def case(self) -> Any:
         """Its equilibrium and motion, each computed when it is first asked for: `SuspensionCase`."""

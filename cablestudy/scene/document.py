@@ -1,7 +1,9 @@
 """A YAML file as read: plain values, the place of each in its file, `base:` files underneath and `--set` on top."""
 
+import json
 import os
 import sys
+from collections.abc import Mapping
 from contextlib import nullcontext
 
 from cablestudy.errors import Mistake, SceneError
@@ -23,6 +25,7 @@ from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 MAX_BYTES = 10_000_000
 MAX_BASES = 32
 STDIN = "<stdin>"
+MAPPING = "<mapping>"  # a file that Python gives as its contents
 
 
 class Document:
@@ -31,12 +34,16 @@ class Document:
     Attributes
     ----------
     name : str
-        The file as the user named it, or `<stdin>`.
+        The file as the user named it, `<stdin>`, or `<mapping>`.
     value : dict
         Plain mappings, lists, text and numbers as written.
     empty : list of tuple
         Paths of the keys that are null and remove nothing. Only who knows the keys can tell whether they are right.
+    base : Document or None
+        Its base, where that is a mapping in a mapping.
     """
+
+    base = None
 
     def __init__(self, name, value, places, overrides=(), empty=()):
         self.name, self.value, self._places, self._overrides = name, value, places, overrides
@@ -144,18 +151,37 @@ def read_file(path):
 
     Parameters
     ----------
-    path : str or path-like
-        `-` is standard input.
+    path : str, path-like or mapping
+        `-` is standard input; a mapping is what a file would say, and so may be its `base`.
 
     Raises
     ------
     SceneError
         The file cannot be read, or is not a YAML mapping.
     """
+    if isinstance(path, Mapping):
+        return _of_mapping(path, MAPPING)
     name = os.fspath(path)
     if name == "-":
         return _parse(_read_bytes(lambda: nullcontext(sys.stdin.buffer), Place(STDIN)), STDIN)
     return _parse(_read_bytes(lambda: open(name, "rb"), Place(name)), name)
+
+
+def _of_mapping(mapping, name):
+    """The Document of the contents of a file, by the rules of one: what they are not in JSON is refused."""
+    base = mapping.get("base")
+    contents = {**mapping, "base": MAPPING} if isinstance(base, Mapping) else dict(mapping)
+    try:
+        text = json.dumps(contents, ensure_ascii=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise refuse(Place(name), f"expected mappings, lists, text and numbers ({error})") from None
+    try:
+        value, places = compose(text, name)
+    except SceneError as error:  # its lines are those of the text above
+        raise SceneError(*(Mistake(name, one.key, one.message) for one in error.mistakes)) from None
+    document = Document(name, value, dict.fromkeys(places, (Place(name), Place(name))))
+    document.base = _of_mapping(base, f"{name} base") if isinstance(base, Mapping) else None
+    return document
 
 
 def read_document(path):
@@ -207,6 +233,8 @@ def _read_beside(document, key):
 
 def read_base(document, chain=()):
     """The document that the key `base` of another one names, merged upon its own bases; as `resolve_base`."""
+    if document.base:
+        return resolve_base(document.base, chain)
     name, place = _beside(document, "base"), document.place(("base",))
     chain = (*(chain or (document.name,)), name)
     if os.path.realpath(name) in [os.path.realpath(above) for above in chain[:-1] if above != STDIN]:

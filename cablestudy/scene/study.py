@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.document import STDIN, apply_sets, read_base, read_file
+from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file
 from cablestudy.scene.entries import clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.layers import replaced_by, split_key
@@ -298,7 +298,7 @@ def _refuse_scene(source):
         raise SceneError(*(mistake(place, key, OF_SCENE) for key, place in keys.items()))
     if keys:
         key = next((name for name in ("cable", "cables") if name in keys), next(iter(keys)))
-        name = "SCENE" if source.name == STDIN else os.path.basename(source.name)
+        name = "SCENE" if source.name in (STDIN, MAPPING) else os.path.basename(source.name)
         study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
         raise refuse(keys[key], f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
 

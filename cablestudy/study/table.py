@@ -200,9 +200,8 @@ class TableFiles:
     """Paths of the files of a study in a folder: `csv` and `md` its table, `run` the provenance, `rows` as computed."""
 
     def __init__(self, folder, study):
-        stem = os.path.splitext(os.path.basename(study))[0]
         self.folder = folder
-        self.stem = "stdin" if study == "<stdin>" else stem
+        self.stem = study.strip("<>") if study[0] == "<" else os.path.splitext(os.path.basename(study))[0]
         self.csv, self.md, self.run, self.rows = (
             os.path.join(folder, self.stem + end) for end in (".csv", ".md", ".run.yaml", ".rows.sqlite")
         )
