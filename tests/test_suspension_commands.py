@@ -11,6 +11,7 @@ from command import CONFIGS, ROOT, edit_rows, rows_of, run, study_file, table_of
 
 import cablestudy
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.markdown import fitted
 from cablestudy.study.suspension.case import SuspensionCase
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -614,3 +615,20 @@ def test_frozen_lengths_hold_the_body_where_it_stood_and_yield_by_its_stiffness(
     expected = np.linalg.solve(stiffness, [force, 0, 0, 0, 0, 0])[:3]
     moved = pushed[places].to_numpy()[0] - hung[places].to_numpy()[0]
     assert moved == pytest.approx(expected, rel=1e-3, abs=1e-3 * expected[0])
+
+
+def test_a_narrow_terminal_keeps_what_matters_of_many_cables():
+    net = CONFIGS / "suspensions" / "carlina-net.yaml"
+    table = cablestudy.load(net).compute("static").tables["cables"]
+    kept = ("name", "preload", "max_tension", "unstretched_length", "sag", "utilisation")
+    for width in (60, 80, 100, 200):
+        text, left_out = fitted(table, width)
+        assert max(map(len, text.splitlines())) <= width
+        assert left_out
+        shown = [field.plain for field in table.fields if field.plain not in left_out]
+        few = len(shown) < len(kept)
+        assert list(kept[: len(shown)]) == shown if few else set(kept) <= set(shown)
+        assert few == (width == 60)
+    printed = table_of("static", net, "--table", "cables")
+    assert list(printed[0]) == [field.name for field in table.fields]
+    assert "reaction 1 vertical [N]" in run("static", net, "--table", "cables").out

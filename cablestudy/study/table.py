@@ -34,6 +34,7 @@ class Field:
     distinct: bool = False  # whether Markdown gives numbers as many digits as tell them apart
     label: bool = False  # whether it names the rows: shown, in front, though columns are chosen without it
     text: bool = False  # whether some cells are text; of tables in memory they are looked at instead
+    secondary: bool = False  # whether a terminal that is too narrow leaves the column out before others
     unless: str = ""  # a terminal leaves the column out if all its cells are this text
 
     @property
