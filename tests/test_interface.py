@@ -64,7 +64,7 @@ def test_a_scene_gives_what_the_commands_print():
 
 def test_a_state_space_is_a_system_of_scipy():
     scene = cablestudy.load(CARLINA)
-    model = scene.state_space(with_="loop")
+    model = scene.state_space(with_="loop", input="force_gondola")
     system = model.to_scipy()
     s = 2j * np.pi * np.array([0.3, 1.0])
     expected = [model.c @ np.linalg.solve(value * np.eye(len(model.a)) - model.a, model.b) + model.d for value in s]

@@ -119,6 +119,7 @@ def test_a_step_of_the_winch_without_loop_in_closed_form():
     assert found.open_loop == pytest.approx(2e-3 * expected, abs=1e-14)
     assert found.measured == pytest.approx(2e-3 * expected, abs=1e-14)
     assert np.abs(found.winch).max() < 1e-16
+    assert np.isnan(found.final)
 
 
 @pytest.mark.parametrize("which", [("carlina", "ground"), ("slack", "gondola", "coupled"), ("carlina", "ground", "")])
@@ -145,6 +146,7 @@ def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back():
     for place, gondola, winch in ((loop_response.REFERENCE, 1.0, 1.0), (loop_response.WINCH, 0.0, -1.0)):
         found = loop_response.loop_response(loop, place, time_response.step(1.0), time)
         assert (found.measured[-1], found.winch[-1, 0]) == pytest.approx((gondola, winch), abs=1e-6)
+        assert found.final == pytest.approx(gondola, abs=1e-9)
 
 
 def test_an_unstable_loop_has_no_response_in_time():

@@ -1,5 +1,8 @@
 """Every kind of picture: nothing is clipped, no text stands over another, every number is rounded."""
 
+from functools import partial
+
+import numpy as np
 import pytest
 from command import CONFIGS, run, study_file
 from matplotlib.figure import Figure
@@ -78,6 +81,20 @@ def test_static_forms(name, sets):
     assert faults(plots.static_form(case_of(name, *sets))) == []
 
 
+@pytest.mark.parametrize(
+    ("name", "sets"),
+    [
+        ("zipline", ["cable.loads=[{fraction: 0.97, mass: 80 kg}]"]),
+        ("zipline", ["cable.loads=[{fraction: 0.2, mass: 80 kg}, {fraction: 0.5, force: [0, 300, -1]}]"]),
+        ("zipline", ["cable.preload=null", "cable.sag=8 m", "ground=-1 m"]),
+        ("line", ["case=storm"]),
+        ("line", ["ground=[[0, 0], [200 m, 0]]"]),  # which the cable leaves
+    ],
+)
+def test_forms_over_ground(name, sets):
+    assert faults(plots.static_form(case_of(name, *sets))) == []
+
+
 def test_forms_of_load_cases():
     names = ("everyday", "cold", "hot", "ice", "storm")
     assert faults(plots.case_forms({name: case_of("line", f"case={name}") for name in names})) == []
@@ -144,6 +161,20 @@ def test_long_names_in_other_alphabets(tmp_path):
 def test_modes_of_suspensions(name):
     figure = load(str(SUSPENSIONS / f"{name}.yaml")).plot("modes")
     assert faults(figure) == []
+
+
+def test_an_enlarged_body_stands_clear_of_the_suspension():
+    figure = load(str(SUSPENSIONS / "cable-robot.yaml")).plot("modes")
+    assert faults(figure) == []
+    (panel,) = [axes for axes in figure.axes if axes.child_axes]
+    (inset,) = panel.child_axes
+    box = inset.get_window_extent()
+    flat = [line.get_xydata() for line in panel.lines if line.get_transform() == panel.transData]
+    flat += [path.vertices for drawn in panel.collections for path in drawn.get_paths() if len(path.vertices) > 1]
+    places = panel.transData.transform(np.concatenate(flat))
+    assert len(places) > 100
+    assert not any(box.contains(*place) for place in places)
+    assert box.width == pytest.approx(box.height, rel=1e-3)
 
 
 # ---------------------------------------------------------------------------------------------------------- studies
@@ -303,3 +334,129 @@ def test_pictures_of_commands(monkeypatch, arguments):
     command, name, *options = arguments
     run(command, CONFIGS / name, *options, "--plot", "picture.png", "--quiet")
     assert [faults(figure) for figure in figures] == [[]]
+
+
+# -------------------------------------------------------------------------------------- what a picture of a study shows
+
+FIVE = "columns: [sag, horizontal_tension, end_stiffness, mass, gondola_frequency_static, cable_frequency]\n"
+VARIED = "vary: [{cable.preload: {from: 500 N, to: 3 kN, count: 3}}]\n"
+
+
+def labels_of(monkeypatch, path, *options):
+    """Labels along y of the picture that `sweep` draws, and what it says."""
+    figures = []
+    monkeypatch.setattr(plots, "save", lambda figure, path: figures.append(figure))
+    said = run("sweep", path, "--no-write", "--plot", "picture.png", *options).lines
+    assert [faults(figure) for figure in figures] == [[]]
+    return [axes.get_ylabel().replace("\n", " ") for axes in figures[0].axes], said
+
+
+def test_columns_that_are_not_drawn_are_named(tmp_path, monkeypatch):
+    labels, said = labels_of(monkeypatch, study_file(tmp_path, VARIED + FIVE))
+    assert labels == ["sag [m]", "horizontal tension [N]", "end stiffness [N/m]", "mass [kg]"]
+    (line,) = [line for line in said if line.startswith("not drawn")]
+    assert line.startswith("not drawn: gondola_frequency_static, cable_frequency (")
+
+
+def test_chosen_columns_are_drawn(tmp_path, monkeypatch):
+    """Those of the study and others, with and without units; not the status, and not what is along x."""
+    asked = "mass_kg,status,cable.preload,gondola_frequency_static,cable_frequency,sag,end_stiffness,utilisation"
+    for text in ("", "plot: {x: cable.preload, y: [sag], logx: true}\n"):
+        labels, said = labels_of(monkeypatch, study_file(tmp_path, VARIED + FIVE + text), "--columns", asked)
+        assert labels == ["mass [kg]", "gondola frequency static [Hz]", "cable frequency [Hz]", "sag [m]",
+                          "end stiffness [N/m]", "utilisation"]  # fmt: skip
+        assert not any("not drawn" in line for line in said)
+        labels, _ = labels_of(monkeypatch, study_file(tmp_path, VARIED + FIVE + text), "--columns", "status")
+        assert labels[0] == "sag [m]"
+
+
+def test_a_map_of_colours_says_that_it_does_not_draw_chosen_columns(tmp_path, monkeypatch):
+    plot = "plot: {x: cable.preload, y: gondola.mass, color: sag}\n"
+    path = study_file(tmp_path, VARIED.replace("}]", "}, {gondola.mass: [20 kg, 50 kg]}]") + FIVE + plot)
+    labels, said = labels_of(monkeypatch, path, "--columns", "mass")
+    assert labels[0] == "gondola mass [kg]"
+    assert any("map of colours" in line for line in said)
+
+
+# ------------------------------------------------------------------------------------------------------ scales of axes
+
+
+def scales(folder, vary, *functions, text="columns: [end_stiffness]"):
+    """Scales of x and of each y of a study with made up cells."""
+    figure = drawn(folder, f"vary: [{vary}]\n{text}\n", *functions)
+    return figure.axes[0].get_xscale(), *(axes.get_yscale() for axes in figure.axes)
+
+
+SPACED = {
+    "from 1 kg to 1000 kg": ("{gondola.mass: {from: 1 kg, to: 1000 kg, count: 7}}", "linear"),
+    "log range": ("{gondola.mass: {from: 1 kg, to: 1000 kg, count: 7, spacing: log}}", "log"),
+    "a decade of a log range": ("{gondola.mass: {from: 1 kg, to: 10 kg, count: 7, spacing: log}}", "log"),
+    "less than a decade": ("{gondola.mass: {from: 1 kg, to: 8 kg, count: 7, spacing: log}}", "linear"),
+    "1, 2, 5": ("{gondola.mass: [1 kg, 2 kg, 5 kg, 10 kg, 20 kg, 50 kg, 100 kg]}", "log"),
+    "one far away": ("{gondola.mass: [0.001 kg, 100 kg, 150 kg, 200 kg]}", "linear"),
+    "two": ("{gondola.mass: [1 kg, 1000 kg]}", "linear"),
+}
+
+
+@pytest.mark.parametrize(("vary", "scale"), SPACED.values(), ids=SPACED)
+def test_an_axis_is_logarithmic_where_the_varied_values_are_spaced_so(tmp_path, vary, scale):
+    """Of y too, over such an x alone: a column that spans decades over a linear axis is drawn as it is."""
+    assert scales(tmp_path, vary, lambda k: 10.0**k) == (scale, scale)
+    assert scales(tmp_path, vary, lambda k: 1.0 + k) == (scale, "linear")
+
+
+def test_the_study_decides_on_its_axes(tmp_path):
+    for logx in (True, False):
+        for logy in (True, False):
+            plot = f"{{x: gondola.mass, y: end_stiffness, logx: {str(logx).lower()}, logy: {str(logy).lower()}}}"
+            found = scales(
+                tmp_path, SPACED["log range"][0], lambda k: 10.0**k, text=f"columns: [end_stiffness]\nplot: {plot}"
+            )
+            assert found == ("log" if logx else "linear", "log" if logy else "linear")
+
+
+def test_names_and_series_spaced_by_ratios_keep_decades_apart(tmp_path):
+    assert scales(tmp_path, NAMED, lambda k: 10.0**k)[1] == "log"
+    series = "{cable.preload: {from: 1 kN, to: 2 kN, count: 3}}, {gondola.mass: [1 kg, 10 kg, 100 kg]}"
+    assert scales(tmp_path, series, lambda k: 10.0 ** (k % 3)) == ("linear", "log")
+    series = series.replace("10 kg, 100 kg", "50 kg, 100 kg")
+    assert scales(tmp_path, series, lambda k: 10.0 ** (k % 3)) == ("linear", "linear")
+
+
+@pytest.mark.parametrize("size", [0.2, 1344.7654321, -3e7])
+def test_a_column_that_is_constant_to_four_digits_is_drawn_flat(tmp_path, size):
+    """Differences of 1e-4 take at most a tenth of the height; those of 1 % most of it."""
+    shares = []
+    for spread in (1e-4, 1e-2):
+        text = f"vary: [{MASSES % 9}]\ncolumns: [end_stiffness]\n"
+        figure = drawn(tmp_path, text, partial(lambda spread, k: size * (1 + spread * k / 8), spread))
+        figure.draw_without_rendering()
+        low, high = figure.axes[0].get_ylim()
+        assert figure.axes[0].yaxis.get_offset_text().get_text() == ""
+        shares.append(abs(size) * spread / (high - low))
+    assert shares[0] < 0.1
+    assert shares[1] > 0.5
+
+
+# --------------------------------------------------------------------------------------------------------- temperatures
+
+
+@pytest.mark.parametrize("written", ["[253 K, 283.15 K]", "[-20.15 degC, 50 degF]", "[253, 283.15]"])
+def test_temperatures_are_in_degrees_celsius_for_people_and_in_kelvin_for_programs(tmp_path, written):
+    text = f"set: {{case: hot}}\nvary: [{{cases.hot.temperature: {written}}}]\ncolumns: [sag]\n"
+    path = study_file(tmp_path, text, CONFIGS / "line.yaml")
+    shown = [line.split("|")[1].strip() for line in run("sweep", path, "--no-write").out.splitlines()]
+    assert shown == ["cases.hot.temperature [degC]", shown[1], "-20.15", "10"]
+    table = run("sweep", path, "--no-write", "--format", "csv").out.splitlines()
+    assert [row.split(",")[0] for row in table] == ["cases.hot.temperature_K", "253.0", "283.15"]
+    axes = plots.study_plot(study := read_study(path), computed(study)).axes[0]
+    assert axes.get_xlabel() == "hot temperature [degC]"
+    assert list(axes.lines[0].get_xdata()) == pytest.approx([-20.15, 10.0], abs=1e-12)
+
+
+def test_a_temperature_that_is_found_is_in_degrees_celsius():
+    asked = ("find", CONFIGS / "line.yaml", "clearance = 7 m", "--by", "cases.hot.temperature", "--case", "hot")
+    kelvin = float(run(*asked, "--format", "csv").out.splitlines()[1].split(",")[0])
+    head, _, row = run(*asked).out.splitlines()
+    assert "[degC]" in head
+    assert float(row.split("|")[1]) == pytest.approx(kelvin - 273.15, abs=5e-3)

@@ -10,9 +10,11 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import case_modes, plots, report
+from cablestudy.study.all_columns import find
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
 from cablestudy.study.plots.words import key_words, number, unit_text, value_text
+from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.sweeps.sensitivity import Sensitivity
 
@@ -86,6 +88,23 @@ def test_a_steep_cable_is_drawn_from_its_chord():
     assert axes.get_ylabel() == "height above\nthe chord [m]"
     for name, line in zip(cases, axes.lines, strict=False):
         assert line.get_ydata().min() == pytest.approx(-cases[name].statics.sag, rel=1e-3)
+
+
+def test_a_rider_over_the_ground_is_drawn_with_the_clearance_and_what_the_scene_states():
+    """The state without the rider is another one: a preload or sag stated for it is told from that of the day."""
+    case = case_of("zipline", "cable.preload=null", "cable.sag=3 m")
+    figure = draw(plots.static_form(case))
+    (side,) = figure.axes
+    assert "ground" in lines(side)
+    texts = {text.get_text(): text for text in side.texts}
+    assert f"{80 * 9.81:.1f} N" in texts
+    least = evaluate(case.scene, [find("clearance")]).cells["clearance_m"]
+    assert f"clearance {least:.4g} m" in texts
+    arrows = [text for text in side.texts if text.arrow_patch is not None and text.get_text() == ""]
+    dimension = next(text for text in arrows if text.anncoords == "data")
+    assert dimension.xyann[1] - dimension.xy[1] == pytest.approx(least, abs=1e-3)
+    assert f"sag {float(case.statics.sag):.4g} m (3 m in the reference state)" in figure.get_suptitle()
+    assert "reference" not in draw(plots.static_form(case_of("zipline", "cable.loads=[]"))).get_suptitle()
 
 
 def test_a_case_in_a_wind_alone_is_drawn_where_it_hangs():

@@ -357,11 +357,11 @@ def test_a_winch_that_is_too_slow_is_named():
     assert "max_speed" not in run("windrms", NET, "--set", "control.max_speed=50 mm/s", "--table", "loop").err
 
 
-def test_what_was_modelled_is_said():
+def test_what_was_modelled_is_said(tmp_path):
     sets = [f"control.{key}" for key in ("proportional_gain=0.01", "bandwidth=10 Hz", "delay=20 ms", "notch=none")]
     options = [part for one in [*sets, "control.gain=0.1"] for part in ("--set", one)]
-    for command in (("loop", NET, "--explain"), ("ssm", NET, "--with", "loop", "--out", "m.json", "--explain")):
-        said = run(*command, *options).err
+    for command in (("loop", NET), ("ssm", NET, "--with", "loop", "--out", tmp_path / "m.json")):
+        said = run(*command, "--explain", *options).err
         assert "gains of 0.1 rad/s (integral), 0.01 (proportional)" in said
         assert "a lag of first order of 10 Hz" in said
         assert re.search(r"delay of 0\.02 s: Padé approximants, whose phase is right to 1e-7 up to 31\.83 Hz", said)

@@ -39,6 +39,16 @@ def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():
         found = loop_report.time_case(document, case, TimeOptions("200s:11", "winch.u1", output=name)).found
         assert abs(found.measured[-1]) < 1e-3 * np.abs(found.measured).max()
         assert abs(found.open_loop[-1]) > 0.1 * np.abs(found.open_loop).max()
+        assert abs(found.final) < 1e-9 * np.abs(found.measured).max()
+
+
+def test_a_reference_is_reached_in_the_end_and_the_settling_time_is_that_of_the_table():
+    document, case = solved("control.gain=0.5")
+    found = loop_report.time_case(document, case, TimeOptions("60s:4001", "reference.y"))
+    assert found.found.final == pytest.approx(1e-3, rel=1e-9)
+    outside = np.abs(found.found.measured - 1e-3) > 0.02e-3
+    assert found.step.settling_time == pytest.approx(found.time[outside].max(), abs=found.time[1])
+    assert "overshoot" in found.notes[2]
 
 
 def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_that_wind():
@@ -82,7 +92,7 @@ def test_every_winch_is_in_the_file_and_the_busiest_on_the_screen():
 def test_the_picture_has_a_line_for_each_winch():
     document, case = solved()
     figure = plots.loop_in_time(loop_report.time_case(document, case, TimeOptions("5s:11", "gust")))
-    assert len(figure.axes[2].lines) == 6
+    assert len(figure.axes[-1].lines) == 6
     figure.canvas.draw()
     for axes in figure.axes:
         legend = axes.get_legend()

@@ -33,8 +33,8 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
         echo_notes([*stored.notes, f"{stored.path}: {number} row{'s' * (number != 1)}"], quiet)
         table, notes = select(stored.table) if select else (stored.table, [])
         if plot:
-            asked.save_figure(plot, table, sensitivity)
-            echo_notes([f"written: {plot}"], quiet)
+            left_out = asked.save_figure(plot, table, sensitivity, style.columns)
+            echo_notes([f"written: {plot}", *left_out], quiet)
         echo_notes(notes, quiet)
         print_table(table, style)
     return 0

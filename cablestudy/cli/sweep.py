@@ -110,8 +110,8 @@ def finish(study, work, style, plot, tolerance, command, select=None, indices=Fa
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
     shown, notes = select(table) if select else (table, [])
     if plot:
-        study.save_figure(plot, shown, indices)
-        echo_notes([f"written: {plot}"], quiet)
+        left_out = study.save_figure(plot, shown, indices, style.columns)
+        echo_notes([f"written: {plot}", *left_out], quiet)
     if tolerance is not None:
         return print_differences(table, files.csv, tolerance, quiet)
     echo_notes(notes, quiet)

@@ -23,6 +23,8 @@ class TimeResponse:
         Movement of each winch by the loop, without what is added to it. [m], [m/s]
     error : float
         Estimated relative error of the largest displacement by the modes that are left out. [-]
+    final : float
+        The measured displacement after a long time of a constant input of one; nan without a loop. [m] or [rad]
     """
 
     measured: np.ndarray
@@ -30,10 +32,11 @@ class TimeResponse:
     winch: np.ndarray
     winch_speed: np.ndarray
     error: float
+    final: float
 
     def times(self, factor):
         """The response to so many times the input."""
-        parts = {name: getattr(self, name) for name in ("measured", "open_loop", "winch", "winch_speed")}
+        parts = {name: getattr(self, name) for name in ("measured", "open_loop", "winch", "winch_speed", "final")}
         return replace(self, **{name: part if part is None else factor * part for name, part in parts.items()})
 
 
@@ -78,7 +81,16 @@ class Driven:
             own, output = column - count, self.measured[self.shown]
             direct = plant.d[[output], own]
             alone = respond(plant.a, plant.b[:, own], plant.c[[output]], direct, components, time)[:, 0]
-        return TimeResponse(found[:, 0], alone, found[:, 1 : 1 + winches], found[:, 1 + winches :], 0.0)
+        final = at_once[column] - seen @ _solved(fed.a, fed.b[:, column])
+        return TimeResponse(found[:, 0], alone, found[:, 1 : 1 + winches], found[:, 1 + winches :], 0.0, float(final))
+
+
+def _solved(a, b):
+    """Solution of a x = b; nan where a loop without gain leaves a singular."""
+    try:
+        return np.linalg.solve(a, b)
+    except np.linalg.LinAlgError:
+        return np.full(len(a), np.nan)
 
 
 def compared(found, fewer):

@@ -195,11 +195,28 @@ class Study:
         folders = () if folder == "results" else ("--out", folder)
         return stored_table(self.request, self.files(folder), command_text(self.words, *folders))
 
-    def save_figure(self, path: str, table: Table, indices: bool = False) -> None:
-        """Write the picture of its table, or of its indices, as .png, .svg or .pdf."""
+    def save_figure(self, path: str, table: Table, indices: bool = False, columns: Sequence[str] = ()) -> list[str]:
+        """Write the picture of its table, or of its indices, as .png, .svg or .pdf; notes on what it leaves out.
+
+        Parameters
+        ----------
+        path : str
+        table : Table
+        indices : bool
+        columns : sequence of str
+            Those that are drawn of the table; empty for what `plot:` states, else for the first ones.
+        """
         from cablestudy.study import plots
 
-        plots.save((plots.sensitivity_plot if indices else plots.study_plot)(self.request, table), path)
+        if indices:
+            plots.save(plots.sensitivity_plot(self.request, table), path)
+            return []
+        plots.save(plots.study_plot(self.request, table, columns), path)
+        if columns and self.request.plot and self.request.plot.color:
+            return ["--plot draws the map of colours that plot: states, whatever --columns chooses"]
+        left_out = [] if columns else plots.not_drawn(self.request)
+        names = ", ".join(left_out)
+        return [f"not drawn: {names} (--columns A,B,... or plot: {{x: ..., y: [...]}} chooses)"] if names else []
 
 
 def differences(table: Table, path: str, tolerance: Any) -> Iterable[str]:

@@ -1,6 +1,7 @@
 """The results of a study, as sections of a page: rows, their range, pictures, sensitivities, rows without an answer."""
 
 import re
+from functools import partial
 
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
 from cablestudy.pages.tables import Grid
@@ -54,7 +55,7 @@ def study_sections(page, work, words):
         if work.options.keep:
             page.add(paragraph(f"The rows are those that a sweep has stored in {work.path}."))
         page.table(table, "One row for each case", "cablestudy sweep writes them all")
-        page.draw(lambda plots: plots.study_plot(study, table), "Columns of the table against what varies")
+        page.draw(partial(_picture, page, study, table), "Columns of the table against what varies")
     failures = work.failures(words)
     if failures:
         page.heading("Rows without an answer")
@@ -72,6 +73,13 @@ def study_sections(page, work, words):
     page.note("Rows", kinds_of(_notes(work)))
 
 
+def _picture(page, study, table, plots):
+    """The picture of a study, and a note on the columns that it leaves out."""
+    if left_out := plots.not_drawn(study):
+        page.note("Picture", [f"not drawn: {', '.join(left_out)} (plot: {{x: ..., y: [...]}} of the study chooses)"])
+    return plots.study_plot(study, table)
+
+
 def _range(study, table):
     """Of each column of numbers that varies the smallest and the largest, and in which case: HTML."""
     frame, lines = table.rows.frame(), []
@@ -82,9 +90,9 @@ def _range(study, table):
         numbers = frame[one.name].dropna()
         if numbers.nunique() < 2:
             continue
-        line = [f"{text(one.title)} [{unit_text(one.unit)}]" if one.unit else text(one.title)]
+        line = [f"{text(one.title)} [{unit_text(one.shown_unit)}]" if one.unit else text(one.title)]
         for place in (numbers.idxmin(), numbers.idxmax()):
-            line += [text(short(float(numbers[place]))), text(_case(study, table, place))]
+            line += [text(short(one.shown({one.name: float(numbers[place])}))), text(_case(study, table, place))]
         lines.append(line)
     head = ["column", "smallest", "in the case", "largest", "in the case"]
     return Grid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""

@@ -98,7 +98,7 @@ class _Column:
 
     @property
     def unit(self):
-        return unit_text(self.field.unit)
+        return unit_text(self.field.unit if self.difference else self.field.shown_unit)
 
     @property
     def head(self):
@@ -107,7 +107,7 @@ class _Column:
 
     def cell(self, row):
         """The cell in a row; where there is a printed value, that and the difference from it too."""
-        computed = text(short(row.get(self.name)))
+        computed = text(short(row.get(self.name) if self.difference else self.field.shown(row)))
         printed = self.difference and row.get(self.difference.beside)
         if printed is None:
             return computed

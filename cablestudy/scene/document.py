@@ -90,11 +90,15 @@ class Document:
         mistakes += self._unknown_names(value, paths) + ([] if varied else self._absent_names(items))
         if mistakes:
             raise SceneError(*mistakes)
-        set_now = [path for path, _ in paths]
-        empty = [path for path in self.empty if not any(path[: len(above)] == above for above in set_now)]
-        for (_, new, _), path in zip(items, set_now, strict=True):
-            empty += [path] if new is None and not is_set(self.value, path) else nulls(new, path)
+        empty = self._empty_with([(path, new) for (path, _), (_, new, _) in zip(paths, items, strict=True)])
         return Document(self.name, value, self._places, [*self._overrides, *paths], empty)
+
+    def _empty_with(self, changes):
+        """Paths of the keys without a value, after paths were set to new values."""
+        empty = [path for path in self.empty if not any(path[: len(above)] == above for above, _ in changes)]
+        for path, new in changes:
+            empty += [path] if new is None and not is_set(self.value, path) else nulls(new, path)
+        return empty
 
     def _absent_names(self, items):
         """Mistakes of items that remove a name which the document does not have."""

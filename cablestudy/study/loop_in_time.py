@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control import loop_response, time_response
+from cablestudy.control.step_response import step_response
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
@@ -170,6 +171,12 @@ class TimeCase:
         """Number of the winch that moves most."""
         return int(np.abs(self.found.winch).max(axis=0).argmax())
 
+    @cached_property
+    def step(self):
+        """The `StepResponse` of what is measured; None in a gust, without a loop, or where nothing moves."""
+        kept = None if self.options.input == "gust" else self.found.final
+        return None if kept is None else step_response(self.time, self.found.measured, kept)
+
     @property
     def notes(self):
         """What happens, and the error: list of str."""
@@ -181,6 +188,7 @@ class TimeCase:
         return [
             f"input: {self.input.what}",
             moved,
+            *([] if self.step is None else [f"{self.name}: {step_words(self.step, self.options.times)}"]),
             f"{self.winches[winch]}: at most {self._largest(found.winch[:, winch], 'mm')}, and {speed:.4g} mm/s",
             f"estimated error by modes left out: {found.error:.1e} of the largest displacement",
             *self.remarks,
@@ -189,6 +197,18 @@ class TimeCase:
     def _largest(self, value, unit=None):
         place = int(np.argmax(np.abs(value)))
         return f"{MILLI * value[place]:.4g} {unit or self.unit} at {self.time[place]:.4g} s"
+
+
+def step_words(step, time):
+    """A `StepResponse` in words, with the points of time [s] from which it is."""
+    settling = f"not within {time[-1]:.4g} s" if step.settling_time is None else f"{step.settling_time:.4g} s"
+    if step.taken_back:
+        words = f"settling time {settling} (to 2 % of the largest displacement)"
+    else:
+        rise = f"not within {time[-1]:.4g} s" if step.rise_time is None else f"{step.rise_time:.4g} s"
+        words = f"overshoot {100 * step.overshoot:.3g} %, rise time {rise} (10 to 90 %), settling time {settling} (2 %)"
+    coarse = f"; steps of {time[1]:.3g} s are too long for these numbers: --time with a shorter duration, or more rows"
+    return words + ("" if step.resolved else coarse)
 
 
 def time_case(document, case, options):

@@ -131,7 +131,7 @@ def _note_on_rows(table, left_out):
 
 def _rows(fields, rows, left_out):
     """One line for each row."""
-    heads = [f"{field.title} [{field.unit}]" if field.unit else field.title for field in fields]
+    heads = [f"{field.title} [{field.shown_unit}]" if field.unit else field.title for field in fields]
     body = _cells(fields, rows)
     if left_out:
         body.insert(MOST_ROWS // 2, ["…"] * len(fields))
@@ -141,7 +141,7 @@ def _rows(fields, rows, left_out):
 def _one_row(fields, row):
     """One line for each quantity of a row that has a value."""
     known = [field for field in fields if row.get(field.name) is not None]
-    body = [[field.title, cell, field.unit] for field, (cell,) in zip(known, _columns(known, [row]), strict=True)]
+    body = [[field.title, cell, field.shown_unit] for field, (cell,) in zip(known, _columns(known, [row]), strict=True)]
     return Grid(["quantity", "value", "unit"], ["left", "right", "left"], body)
 
 
@@ -154,7 +154,7 @@ def _side_by_side(fields, rows, names):
     return Grid(
         ["quantity", *heads, "unit"],
         ["left", *["right"] * len(rows), "left"],
-        [[field.title, *cells, field.unit] for field, cells in columns],
+        [[field.title, *cells, field.shown_unit] for field, cells in columns],
     )
 
 
@@ -165,7 +165,7 @@ def _columns(fields, rows):
 
 def _cells(fields, rows):
     """The cells of each row."""
-    digits = [_digits([row.get(field.name) for row in rows]) if field.distinct else DIGITS for field in fields]
+    digits = [_digits([field.shown(row) for row in rows]) if field.distinct else DIGITS for field in fields]
     return [[_cell(field, row, count) for field, count in zip(fields, digits, strict=True)] for row in rows]
 
 
@@ -271,7 +271,7 @@ def _digits(values):
 def _cell(field, row, digits):
     """A cell; of a difference from a printed value, both."""
     if not field.beside:
-        return short(row.get(field.name), digits).replace("|", "\\|")
+        return short(field.shown(row), digits).replace("|", "\\|")
     printed, difference = row.get(field.beside), row.get(field.name)
     if printed is None:
         return ""

@@ -42,6 +42,16 @@ class Field:
         """Its name without the unit."""
         return self.name.removesuffix(header("", self.unit))
 
+    @property
+    def shown_unit(self):
+        """Its unit in tables and pictures for people: see `shown_unit`; printed values keep that of the program."""
+        return self.unit if self.beside else shown_unit(self.unit)
+
+    def shown(self, row):
+        """Its cell in a row, in that unit."""
+        value = row.get(self.name)
+        return celsius(value) if self.shown_unit != self.unit and isinstance(value, float) else value
+
 
 def header(name, unit):
     """A name with its unit, as in CSV and JSON: `end_stiffness_N_per_m`."""
@@ -49,6 +59,16 @@ def header(name, unit):
         return name
     words = unit.removeprefix("1").replace("/", "_per_").replace("%", "percent").translate(REMOVED)
     return f"{name}_{words.removeprefix('_')}"
+
+
+def shown_unit(unit):
+    """The unit that people read: degC for a temperature in K."""
+    return "degC" if unit == "K" else unit
+
+
+def celsius(kelvin):
+    """A temperature in degC, without the rounding of the difference."""
+    return float(f"{kelvin - 273.15:.12g}")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import common_factor, split, to_si
-from cablestudy.study.table import Field, header, short
+from cablestudy.study.table import Field, header, short, shown_unit
 
 PERCENT = "%"  # unit of shares of the breaking force; other pure numbers have none
 TEXT = None
@@ -54,8 +54,8 @@ class VariedKey:
         return written if plain else json.dumps(written, ensure_ascii=False)
 
     def label(self, cell):
-        """A cell as a legend shows it: `100 N`."""
-        return f"{short(cell)} {self.unit or ''}".rstrip()
+        """A cell as people read it: `100 N`."""
+        return f"{short(self.field.shown({self.header: cell}))} {shown_unit(self.unit or '')}".rstrip()
 
 
 def varied_keys(study):

@@ -175,9 +175,7 @@ class _Translator:
             _refuse(sign.column, "texts compare by == and != only")
         unit = common_unit(operands)
         if unit and any(isinstance(operand, Variable) and operand.is_varied for operand in operands):
-            pairs = zip(tokens, operands, strict=True)
-            numbers = [token.text for token, own in pairs if isinstance(own, tuple) and not own[1]]
-            self.bare += [f"{number} is {number} {unit}" for number in numbers]
+            self.bare += _bare_numbers(operands, tokens, unit)
         getters = [self.getter(operand, token, unit) for operand, token in zip(operands, tokens, strict=True)]
         return chain(getters, tests)
 
@@ -248,6 +246,13 @@ def common_unit(operands):
     numeric = [operand for operand in operands if isinstance(operand, Variable) and not operand.is_text]
     units = [known.unit for known in sorted(numeric, key=lambda known: known.is_varied) if known.unit is not None]
     return units[0] if units else ""
+
+
+def _bare_numbers(operands, tokens, unit):
+    """In which unit numbers without one are taken: list of str."""
+    pairs = zip(tokens, operands, strict=True)
+    numbers = [token.text for token, own in pairs if isinstance(own, tuple) and not own[1]]
+    return [f"{number} is {number} {unit}" for number in numbers]
 
 
 def in_unit(number, own, unit):

@@ -254,20 +254,7 @@ class Superelement:
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
     def held_by_modes(self, s, ends):
-        """Force on some ends that holds them per modal force, where viscous damping is uneven.
-
-        Parameters
-        ----------
-        s : ndarray, shape (m,)
-            In the upper half plane. [rad/s]
-        ends : slice or list of int
-
-        Returns
-        -------
-        ndarray, complex, shape (m, e, n)
-            The rows of s^2 M + s C + K of these ends and all modes, times the inverse of the block of the modes.
-            [sqrt(kg)]
-        """
+        """See `UnevenDamping.held_by_modes`."""
         return self._uneven_damping.held_by_modes(s, ends)
 
     @cached_property

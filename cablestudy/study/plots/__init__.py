@@ -6,7 +6,7 @@ from cablestudy.study.plots.form import static_form
 from cablestudy.study.plots.indices import sensitivity_plot
 from cablestudy.study.plots.loop import loop_in_time, loop_margins
 from cablestudy.study.plots.modes import mode_shapes
-from cablestudy.study.plots.study import study_plot
+from cablestudy.study.plots.study import not_drawn, study_plot
 from cablestudy.study.plots.style import save
 from cablestudy.study.plots.suspension import suspension_views
 from cablestudy.study.plots.suspension_loop import suspension_loop
@@ -21,6 +21,7 @@ __all__ = [
     "loop_in_time",
     "loop_margins",
     "mode_shapes",
+    "not_drawn",
     "save",
     "sensitivity_plot",
     "static_form",

@@ -1,12 +1,25 @@
-"""The static forms of one cable in all of its load cases."""
+"""The static forms of one cable over the ground, in all of its load cases or in one."""
 
 from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablestudy.cable.geometry import places
-from cablestudy.study.plots.style import DASHES, GREY, SERIES, WIDTH, Window, heading, legend_below, plain, styled
+from cablestudy.cable.geometry import clearance, places
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.plots.style import (
+    DASHES,
+    GREY,
+    ORANGE,
+    RED,
+    SERIES,
+    WIDTH,
+    Window,
+    heading,
+    legend_below,
+    plain,
+    styled,
+)
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.report import shape_positions
 
@@ -14,6 +27,10 @@ SIDEWAYS = 1e-6  # share of the chord from which on a cable is drawn out of the 
 UPRIGHT = 1e-3  # run over rise below which there is no horizontal distance to draw against
 HIDDEN = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord
 GROUND = "#8c7355"
+CLEAR = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}  # behind a text over lines
+NAMED_LOADS = 6  # the labels of more would overlap
+BESIDE = 0.85  # share of the width up to which a text has room at the right of its place
+STATED = 5e-4  # relative difference from which a number is another one than the scene states, in four digits
 DISTANCE = "horizontal distance from end 1 [m]"
 
 
@@ -21,14 +38,16 @@ DISTANCE = "horizontal distance from end 1 [m]"
 def case_forms(cases):
     """Figure of the forms of one cable: side view with the ground, distance from a steep chord, view along the span.
 
+    Of one case it has the point loads and the clearance too.
+
     Parameters
     ----------
     cases : dict
-        Name -> `Case` of a load case that has an answer.
+        Name -> `Case` of a load case that has an answer; None -> that of a scene without load cases.
     """
     views = {name: _View(case) for name, case in cases.items()}
-    first = next(iter(views.values()))
-    panels = _panels(views, _ground(next(iter(cases.values())), first))
+    first, case = next(iter(views.values())), next(iter(cases.values()))
+    panels = _panels(views, _ground(case, first))
     tall = [height for height, _ in panels]
     figure = Figure(figsize=(WIDTH, sum(tall) + 0.8), layout="constrained")
     grid = figure.subplots(len(tall), 1, height_ratios=tall, squeeze=False)[:, 0]
@@ -36,9 +55,25 @@ def case_forms(cases):
     for axes, (_, paint) in zip(grid, panels, strict=True):
         paint(axes, views, looks)
     legend_below(figure, list(zip(*grid[0].get_legend_handles_labels(), strict=True)))
-    named = "Load cases" if len(cases) > 1 else f"Load case {shortened(next(iter(cases)))}"
-    heading(figure, f"{named}: chord {quantity_text(first.chord, 'm')}")
+    several = len(cases) > 1
+    heading(figure, f"Load cases: chord {quantity_text(first.chord, 'm')}" if several else form_title(case))
     return figure
+
+
+def form_title(case, with_sag=True):
+    """Title of the picture of one case, with the main numbers of the cable.
+
+    Of preload and sag also what the scene states, where that holds for the reference state and not for this one.
+    """
+    numbers, cable = [f"chord {quantity_text(float(case.span.chord), 'm')}"], case.scene.cable
+    shown = [("preload", case.statics.mean_tension, "N", cable.stated_preload)]
+    shown += [("sag", case.statics.sag, "m", cable.sag)] if with_sag else []
+    for name, value, unit, stated in shown:
+        other = stated is not None and abs(float(value) - stated) > STATED * stated
+        reference = f" ({quantity_text(stated, unit)} in the reference state)" if other else ""
+        numbers.append(f"{name} {quantity_text(float(value), unit)}{reference}")
+    named = f"Load case {shortened(case.scene.case)}" if case.scene.case else "Static form"
+    return f"{named}: {', '.join(numbers)}"
 
 
 def _panels(views, ground):
@@ -87,7 +122,7 @@ class _View:
         self.distance, self.aside = where[:, :2] @ level, where[:, :2] @ np.array([-level[1], level[0]])
         self.height = where[:, 2] + end_1[2]
         self.below = where[:, 2] - (positions if upright else self.distance / self.run) * self.rise
-        self.start, self.level, self.sag = end_1, level, float(case.statics.sag)
+        self.case, self.start, self.level, self.sag = case, end_1, level, float(case.statics.sag)
         loads = form.span.load_positions / form.span.unstretched_length
         self.loads = np.interp(loads, positions, self.distance), np.interp(loads, positions, self.height)
 
@@ -113,14 +148,17 @@ def _draw(axes, views, looks, height):
 
 
 def _label(name, view):
-    return f"{shortened(name)}: sag {quantity_text(view.sag, 'm')}"
+    return f"{shortened(name) if name else 'cable'}: sag {quantity_text(view.sag, 'm')}"
 
 
 def _side(axes, views, looks, ground, window):
     _draw(axes, views, looks, "height")
-    for name, view in views.items():
-        axes.plot(*view.loads, "o", color=looks[name][1], ms=4)
     view = next(iter(views.values()))
+    if len(views) == 1:
+        _mark(axes, view, ground)
+    else:
+        for name, one in views.items():
+            axes.plot(*one.loads, "o", color=looks[name][1], ms=4)
     ends = [0.0, view.run], [view.start[2], view.start[2] + view.rise]
     axes.plot(*ends, "--", color=GREY, lw=0.8, label="chord")
     axes.plot(*ends, "o", color=GREY, ms=4)
@@ -130,6 +168,56 @@ def _side(axes, views, looks, ground, window):
     window.apply(axes)
     axes.set(xlabel=DISTANCE, ylabel="level [m]")
     axes.set_title(f"Side view, {window.note}", loc="left", color=GREY)
+
+
+def _mark(axes, view, ground):
+    """Point loads with their forces, and the clearance over the ground where it is least."""
+    form = view.case.form
+    forces = np.asarray(form.span.load_forces) @ form.span.frame
+    for place, force in zip(np.transpose(view.loads), forces, strict=True):
+        text = quantity_text(float(np.linalg.norm(force)), "N") if len(forces) <= NAMED_LOADS else ""
+        along, up = force[:2] @ view.level, force[2]
+        if np.hypot(along, up) < 0.5 * np.linalg.norm(force):
+            load_ring(axes, place, text, "x", above=True)
+        else:
+            load_arrow(axes, place, text, along, up, onto=True)
+    if ground is None:
+        return
+    try:
+        least = clearance(form, view.case.end_1, view.case.scene.ground)
+    except NoSolutionError:  # the cable leaves the range where the ground is known
+        return
+    order = np.argsort(ground[0])
+    level = np.interp(view.distance, ground[0][order], ground[1][order])
+    place = int(np.argmin(view.height - level))
+    arrow = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}
+    x, low, high = view.distance[place], level[place], view.height[place]
+    axes.annotate("", (x, low), (x, high), arrowprops=arrow)
+    left = x > np.mean(view.distance)
+    axes.annotate(f"clearance {quantity_text(least, 'm')}", (x, (low + high) / 2), (-5 if left else 5, 0),
+                  textcoords="offset points", ha="right" if left else "left", va="center", color=RED,
+                  bbox=CLEAR)  # fmt: skip
+
+
+def load_ring(axes, place, text, mark, above=False):
+    """A load out of the plane of a picture: a ring with a mark, its force below or above."""
+    axes.plot(*place, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
+    axes.plot(*place, mark, ms=5, color=ORANGE, zorder=5)
+    up, side = (9, "bottom") if above else (-9, "top")
+    axes.annotate(text, place, (0, up), textcoords="offset points", ha="center", va=side, bbox=CLEAR)
+
+
+def load_arrow(axes, place, text, level, up, onto=False):
+    """A load in the plane of a picture: an arrow along its horizontal and vertical component, with its force.
+
+    It begins at its place, or ends there (`onto`), where there is something below.
+    """
+    x, y = 26 * np.array([level, up]) / np.hypot(level, up) * (-1 if onto else 1)
+    look = {"arrowstyle": "-|>" if onto else "<|-", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
+    axes.annotate("", place, (x, y), textcoords="offset points", arrowprops=look)
+    start, end = axes.get_xlim()
+    gap, side = (6, "left") if x >= 0 and place[0] < start + BESIDE * (end - start) else (-6, "right")
+    axes.annotate(text, place, (x + gap, y), textcoords="offset points", ha=side, va="center", bbox=CLEAR)
 
 
 def _from_the_chord(axes, views, looks, window):

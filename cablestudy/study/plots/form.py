@@ -7,24 +7,23 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from cablestudy.study.plots.cases import case_forms
+from cablestudy.study.plots.cases import CLEAR, NAMED_LOADS, case_forms, form_title, load_arrow, load_ring
 from cablestudy.study.plots.deflection import deflections
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, WIDTH, Window, heading, plain, styled
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, Window, heading, plain, styled
 from cablestudy.study.plots.words import quantity_text
 from cablestudy.study.report import shape_positions
 
-CLEAR = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}  # behind a text over lines
 LOW = 0.35  # depth of a cable in the picture below which there is no room for a text [in]
-NAMED_LOADS = 6  # the labels of more would overlap
 
 
 @styled
 def static_form(case):
     """Figure of the static form with chord and sag, and below it the deflection by point loads, as in Fig. 4.
 
-    Of a cable in a steady wind, which leaves the vertical plane of its chord, the figure of `case_forms`.
+    Of a cable over ground, or in a steady wind, which leaves the vertical plane of its chord, the figure of
+    `case_forms`.
     """
-    if tuple(np.ravel(case.span.vertical)) != (0.0, 0.0, 1.0):
+    if case.scene.ground is not None or tuple(np.ravel(case.span.vertical)) != (0.0, 0.0, 1.0):
         return case_forms({case.scene.case: case})
     form = Form(case)
     panels = [(4.2, partial(_paint_upright, form))] if form.upright else _inclined(form)
@@ -35,7 +34,7 @@ def static_form(case):
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
     for place, (_, paint) in zip(grid, panels, strict=True):
         paint(figure, place)
-    heading(figure, form.title)
+    heading(figure, form_title(case, not (form.upright and form.loaded)))  # the sag of such a cable is not defined
     full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
     for axes, below in pairwise(full_width):
         if axes.get_xlim() == below.get_xlim():
@@ -83,15 +82,6 @@ class Form:
     def abscissa_label(self):
         """Label of the abscissa."""
         return "length along the unstretched cable [m]" if self.upright else "horizontal distance from end 1 [m]"
-
-    @property
-    def title(self):
-        """Title of the picture, with the main numbers of the cable."""
-        preload = quantity_text(self.case.statics.mean_tension, "N")
-        numbers = [f"chord {quantity_text(self.chord, 'm')}", f"preload {preload}"]
-        if not (self.upright and self.loaded):  # the sag of such a cable is not defined
-            numbers.append(f"sag {quantity_text(self.sag, 'm')}")
-        return f"Static form: {', '.join(numbers)}"
 
 
 def _inclined(form):
@@ -183,20 +173,6 @@ def _mark_loads(axes, form):
         if form.upright:
             level, up = (level, 0.0) if abs(level) > abs(up) else (0.0, up)
         if np.hypot(level, up) < 0.5 * size:
-            _ring(axes, place, text, "." if force[2] < 0 else "x")
+            load_ring(axes, place, text, "." if force[2] < 0 else "x")
         else:
-            _arrow(axes, place, text, level, up)
-
-
-def _ring(axes, place, text, mark):
-    axes.plot(*place, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
-    axes.plot(*place, mark, ms=5, color=ORANGE, zorder=5)
-    axes.annotate(text, place, (0, -9), textcoords="offset points", ha="center", va="top", bbox=CLEAR)
-
-
-def _arrow(axes, place, text, level, up):
-    x, y = 26 * np.array([level, up]) / np.hypot(level, up)
-    look = {"arrowstyle": "<|-", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
-    axes.annotate("", place, (x, y), textcoords="offset points", arrowprops=look)
-    gap, side = (6, "left") if level >= 0 else (-6, "right")
-    axes.annotate(text, place, (x + gap, y), textcoords="offset points", ha=side, va="center", bbox=CLEAR)
+            load_arrow(axes, place, text, level, up)

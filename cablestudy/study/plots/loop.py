@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from cablestudy.control.response import Phase
+from cablestudy.control.step_response import BAND
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies
@@ -195,43 +196,60 @@ def _numbers(axes, loop):
 
 @styled
 def loop_in_time(solved):
-    """Figure of input, displacement with and without the loop, and movement of the winches over time.
+    """Figure of displacement with and without the loop, and movement of the winches over time; of a gust its speed too.
 
     Parameters
     ----------
     solved : TimeCase
     """
-    time, found, unit = solved.time, solved.found, solved.unit
-    figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
-    first, second, third = figure.subplots(3, 1, sharex=True, height_ratios=(1, 2, 1.5))
-    first.plot(time, solved.input.shown, color=GREY)
-    first.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
-    if found.open_loop is not None:
-        second.plot(time, MILLI * found.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
-    moved = MILLI * found.measured
-    second.plot(time, moved, color=BLUE, label="loop closed")
-    place = int(np.argmax(np.abs(moved)))
-    second.plot(time[place], moved[place], "o", color=RED, ms=4,
-                label=with_minus(f"{moved[place]:.4g} {unit} at {time[place]:.4g} s"))  # fmt: skip
-    second.set_ylabel(f"{solved.name} [{unit}]")
+    time = solved.time
+    varies = np.ptp(solved.input.shown) > 0
+    heights = (1, 2, 1.5) if varies else (2, 1.5)
+    figure = Figure(figsize=(WIDTH, 1.3 + 1.1 * sum(heights)), layout="constrained")
+    *first, second, third = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    for axes in first:
+        axes.plot(time, solved.input.shown, color=GREY)
+        axes.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
+    _displacement(second, solved)
     several = len(solved.winches) > 1
-    for winch, (name, value) in enumerate(zip(solved.winches, MILLI * found.winch.T, strict=True)):
+    for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.found.winch.T, strict=True)):
         third.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=1.1, ls=STYLES[winch // len(SERIES) % 3],
                    label=name.removeprefix("winch."))  # fmt: skip
     third.set_ylabel("winches [mm]" if several else "winch [mm]")
     third.set_xlabel("time [s]")
-    _room_above(second)
-    second.legend(loc="upper right", ncols=3, **BOX)
     if several:
         _room_above(third)
         third.legend(loc="upper right", ncols=6, **BOX)
-    first.set_xlim(time[0], time[-1])
+    third.set_xlim(time[0], time[-1])
     plain_axis(third.xaxis, 8)
-    for axes in (first, second, third):
+    for axes in grid:
         plain_axis(axes.yaxis, 5)
-    figure.align_ylabels([first, second, third])
+    figure.align_ylabels(grid)
     figure.suptitle(f"Loop, gain {solved.gain:.4g} rad/s: {solved.input.what}", x=0.01, ha="left", fontsize=10)
     return figure
+
+
+def _displacement(axes, solved):
+    """What is measured, with and without the loop: its largest value, and of a step where it settles."""
+    time, found, unit, step = solved.time, solved.found, solved.unit, solved.step
+    if found.open_loop is not None:
+        axes.plot(time, MILLI * found.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
+    moved = MILLI * found.measured
+    axes.plot(time, moved, color=BLUE, label="loop closed")
+    place = int(np.argmax(np.abs(moved)))
+    if step is None or step.taken_back or step.overshoot > BAND:
+        over = "" if step is None or step.taken_back else f" ({100 * step.overshoot:.3g} % over)"
+        axes.plot(time[place], moved[place], "o", color=RED, ms=4,
+                  label=with_minus(f"{moved[place]:.4g} {unit} at {time[place]:.4g} s{over}"))  # fmt: skip
+    if step is not None:
+        around = BAND * step.size * np.array([-1, 1])
+        axes.axhspan(*(MILLI * (step.final + around)), color=RED, alpha=0.15, lw=0)
+    if step is not None and step.settling_time is not None and step.resolved:
+        settled = f"settled to 2 % at {step.settling_time:.4g} s"
+        axes.axvline(step.settling_time, color=RED, lw=0.9, ls=":", label=settled)
+    axes.set_ylabel(f"{solved.name} [{unit}]")
+    _room_above(axes)
+    axes.legend(loc="upper right", ncols=4, **BOX)
 
 
 def _room_above(axes):

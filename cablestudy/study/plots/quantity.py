@@ -7,6 +7,7 @@ from cablestudy.scene.units import split, to_si
 from cablestudy.study.find import column_named
 from cablestudy.study.plots.words import axis_label, column_words, key_words, quantity_text, unit_text, value_text
 from cablestudy.study.prepare import SHOWN_BY, beside
+from cablestudy.study.table import shown_unit
 from cablestudy.study.varied_keys import varied_key
 
 SI = (0.0, 1.0)  # scale of a quantity that is shown in the unit of its cells
@@ -86,7 +87,7 @@ def quantities_varied(study, rows):
 def _column(study, name):
     column = column_named(study, name)
     if column.needs == "find":
-        return Quantity(column.header, key_words(column.name), column.unit)
+        return Quantity(column.header, key_words(column.name), *_shown(column.unit))
     return Quantity(column.header, column_words(column.name), column.unit, printed=beside(column.header, "printed"))
 
 
@@ -105,11 +106,17 @@ def _varied(study, known, rows):
     return Quantity(known.header, key_words(key), unit_text(unit), scale, key=key)
 
 
+def _shown(unit):
+    """The unit that people read, and the cells of 0 and 1 in it."""
+    shown = shown_unit(unit)
+    return shown, SI if shown == unit else (to_si(f"0 {shown}", unit), to_si(f"1 {shown}", unit))
+
+
 def _written_unit(study, known):
-    """Unit of the first value of a key as the study has it, and the cells of 0 and 1 in this unit."""
+    """Unit of the first value of a key as the study has it, of a temperature degC, and the cells of 0 and 1 in it."""
     first = next(values[0] for entry in study.entries for key, values, _ in entry.columns if key == known.key)
     unit = known.unit or ""
-    if not isinstance(first, str) or unit == "%":
-        return unit, SI
+    if not isinstance(first, str) or unit in ("%", "K"):
+        return _shown(unit)
     written = split(first)[1]
     return written, (to_si(f"0 {written}", unit), to_si(f"1 {written}", unit))

@@ -8,7 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 
 from cablestudy.study.plots.quantity import quantities_varied
-from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_over
+from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_over, spaced_logarithmically
 from cablestudy.study.plots.words import shortened
 
 MARKS = "os^DvP"
@@ -70,7 +70,8 @@ class Factor:
         """The levels as numbers; None where they are none."""
         if len(self.quantities) > 1 or self.quantities[0].categories is not None:
             return None
-        return np.array([level[0] for level in self.levels])
+        numbers = [level[0] for level in self.levels]
+        return None if None in numbers else np.array(numbers)
 
 
 def series_of(study, every, rows, *drawn):
@@ -215,7 +216,10 @@ def _colours(series, factors, k):
         colours, bar = SERIES, None
         entries = [(Line2D([], [], color=SERIES[level], lw=3), _named(factor, level)) for level in range(count)]
     elif numbers is not None and None not in numbers:
-        bar, entries = Bar(colours_over(numbers), factor.quantities[0].label), []
+        bar, entries = (
+            Bar(colours_over(numbers, spaced_logarithmically(np.unique(numbers))), factor.quantities[0].label),
+            [],
+        )
         colours = bar.mappable.to_rgba(numbers)
     else:
         ticks, entries = range(0, count, -(-count // TICKS)), []

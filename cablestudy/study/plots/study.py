@@ -18,6 +18,7 @@ from cablestudy.study.plots.style import (
     name_axis,
     panels,
     plain_axis,
+    spaced_logarithmically,
     spans_decades,
     styled,
     wrapped,
@@ -34,11 +35,13 @@ MANY_POINTS = 3000  # from which they are drawn as an image in a file of lines, 
 OWN_TICKS = 8  # values along a logarithmic x axis that are themselves its ticks
 AROUND = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a share of their range
 ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a linear and on a logarithmic axis
+EQUAL = 1e-9  # range over the largest value, up to which values differ by rounding
+NARROWEST = 2e-3  # range of a linear y axis over the largest value at least: its ticks differ in four digits
 PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
 
 
 @styled
-def study_plot(study, table):
+def study_plot(study, table, chosen=()):
     """Figure of the computed and the printed values of a study's table, one panel for each column along y.
 
     `plot:` of the study states what is drawn, with `color` as a map of colours. Without it the first computed columns
@@ -49,6 +52,8 @@ def study_plot(study, table):
     study : Study
     table : Table
         All of its rows, or some.
+    chosen : sequence of str
+        Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
 
     Returns
     -------
@@ -60,12 +65,17 @@ def study_plot(study, table):
         return _nothing(study)
     if study.plot and study.plot.color:
         return colour_map(study, every, rows)
-    return _curves(study, every, rows)
+    return _curves(study, every, rows, chosen)
 
 
-def _curves(study, every, rows):
-    """Figure of one panel for each column, all over one x; arguments as of `colour_map`."""
-    x, columns, logx, logy = _drawn(study, every)
+def not_drawn(study):
+    """Names of the computed columns for which the picture of a study without `plot:` has no room: list of str."""
+    return [] if study.plot else [find(header).name for header in _computed(study)[OTHER_COLUMNS:]]
+
+
+def _curves(study, every, rows, chosen):
+    """Figure of one panel for each column, all over one x; arguments as of `colour_map`, `chosen` of `study_plot`."""
+    x, columns, logx, logy = _drawn(study, every, chosen)
     series, factors = series_of(study, every, rows, x)
     joined = x.categories is None and x.name != ROW and study.sample is None
     entries, bar = give_looks(series, factors, joined)
@@ -73,7 +83,7 @@ def _curves(study, every, rows):
     height = HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     grid = panels(figure, len(columns), side)
-    if _draw_panels(grid, (x, logx), (columns, logy), series, joined, side):
+    if _draw_panels(grid, (x, logx), (columns, logy, _by_ratio(x, factors)), series, joined, side):
         entries = [*entries, (Line2D([], [], **PRINTED), "printed")]
     if len(entries) > 1 or (entries and series[0].label and len(series) > 1):
         legend_below(figure, entries)
@@ -99,41 +109,51 @@ def _draw_panels(grid, along_x, along_y, series, joined, side):
     grid : list of Axes
     along_x : (Quantity, bool or None)
         And whether it is logarithmic, None where the values decide.
-    along_y : (list of Quantity, bool or None)
+    along_y : (list of Quantity, bool or None, bool)
+        The same, and whether values that span decades make it logarithmic whatever x is.
     series : list of Series
     joined : bool
         Whether their points are joined by lines.
     side : int
     """
-    (x, logx), (columns, logy) = along_x, along_y
+    (x, logx), (columns, logy, by_ratio) = along_x, along_y
     printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
+    lines = [line for axes in grid for line in axes.lines]
+    if logx is None:
+        logx = x.name != ROW and spaced_logarithmically(_values(lines, "x"))
     for axes, column in zip(grid, columns, strict=True):
         axes.set_ylabel(wrapped(column.label, 0.9 * HEIGHT, 9))
-        _scale(axes, "y", column, logy, axes.lines)
-    lines = [line for axes in grid for line in axes.lines]
-    for axes in grid:
         _scale(axes, "x", x, logx, lines)
+        decides = logy is None and (logx or by_ratio)
+        _scale(axes, "y", column, spans_decades(_values(axes.lines, "y")) if decides else logy, axes.lines)
     for axes in grid[-side:]:
         axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
     return any(printed)
 
 
-def _drawn(study, rows):
+def _drawn(study, rows, chosen):
     """The quantity along x, those along y, and whether x and y are logarithmic; None: decided by the values."""
     plot = study.plot
     if plot:
-        return quantity_named(study, plot.x, rows), _quantities(study, plot.y, rows), plot.logx, plot.logy
-    columns = [column for column in map(find, study.columns) if column.name != "status"]
-    x, names = _first_varied(study, rows), _computed(study, columns)
+        x = quantity_named(study, plot.x, rows)
+        return x, _chosen(study, chosen, x, rows) or _quantities(study, plot.y, rows), plot.logx, plot.logy
+    x, names = _first_varied(study, rows), _computed(study)
     if x is None:
         x, names = quantity_named(study, names[0], rows), names[1:] or names
     else:
-        x = _with_printed_values(study, x, rows, [column.header for column in columns])
-    return x, _quantities(study, names[:OTHER_COLUMNS], rows), None, None
+        x = _with_printed_values(study, x, rows, [find(name).header for name in study.columns])
+    return x, _chosen(study, chosen, x, rows) or _quantities(study, names[:OTHER_COLUMNS], rows), None, None
 
 
-def _computed(study, columns):
+def _chosen(study, names, x, rows):
+    """The quantities of names, without the one along x, text, and printed values, which are drawn with their column."""
+    own = [name for name in names if "_printed" not in name and "_difference" not in name]
+    return [quantity for quantity in _quantities(study, own, rows) if quantity.name not in (x.name, "status")]
+
+
+def _computed(study):
     """Headers of the columns that are results and do not show what varies; of all where there are none."""
+    columns = [column for column in map(find, study.columns) if column.name != "status"]
     shown = {find(name).header for key in study.varied for name in SHOWN_BY.get(key, ())}
     others = [column for column in columns if column.header not in shown] or columns
     computed = [c for c in others if c.needs not in ("scene", "run") and c.name != "iterations"]
@@ -203,6 +223,12 @@ def _telling_apart(study, entry, rows):
     return [quantity for quantity in entry if len({quantity.value(row) for row in rows}) == steps]
 
 
+def _by_ratio(x, factors):
+    """Whether columns that span decades are drawn so over any x: over names, over rows, of series spaced by ratios."""
+    spaced = any(f.numbers is not None and spaced_logarithmically(np.unique(f.numbers)) for f in factors)
+    return spaced or x.name == ROW or x.categories is not None
+
+
 def _scale(axes, which, quantity, logarithmic, lines):
     """Sets scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
@@ -211,18 +237,25 @@ def _scale(axes, which, quantity, logarithmic, lines):
         return
     values = _values(lines, which)
     axes.margins(**{which: AROUND[which]})
-    positive = len(values) > 0 and values[0] > 0
-    if logarithmic is None:
-        logarithmic = positive and spans_decades(values[0], values[-1])
-    if logarithmic and positive:
+    if logarithmic and len(values) and values[0] > 0:
         own = _own_ticks(lines, values) if which == "x" else []
         log_axis(axis, values[0], values[-1], DECADE_TICKS[which], own)
         return
-    if len(values) and np.ptp(values) <= 1e-9 * np.abs(values).max():  # equal but for rounding
-        middle = float(values.mean())
-        around = 0.1 * abs(middle) or 1.0
-        getattr(axes, f"set_{which}lim")(middle - around, middle + around)
+    if len(values):
+        _widen(axes, which, values)
     plain_axis(axis, ROUND_TICKS[which])
+
+
+def _widen(axes, which, values):
+    """Sets limits about values that are equal, or along y nearly so: else rounding and noise look like a result."""
+    middle, largest = (values[0] + values[-1]) / 2, np.abs(values).max()
+    if np.ptp(values) <= EQUAL * largest:
+        around = 0.1 * abs(middle) or 1.0
+    elif which == "y" and np.ptp(values) < NARROWEST * largest:
+        around = NARROWEST * largest / 2
+    else:
+        return
+    getattr(axes, f"set_{which}lim")(middle - around, middle + around)
 
 
 def _own_ticks(lines, values):

@@ -44,6 +44,7 @@ MOST_NAMES = 30  # along an axis
 STEEP = 2.8  # names per inch from which they stand upright
 TALL = 0.75  # height over width of the tallest panel
 SHADES = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)), "shades")  # of numbers
+DECADE = 9.9  # ratio from which values that are spaced by ratios are drawn so
 DEEP = 0.1  # sag over chord from which a cable is drawn true to scale
 
 
@@ -205,15 +206,27 @@ def colours_over(values, logarithmic=None):
     values = np.asarray(values, dtype=float)
     low, high = float(values.min()), float(values.max())
     if logarithmic is None:
-        logarithmic = spans_decades(low, high)
+        logarithmic = spans_decades((low, high))
     if low == high:
         low, high = low - (0.1 * abs(low) or 1.0), high + (0.1 * abs(high) or 1.0)
     return ScalarMappable(LogNorm(low, high) if logarithmic else Normalize(low, high), SHADES)
 
 
-def spans_decades(low, high):
-    """Whether a range of values is better drawn on a logarithmic scale."""
-    return 0 < 30 * low < high
+def spans_decades(values):
+    """Whether ascending values are better drawn on a logarithmic scale, if that is one for them."""
+    return len(values) > 0 and bool(0 < 30 * values[0] < values[-1])
+
+
+def spaced_logarithmically(values):
+    """Whether distinct, ascending values are spaced by ratios rather than by differences.
+
+    Their median is then nearer to the geometric mean of the smallest and the largest than to the arithmetic one; that
+    holds of ranges, of lists as 1, 2, 5, 10, and of samples.
+    """
+    if len(values) < 3 or not 0 < DECADE * values[0] <= values[-1]:
+        return False
+    geometric, arithmetic = np.sqrt(values[0]) * np.sqrt(values[-1]), values[0] / 2 + values[-1] / 2
+    return bool(np.median(values) < np.sqrt(geometric) * np.sqrt(arithmetic))
 
 
 def colour_bar(figure, mappable, label, axes, ticks=(), names=(), **options):

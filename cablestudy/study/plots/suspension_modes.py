@@ -23,8 +23,8 @@ POINTS = 80  # along a cable, about
 SMALL = 0.08  # size of a body over that of the suspension, below which its rotation is drawn enlarged
 MANY = 100  # cables from which lines are thin
 TALL = 1.8  # height over width of the tallest panel
-NAME = 0.1  # height of its name over that of its panel
 ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
+NAME = 0.07  # room for its name above that over the width of its panel
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,11 @@ def suspension_modes(case, modes, listed=None):
     shown = [displaced(case, modes, drawing, k) for k in range(count)]
     flat = np.concatenate([view(drawing.places), *(_outline(view, one, one.factor(peak)) for one in shown)])
     low, high = flat.min(axis=0), flat.max(axis=0)
-    low[1] -= 0.16 * max(high[1] - low[1], 0.3 * (high[0] - low[0]))  # room for the scale
+    enlarged = [one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size for one in shown]
+    across, up = high - low
+    side = ENLARGED * max(across, up / TALL)
+    below = side * (1 + NAME / ENLARGED) if any(enlarged) else 0.0  # room for enlarged bodies, and for the scale
+    low[1] -= max(below, 0.16 * max(up, 0.3 * across))
     middle, half = (low + high) / 2, 0.53 * (high - low)
     half = np.maximum(half, [half[1] / TALL, 0.4 * half[0]])
     columns = 1 if count == 1 else 2 if count < 5 else 3
@@ -146,8 +150,8 @@ def suspension_modes(case, modes, listed=None):
         _draw(axes, drawing, view, one, factor)
         _name(axes, modes, k, one, factor)
         scale_bar(axes, size)
-        if one.body and np.ptp(drawing.bodies[one.body], axis=0).max() < SMALL * size:
-            _enlarge(axes, view, one, factor)
+        if enlarged[k]:
+            _enlarge(axes, view, one, factor, side)
     which = f"First {count} of {listed} modes" if count < listed else f"{count} mode{'s' if count > 1 else ''}"
     heading(figure, f"{which} beside the static form (grey), displacements enlarged")
     return figure
@@ -197,12 +201,18 @@ def _body(axes, flat, colour, zorder):
     axes.plot(*flat[-1], "s", color=colour, ms=4, zorder=zorder)
 
 
-def _enlarge(axes, view, one, factor):
-    """A body that turns, enlarged in the emptiest corner, with the ends of its cables."""
+def _enlarge(axes, view, one, factor, side):
+    """A body that turns, enlarged in a square below the suspension, with the ends of its cables.
+
+    Parameters
+    ----------
+    side : float
+        Of the square. [m]
+    """
     places, moved = one.bodies[one.body]
     radius = float(np.linalg.norm(places - places[-1], axis=-1).max())
     factor = min(factor, radius / float(np.linalg.norm(moved, axis=-1).max()))
-    inset = axes.inset_axes(_corner(axes, _outline(view, one, factor)))
+    inset = axes.inset_axes((axes.get_xlim()[0], axes.get_ylim()[0], side, side), transform=axes.transData)
     centre = view(places[-1])
     inset.set(xlim=centre[0] + 1.7 * radius * np.array([-1, 1]), ylim=centre[1] + 1.7 * radius * np.array([-1, 1]))
     inset.set(xticks=[], yticks=[])
@@ -213,14 +223,3 @@ def _enlarge(axes, view, one, factor):
         inset.add_collection(LineCollection(lines, colors=look, linewidths=0.7, zorder=zorder))
         _body(inset, view(places + scale * moved), look, zorder)
     inset.set_title(shortened(one.body, 16), fontsize=7, color=colour, pad=2)
-
-
-def _corner(axes, flat):
-    """Place in a panel of a square in the corner with the fewest of some points; at the lower right is the scale."""
-    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    width, height = ENLARGED, ENLARGED * (right - left) / (high - low)
-    share = (flat - [left, low]) / [right - left, high - low]
-    corners = [(0.0, 0.0), (0.0, 0.97 - height), (1.0 - width, 0.97 - height)]
-    size = width, height + NAME
-    inside = [np.all((share > corner) & (share < np.add(corner, size)), axis=1).sum() for corner in corners]
-    return (*corners[int(np.argmin(inside))], width, height)

@@ -1,0 +1,87 @@
+"""Overshoot, rise time and settling time against closed forms of systems of first and second order."""
+
+import numpy as np
+import pytest
+import scipy.optimize
+from command import CONFIGS, run
+from picture import faults
+
+from cablestudy.control.step_response import step_response
+from cablestudy.interface import load
+
+RATIOS = (0.05, 0.3, 0.7, 0.99)
+OMEGA = 3.0  # [rad/s]
+
+
+def rising(ratio, time):
+    """Response of 1/(s^2/w^2 + 2 ratio s/w + 1) to a step of one."""
+    damped = OMEGA * np.sqrt(1 - ratio**2)
+    rest = np.cos(damped * time) + ratio * OMEGA / damped * np.sin(damped * time)
+    return 1 - np.exp(-ratio * OMEGA * time) * rest
+
+
+def settled(ratio, band):
+    """From when on the response is within a band about one: its extrema, one after the other, bracket the crossing."""
+    damped = OMEGA * np.sqrt(1 - ratio**2)
+    turn = np.pi / damped
+    last = int(np.floor(-np.log(band) / (ratio * OMEGA) / turn))  # the last extremum that is beyond the band
+    level = 1 - (-1) ** last * band
+    return scipy.optimize.brentq(lambda time: rising(ratio, time) - level, last * turn, (last + 1) * turn)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("final", [1.0, -2e-3])
+def test_a_system_of_second_order(ratio, final):
+    time = np.linspace(0, 10 / (ratio * OMEGA), 2001)
+    found = step_response(time, final * rising(ratio, time), final)
+    first, last = (
+        scipy.optimize.brentq(lambda t, share=share: rising(ratio, t) - share, 0, np.pi / OMEGA / np.sqrt(1 - ratio**2))
+        for share in (0.1, 0.9)
+    )
+    assert found.overshoot == pytest.approx(np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2)), abs=1e-6)
+    assert found.rise_time == pytest.approx(last - first, rel=1e-6)
+    assert found.settling_time == pytest.approx(settled(ratio, 0.02), rel=1e-6)
+    assert found.resolved
+    assert not found.taken_back
+
+
+def test_a_system_of_first_order_never_overshoots():
+    time = np.linspace(0, 10, 2001)
+    found = step_response(time, 1 - np.exp(-time), 1.0)
+    assert found.overshoot == 0
+    assert (found.rise_time, found.settling_time) == pytest.approx((np.log(9), np.log(50)), rel=1e-9)
+    short = time[time < 2]
+    early = step_response(short, 1 - np.exp(-short), 1.0)
+    assert (early.rise_time, early.settling_time) == (None, None)
+
+
+def test_a_disturbance_that_is_taken_back():
+    """t exp(-t) is largest at t = 1; it comes to 2 % of that at the second root of t exp(1 - t) = 0.02."""
+    time = np.linspace(0, 20, 2001)
+    found = step_response(time, -time * np.exp(-time), 0.0)
+    assert found.taken_back
+    assert found.size == pytest.approx(np.exp(-1), rel=1e-9)
+    expected = scipy.optimize.brentq(lambda t: t * np.exp(1 - t) - 0.02, 1, 20)
+    assert found.settling_time == pytest.approx(expected, rel=1e-6)
+
+
+def test_too_few_points_of_time_are_said():
+    time = np.linspace(0, 600, 201)
+    assert not step_response(time, rising(0.3, time), 1.0).resolved
+    assert step_response(time[:5], rising(0.3, time[:5]), 1.0) is None
+    assert step_response(time, np.zeros(201), 0.0) is None
+    assert step_response(time, rising(0.3, time), np.nan) is None
+
+
+@pytest.mark.parametrize(
+    ("which", "words"),
+    [("reference", "overshoot 0 %, rise time 4."), ("winch", "(to 2 % of the largest displacement)"), ("gust", "")],
+)
+def test_the_command_states_them_and_draws_no_panel_of_a_constant(which, words):
+    asked = ("loop", str(CONFIGS / "carlina-pid.yaml"), "--time", "20s:3", "--input", which)
+    said = run(*asked).err
+    assert words in said
+    assert ("settling time" in said) == bool(words)
+    figure = load(CONFIGS / "carlina-pid.yaml").compute("loop", time="20s", input=which).figure()
+    assert len(figure.axes) == (3 if which == "gust" else 2)
+    assert faults(figure) == []
