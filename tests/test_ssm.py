@@ -326,7 +326,7 @@ def test_both_ends_of_a_long_response_are_those_of_the_whole():
         ("--plot bode.png", "--response"),
         ("--plot bode.gif --response 1:2:3", ".png"),
         ("--with winch", "winch"),
-        ("--error 0.1 --input end_3_x", "--input end_3_x: unknown (did you mean end_2_x?)"),
+        ("--error 0.1 --input end_3_x", "--input end_3_x: unknown (did you mean end_2_x? allowed: end_1_x, end_1_y, "),
         ("--response 1:2:3 --output force", "--output force: unknown (allowed: end_1_x, end_1_y, end_1_z, end_2_x"),
         ("--input end_1_x", "--input: no effect: for --response, --error and --out only"),
         ("--output end_1_x --with loop --response 1:2:3", "--output: no effect"),

@@ -122,7 +122,14 @@ def test_a_file_that_is_improper_says_so_and_a_proper_one_does_not(tmp_path):
 MISTAKES = {
     ("--proper",): "--proper: no effect",
     ("--input", "end_2_x"): "--input: no effect: for --response, --error and --out only",
-    ("--out", "x.mat", "--with", "gondola", "--input", "winsh"): "--input winsh: unknown (did you mean winch?)",
+    (
+        "--out",
+        "x.mat",
+        "--with",
+        "gondola",
+        "--input",
+        "winsh",
+    ): "--input winsh: unknown (did you mean winch? allowed: ",
     ("--out", "x.mat", "--output", "end_3_x"): "--output end_3_x: unknown",
     ("--out", "x.mat", "--with", "loop", "--input", "winch"): "--input winch: unknown",
 }

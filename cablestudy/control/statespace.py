@@ -30,6 +30,9 @@ ENDS = len(NAMES)
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
 
+FEW = 4  # names that a representation lists all
+
+
 @dataclass(frozen=True)
 class SecondOrder:
     """M x'' + C x' + K x = forces."""
@@ -53,6 +56,14 @@ class StateSpace:
     outputs: tuple
     derivatives: tuple  # D1 and D2, each of shape (o, i)
     second_order: SecondOrder | None = None  # the same cable with its ends free; None for a closed loop
+
+    def __repr__(self):
+        pairs = (
+            (names, first_of(names) if len(names) > FEW else ", ".join(names))
+            for names in (self.input_names, self.output_names)
+        )
+        inputs, outputs = (f"{len(names)} ({shown})" for names, shown in pairs)
+        return f"StateSpace(states: {len(self.states)}, inputs: {inputs}, outputs: {outputs})"
 
     def __post_init__(self):
         _check_finite(A=self.a, B=self.b, C=self.c, D=self.d, D1=self.derivatives[0], D2=self.derivatives[1])

@@ -109,7 +109,7 @@ def strength_warning(case):
 def reference_without_loads(scene):
     """Notes, at most one: the scene states a tension or a sag, and loads, but not whether it holds with them.
 
-    It held with them in version 0.2; the note is for one release. Returns a tuple of str.
+    Returns a tuple of str.
     """
     if hasattr(scene, "cables"):  # of a suspension, which had none before
         return ()
@@ -118,8 +118,8 @@ def reference_without_loads(scene):
     if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):
         return ()
     return (
-        f"note: cable.{stated[0]} is that of the cable without its point loads, since this version; "
-        "cable.reference.loads: true states it with them, as before",
+        f"note: cable.{stated[0]} is that of the cable without its point loads; cable.reference.loads: true "
+        "states it with them, and false silences this note",
     )
 
 
