@@ -144,6 +144,8 @@ def test_a_text_is_not_compared_with_a_number():
         ("(sag < 5", "1: '(' is never closed"),
         ("sag < 5)", "8: expected and, or, or the end, got ')'"),
         ("sag < 5 'mm' < 1", "9: expected and, or, or the end, got \"'mm'\""),
+        ("sag < 1/4", "8: unexpected '/' (write 0.25 for 1/4)"),
+        ("safety_factor > 2", "1: unknown column 'safety_factor' (did you mean utilisation? it is 1 over the safety"),
         ("sagg < 5", "1: unknown column 'sagg' (did you mean sag?)"),
         ("sag < masss", "7: unknown column 'masss' (did you mean mass?)"),
         ("status < ok", "10: unknown column 'ok'"),

@@ -232,7 +232,7 @@ def test_set_replaces_alternatives_and_makes_mappings(folder, lower, key, result
 
 
 def test_places_after_a_set(folder):
-    document = read_document(write("f.yaml", "a: {b: 1, c: 2}\n")).with_sets([("d.e", {"f": 1}, lambda: "late")])
+    document = read_document(write("f.yaml", "a: {b: 1, c: 2}\n")).with_sets([("d.e", {"f": 1}, lambda of_key: "late")])
     assert document.where(("d", "e", "f")) == document.where(("d",)) == "late"
     assert document.where(("d", "e"), of_key=True) == "late"
     assert document.where(("a", "c")) == "f.yaml:1:14"

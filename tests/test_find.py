@@ -199,6 +199,8 @@ def test_the_mass_at_a_knot():
     ("words", "goal", "options"),
     [
         ("find: unknown column 'sagg' (did you mean sag?)", "sagg = 2", "--by cable.preload"),
+        ("find: unknown column 'safety_factor' (did you mean utilisation?", "safety_factor = 3", "--by cable.preload"),
+        ('find: sag: expected a number in m, or with a unit, got "1/4" (write 0.25 for', "sag = 1/4", "--by cable.sag"),
         ("expected COLUMN = VALUE, for example 'sag = 2 m', got \"sag\"", "sag", "--by cable.preload"),
         ('find: sag: "kg" (mass) and "m" (length) do not fit each other', "sag = 2 kg", "--by cable.preload"),
         ('find: sag: expected a number in m, or with a unit, got "x"', "sag = x", "--by cable.preload"),

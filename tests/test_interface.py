@@ -1,6 +1,7 @@
 """The Python interface: the numbers, names and errors of the commands."""
 
 import inspect
+import json
 import shutil
 import subprocess
 import sys
@@ -63,7 +64,7 @@ def test_a_scene_gives_what_the_commands_print():
 
 def test_a_state_space_is_a_system_of_scipy():
     scene = cablestudy.load(CARLINA)
-    model = scene.state_space(with_="loop")
+    model = scene.state_space(with_="loop", input="force_gondola")
     system = model.to_scipy()
     s = 2j * np.pi * np.array([0.3, 1.0])
     expected = [model.c @ np.linalg.solve(value * np.eye(len(model.a)) - model.a, model.b) + model.d for value in s]
@@ -161,6 +162,17 @@ def test_pictures_are_figures(kind):
         (lambda: cablestudy.load(CARLINA).state_space("gondole"), "unknown 'gondole' (allowed: gondola, loop)"),
         (lambda: cablestudy.load(CARLINA).modes(3, 4.0), "count and upto exclude each other"),
         (lambda: cablestudy.load(CARLINA).find("sag", by="cable.preload"), "expected COLUMN = VALUE"),
+        (
+            lambda: cablestudy.load(CARLINA).state_space("gondola", input="wind"),
+            "input wind: unknown (did you mean winch? allowed: winch, force_gondola)",
+        ),
+        (lambda: cablestudy.load(CARLINA).state_space(modes=3, error=0.1), "modes, upto and error exclude each other"),
+        (lambda: cablestudy.load(CARLINA).find("sag = 1 m", by="cable.preload", between="1"), "between 1: expected"),
+        (lambda: cablestudy.load(NET).state_space(output="wind"), "output wind: unknown ("),
+        (
+            lambda: cablestudy.load(CARLINA, {"winch": None}).state_space("loop"),
+            "'cablestudy ssm --with loop' needs it",
+        ),
         (lambda: cablestudy.sweep(CARLINA), "this is a scene (it has the key cable)"),
     ],
 )
@@ -168,6 +180,7 @@ def test_mistakes_are_those_of_the_commands(call, message):
     with pytest.raises(cablestudy.SceneError) as raised:
         call()
     assert message in str(raised.value)
+    assert "--" not in str(raised.value).replace("cablestudy ssm --with loop", "")
 
 
 def test_the_command_and_the_function_agree_on_a_trade():
@@ -181,6 +194,95 @@ def test_the_page_runs_as_it_is_written(monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
     text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = text.split("```python\n")[1:]
-    assert len(blocks) == 7
+    assert len(blocks) == 8
     exec("\n".join(block.partition("```")[0] for block in blocks), {})
     assert "max_tension_N" in capsys.readouterr().out
+
+
+GUY = {
+    "cable": {"ends": [[0, 0, 0], (60.0, 0, "80 m")], "material": "guy-strand", "diameter": "16 mm", "preload": "10 %"},
+    "cases": {"cold": {"temperature": "-30 degC"}, "hot": {"temperature": "45 degC"}},
+}
+
+
+def test_a_mapping_is_what_a_file_would_say(tmp_path):
+    path = tmp_path / "guy.yaml"
+    path.write_text(json.dumps(GUY), encoding="utf-8")
+    changes, case = {"cable.diameter": np.float64(0.02)}, "cold"
+    assert cablestudy.load(GUY, changes, case).static() == cablestudy.load(path, changes, case).static()
+    over = {"base": GUY, "cable": {"preload": None, "sag": "1 m"}}
+    assert cablestudy.load(over).static()["sag_m"] == pytest.approx(1, rel=1e-12)
+    found, expected = (cablestudy.find(source, "sag = 1 m", by="cable.preload") for source in (GUY, path))
+    assert found.equals(expected)
+
+
+def test_a_study_needs_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("guy.yaml").write_text(json.dumps(GUY), encoding="utf-8")
+    study = {"vary": [{"cable.diameter": ["12 mm", 0.014]}, {"case": "all"}], "columns": ["sag", "mass"]}
+    tables = [cablestudy.sweep({"base": base, **study}) for base in (GUY, "guy.yaml")]
+    assert tables[0].equals(tables[1])
+    assert tables[0]["case"].tolist() == ["cold", "hot"] * 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["guy.yaml"]
+    cablestudy.sweep({"base": GUY, **study}, out="there")
+    assert len(rows_of(Path("there/mapping.csv").read_text(encoding="utf-8"), "csv")) == 4
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ({}, "<mapping>: missing key: cable"),
+        ({"cable": {**GUY["cable"], "densty": 3}}, "<mapping>: cable.densty: unknown key (did you mean density?)"),
+        ({"cable": {**GUY["cable"], "preload": float("nan")}}, "<mapping>: cable.preload: expected a force in N"),
+        ({"base": GUY, "gondola": {"mass": "3 m"}}, "<mapping>: gondola.mass: expected a mass in kg"),
+        (
+            {"base": {"cable": {"sagg": 1, **GUY["cable"]}}},
+            "<mapping> base: cable.sagg: unknown key (did you mean sag?)",
+        ),
+        ({"base": "nothing.yaml"}, "<mapping>: base: nothing.yaml: no such file"),
+        ({"cable": np.zeros(3)}, "<mapping>: expected mappings, lists, text and numbers (Object of type ndarray"),
+        ({"base": GUY, "vary": [], "columns": ["sag"]}, "<mapping>: this is a study (it has the key vary)"),
+    ],
+)
+def test_mistakes_in_a_mapping_name_the_key(source, message):
+    with pytest.raises(cablestudy.SceneError) as raised:
+        cablestudy.load(source)
+    assert str(raised.value).startswith(message)
+    assert "\n" not in str(raised.value)
+
+
+def test_mistakes_in_a_study_that_is_a_mapping_name_the_key():
+    study = {"base": GUY, "vary": [{"cable.diamter": [1, 2]}], "columns": ["sagg"]}
+    with pytest.raises(cablestudy.SceneError, match=r"^<mapping>: cable\.diamter: unknown key"):
+        cablestudy.sweep(study)
+    with pytest.raises(cablestudy.SceneError, match=r"^<mapping>: columns\.0: unknown column 'sagg'"):
+        cablestudy.sweep({**study, "vary": []})
+    with pytest.raises(cablestudy.SceneError, match=r"^<mapping>: this is a scene \(it has the key cable\)"):
+        cablestudy.sweep(GUY)
+
+
+def test_scenes_and_models_are_shown_in_one_line():
+    scene = cablestudy.load(CARLINA, set={"cable.diameter": "3 mm"})
+    assert repr(scene) == f'Scene({CARLINA}, cable.diameter="3 mm": cable, gondola, winch, wind)'
+    assert repr(cablestudy.load(GUY)) == "Scene(<mapping>: cable, cases)"
+    assert repr(cablestudy.load(NET)).endswith("carlina-net.yaml: cables: 6, bodies: 1, points: 6)")
+    assert len(repr(cablestudy.load(CARLINA, set={"cable.loads": [{"at": 1, "mass": 1}] * 99}))) < 200
+    model = scene.state_space("gondola", modes=3)
+    assert repr(model) == (
+        f"StateSpace(states: {len(model.a)}, inputs: 2 (winch, force_gondola), "
+        "outputs: 8 (gondola_position and 7 more))"
+    )
+
+
+@pytest.mark.parametrize(("path", "attached"), [(CARLINA, None), (CARLINA, "gondola"), (CARLINA, "loop"), (NET, None)])
+def test_the_state_of_an_amplitude_is_its_frequency_times_it(path, attached):
+    """d(W y)/dt = W dy/dt: both states of a mode have the unit sqrt(kg) m/s, y itself sqrt(kg) m."""
+    scene = cablestudy.load(path, set={} if path == CARLINA else {"cable.damping": {"model": "modal", "ratio": 0}})
+    model = scene.state_space(attached, modes=3)
+    omega = 2 * np.pi * scene.modes(3)["frequency_Hz"]
+    for number in range(3):
+        row = model.state_names.index(f"mode_{number + 1}_amplitude")
+        rate = model.state_names.index(f"mode_{number + 1}_velocity")
+        assert model.a[row, rate] == pytest.approx(omega[number], rel=1e-9 if path == CARLINA else 1e-4)
+        assert np.count_nonzero(model.a[row]) == 1
+        assert model.states[row][1] == model.states[rate][1] == "sqrt(kg) m/s"

@@ -79,6 +79,21 @@ def test_the_command_shows_a_key_and_those_below():
     assert [row["key"] for row in table_of("keys", "scene", "cable.loads.0.at")] == ["cable.loads.N.at"]
 
 
+def test_the_command_columns_shows_those_with_a_text_in_their_names():
+    everything = table_of("columns")
+    for text in ("sag", "end stiffness", "_rms_mm"):
+        asked = text.replace(" ", "_")
+        expected = [row for row in everything if asked in row["column"]]
+        assert 1 < len(expected) < len(everything)
+        assert table_of("columns", text) == expected
+    assert [row["column"] for row in table_of("columns", "inplane_frequency_3")] == ["inplane_frequency_3_Hz"]
+    hints = {"sagg": "did you mean sag?", "safety factor": "did you mean utilisation?", "xyzzy": "lists"}
+    for text, hint in hints.items():
+        done = run("columns", text, code=2)
+        assert (done.out, len(done.lines)) == ("", 1)
+        assert hint in done.err
+
+
 def test_an_unknown_key():
     done = run("keys", "scene", "cable.diametre", code=2)
     assert done.lines == ["cable.diametre: unknown key (did you mean cable.diameter?)"]

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import run, table_of
+from command import CONFIGS, run, study_file, table_of
 from references import catenary_mp
 from scenes import cells, scene
 
@@ -345,3 +345,21 @@ def test_motion_of_a_level_cable_in_a_cross_wind_is_that_under_its_inclined_load
     calm = cells(scene(f"gravity={gravity!r}", f"cable.density={mass / area!r}", base=path), *names)
     for name in names:
         assert windy[name] == pytest.approx(calm[name], rel=1e-9), name
+
+
+def test_a_load_case_in_the_name_of_a_column_is_told_apart_from_a_suspension(folder):
+    study = study_file(folder, "columns: [sag, cold.sag, hail.sag]\n", base=CONFIGS / "line.yaml")
+    assert run("sweep", study, code=2).lines == [
+        f"{study}:2:16: columns.1: cold.sag is a column of suspensions; cold is a load case: --case cold, or "
+        "vary: [{case: [cold]}], has the column sag",
+        f"{study}:2:26: columns.2: hail.sag is a column of suspensions",
+    ]
+
+
+def test_the_note_on_point_loads_says_how_to_silence_it():
+    (note,) = run("static", CONFIGS / "zipline.yaml", "--set", "cable.reference=null").lines
+    assert note == (
+        "note: cable.preload is that of the cable without its point loads; cable.reference.loads: true states it with "
+        "them, and false silences this note"
+    )
+    assert not run("static", CONFIGS / "zipline.yaml").lines

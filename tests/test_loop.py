@@ -203,7 +203,12 @@ MISTAKES = {
     ("--time", "10s", "--response", "1Hz:2Hz:3"): "--response and --time exclude each other",
     ("--input", "gust"): "--input: no effect: for --time only",
     ("--time", "10s", "--length", "2 s"): "--length: no effect",
-    ("--time", "10s", "--input", "gusts"): "--input gusts: unknown (did you mean gust?)",
+    (
+        "--time",
+        "10s",
+        "--input",
+        "gusts",
+    ): "--input gusts: unknown (did you mean gust? allowed: winch, reference, gust, wind)",
     ("--time", "10s", "--output", "gondola.x"): "--output: no effect",
     ("--table", "loop"): "--table: no effect",
     ("--time", "10s", "--size", "2 m/s"): "--size 2 m/s",

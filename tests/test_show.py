@@ -130,6 +130,19 @@ def test_a_varied_key_that_a_column_shows_can_be_asked_for():
     assert show("--columns", "cable.preload_N,preload")[0] == rows
 
 
+def test_a_column_that_is_not_stored_names_the_varied_key_that_is_meant(swept):
+    assert show("--where", "material == 'steel'", code=2)[1] == [
+        "--where:1: unknown column 'material' ('cablestudy columns' lists them)"
+    ]
+    study_file(".", "vary: [{cable.diameter: [2 mm, 3 mm]}]\ncolumns: [sag]\n")
+    run("sweep", "study.yaml", "--restart")
+    assert show("--where", "diameter < 2.5 mm", code=2)[1] == [
+        f"{ROWS}: no column diameter: did you mean cable.diameter? "
+        "else 'cablestudy sweep' with these options computes it"
+    ]
+    assert len(show("--where", "cable.diameter < 2.5 mm")[0]) == 1
+
+
 def test_nothing_is_stored():
     study_file(".", STUDY)
     assert show("--set", "gravity=5", code=2)[1] == [

@@ -219,12 +219,24 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     end = position if location == "ground" else position + winch
     forces = stiffness[:, :, 3] * end[:, None] + (stiffness[:, :, 0] * winch[:, None] if location == "ground" else 0)
     system = statespace.closed(loop, kept)
-    computed = system.response(s)[:, :, 0]
+    named = system.input_names.index
+    computed = system.response(s)[:, :, named("force_gondola")]
     np.testing.assert_allclose(computed[:, 0], position, rtol=1e-10)
     np.testing.assert_allclose(computed[:, 1], s * position, rtol=1e-10)
     np.testing.assert_allclose(computed[:, -1], winch, rtol=1e-9)
     assert np.abs(computed[:, 2:-1] - forces).max() < 1e-9 * np.abs(forces).max()
-    assert not any(matrix.any() for matrix in system.derivatives)
+    # to a reference r the winch answers by C (x - r)
+    followed = driven * control / (GONDOLA_MASS * s**2 + own + driven * control)
+    moved = control * (followed - 1)
+    end = followed if location == "ground" else followed + moved
+    forces = stiffness[:, :, 3] * end[:, None] + (stiffness[:, :, 0] * moved[:, None] if location == "ground" else 0)
+    computed = system.response(s, derivatives=True)[:, :, named("reference")]
+    np.testing.assert_allclose(computed[:, 0], followed, rtol=1e-9)
+    np.testing.assert_allclose(computed[:, -1], moved, rtol=1e-9)
+    assert np.abs(computed[:, 2:-1] - forces).max() < 1e-9 * np.abs(forces).max()
+    first, second = system.derivatives
+    assert not second.any()
+    assert not np.delete(first, named("reference"), axis=1).any()
     assert len(system.states) == len(system.a)
     assert len(system.outputs) == len(system.c)
 

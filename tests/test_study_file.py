@@ -127,7 +127,7 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         (HEAD + "check: {sag: 1 m}",
          '3:14: check.sag: expected a pure number (a number, or text such as "5 %"), got "1 m" (length)'),
         (HEAD + "set: [1]", "3:6: set: expected a mapping, got a list"),
-        (HEAD + "set: {cable.densty: 1}", "3:21: cable.densty: unknown key (did you mean density?)"),
+        (HEAD + "set: {cable.densty: 1}", "3:7: cable.densty: unknown key (did you mean density?)"),
         (HEAD + "set: {cable.material.x: 1}", "3:25: cable.material.x: cable.material is 'aramid', which has no key x"),
         (HEAD + "set: {gravity: 1}\nvary: [{gravity: [2]}]",
          "3:16: gravity: has no effect: the study varies this key, or one that replaces it"),
@@ -145,14 +145,54 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
          "3:7: vary: 100000000 cases (at most 10000000)"),
         (HEAD + "vary: [{gravity: [1, -1, x]}]",
          f'3:22: gravity: must not be negative, got -1\nstudy.yaml:3:26: gravity: {ACCELERATION}, got "x"'),
-        (HEAD + "vary: [{cable.densty: [1]}]", "3:24: cable.densty: unknown key (did you mean density?)"),
+        (HEAD + "vary: [{cable.densty: [1]}]", "3:9: cable.densty: unknown key (did you mean density?)"),
+        (HEAD + "vary: [{cable.temperature: [1, 2, 3]}]", "3:9: cable.temperature: unknown key (did you mean "
+         "cable.reference.temperature or cases.NAME.temperature?)"),
+        (HEAD + "vary: [{cable.length: [1, 2, 3]}]",
+         "3:9: cable.length: unknown key (did you mean chord or unstretched_length?)"),
+        (HEAD + "vary: [{case: all}]", "3:15: vary.0.case: all: the scene has no cases"),
+        (HEAD + "vary: [{cable.sag: all}]",
+         "3:20: vary.0.cable.sag: expected a list of values, or a range {from, to, count}, got \"all\""),
+        (HEAD + "gondola: {mass: 5}", "3:1: gondola: unknown key of a study: it is one of a scene, which set changes "
+         "by dotted keys, as set: {gravity: 9.8}"),
         (HEAD + "vary: [{gravity.x: [1]}]", f"3:21: gravity: {ACCELERATION}, got a mapping"),
         (HEAD + "vary: [{cable.breaking_force: [1 N]}, {cable.strength: [1 Pa]}]",
-         "3:57: cable.strength: given together with breaking_force: give exactly one of breaking_force, strength"),
+         "3:40: cable.strength: given together with breaking_force: give exactly one of breaking_force, strength"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_reported_at_its_place(text, message):
     assert "\n".join(mistakes_of(text + "\n")) == f"study.yaml:{message}"
+
+
+CASES = "cases: {dry: {}, wet: {loads: [{at: 10 m, mass: 1 kg}]}}\n"
+
+
+def test_all_load_cases_may_vary():
+    Path("scene.yaml").write_text(SCENE + CASES, encoding="utf-8")
+    study = study_of(HEAD + "set: {cases.late.loads: [{at: 90 m, mass: 1 kg}]}\nvary: [{case: all}]\n")
+    listed = study_of(HEAD + "set: {cases.late.loads: [{at: 90 m, mass: 1 kg}]}\nvary: [{case: [dry, wet, late]}]\n")
+    assert study.resolved() == listed.resolved()
+    assert [scene.case for _, scene in study.cases()] == ["dry", "wet", "late"]
+    Path("study.yaml").write_text(HEAD, encoding="utf-8")
+    study = read_study("study.yaml", ["cases.wet=null"], ["case=all", "gravity=1,2"])
+    assert [(scene.case, scene.gravity) for _, scene in study.cases()] == [("dry", 1), ("dry", 2)]
+
+
+def test_a_mistake_of_every_case_is_reported_once():
+    Path("scene.yaml").write_text(SCENE.replace("material: aramid", "elastic_modulus: 70 GPa"), encoding="utf-8")
+    assert mistakes_of(HEAD + "vary: [{gravity: [1, 2, 3]}]\n") == [
+        "scene.yaml:2:3: cable: missing key: one of mass_per_length, density (or give material)"
+    ]
+    Path("scene.yaml").write_text(SCENE, encoding="utf-8")
+    assert mistakes_of(HEAD + "vary: [{cable.tension.at: [end_1, end_2]}, {gravity: [1, 2]}]\n")[:1] == [
+        "study.yaml:3:28: cable.tension: missing key: value"
+    ]
+
+
+def test_a_scene_upon_a_base_is_no_study():
+    for text, key, line in (("base: scene.yaml\nwinch: {}\n", "winch", 2), ("gravity: 3\nbodies: {}\n", "gravity", 1)):
+        (found,) = mistakes_of(text)
+        assert found.startswith(f"study.yaml:{line}:1: this is a scene (it has the key {key}): use 'cablestudy static'")
 
 
 def test_a_set_option_that_the_study_varies_is_refused():

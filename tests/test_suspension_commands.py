@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from command import CONFIGS, ROOT, edit_rows, rows_of, run, study_file, table_of
 
+import cablestudy
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.markdown import fitted
 from cablestudy.study.suspension.case import SuspensionCase
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -593,3 +595,40 @@ def test_form_finding_says_what_it_lacks(scene, options, message):
 def test_a_point_too_heavy_for_its_preloads_is_refused_without_a_warning():
     outcome = run("static", CONFIGS / "suspensions" / "mast-guys.yaml", "--set", "points.top.mass=1e9 kg", code=3)
     assert "no lengths were found" in outcome.err
+
+
+def test_frozen_lengths_hold_the_body_where_it_stood_and_yield_by_its_stiffness(folder):
+    """The recipe of docs/suspension.md: a small force moves the body by K^-1 F, K its stiffness."""
+    run("new", "suspension")
+    stood = cablestudy.load("suspension.yaml").static()
+    lengths = stood["cables"].set_index("name")["unstretched_length_m"]
+    frozen = {f"cables.{name}.unstretched_length": length for name, length in lengths.items()}
+    frozen |= {"solve_for": "pose", "tensions": None}
+    places, force = ["x_m", "y_m", "z_m"], 0.1
+    hung, pushed = (
+        cablestudy.load("suspension.yaml", set={**frozen, "bodies.camera.force.0": pull}).static()["bodies"]
+        for pull in (0.0, force)
+    )
+    start = stood["bodies"][places].to_numpy()[0]
+    assert hung[places].to_numpy()[0] == pytest.approx(start, abs=1e-9)
+    stiffness = stood["stiffness"][["x", "y", "z", "rx", "ry", "rz"]].to_numpy()
+    expected = np.linalg.solve(stiffness, [force, 0, 0, 0, 0, 0])[:3]
+    moved = pushed[places].to_numpy()[0] - hung[places].to_numpy()[0]
+    assert moved == pytest.approx(expected, rel=1e-3, abs=1e-3 * expected[0])
+
+
+def test_a_narrow_terminal_keeps_what_matters_of_many_cables():
+    net = CONFIGS / "suspensions" / "carlina-net.yaml"
+    table = cablestudy.load(net).compute("static").tables["cables"]
+    kept = ("name", "preload", "max_tension", "unstretched_length", "sag", "utilisation")
+    for width in (60, 80, 100, 200):
+        text, left_out = fitted(table, width)
+        assert max(map(len, text.splitlines())) <= width
+        assert left_out
+        shown = [field.plain for field in table.fields if field.plain not in left_out]
+        few = len(shown) < len(kept)
+        assert list(kept[: len(shown)]) == shown if few else set(kept) <= set(shown)
+        assert few == (width == 60)
+    printed = table_of("static", net, "--table", "cables")
+    assert list(printed[0]) == [field.name for field in table.fields]
+    assert "reaction 1 vertical [N]" in run("static", net, "--table", "cables").out

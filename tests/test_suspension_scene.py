@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import CONFIGS, run, study_file
+from command import CONFIGS, run, study_file, table_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -283,6 +283,11 @@ MISTAKES = {
         "7:3: bodies.gondola: a name must be unique, and there is a point of this name"),
     "a cable named as a body": ([("  n: {", "  gondola: {")],
         "13:3: cables.gondola: a name must be unique, and there is a body of this name"),
+    "all cables named as points": ([("  south:", "  s:"), ("from: south", "from: s"), ("  north:", "  n:"),
+         ("from: north", "from: n"), ("  v: {from: knot, to: gondola.a, unstretched_length: 29}\n", ""),
+         ("  w: {from: [30, 0, 50], to: gondola.b, sag: 20 cm}\n", "")],
+        ["13:3: cables.n: a name must be unique, and there is a point of this name",
+         "14:3: cables.s: a name must be unique, and there is a point of this name"]),
     "too little stated": (SILENT,
         f"13:6: cables.n: missing key: one of {STATED} (solve_for: pose needs one of each cable; 2 of 4 cables give "
         "none: n, s)"),
@@ -431,14 +436,47 @@ def test_a_bad_set_option(option, line):
 def test_a_name_that_a_study_misspells_is_suggested_at_its_place():
     text = "set: {bodies.gondla.mass: 3}\nvary: [{cables.nn.sag: [1, 2]}, {points.nort.2: [5, 6]}]\n"
     assert run("sweep", study_on_good(f"{text}columns: [max_tension]\n"), code=2).lines == [
-        "study.yaml:2:27: bodies.gondla.mass: unknown body gondla (did you mean gondola?)"
+        "study.yaml:2:7: bodies.gondla.mass: unknown body gondla (did you mean gondola?)"
     ]
     name = study_on_good(f"{text.replace('gondla', 'gondola')}columns: [max_tension]\n")
     assert sorted(run("validate", name, code=2).lines) == [
-        "study.yaml:3:25: cables.nn.sag: unknown cable nn (did you mean n?)",
-        "study.yaml:3:28: cables.nn.sag: unknown cable nn (did you mean n?)",
-        "study.yaml:3:50: points.nort.2: unknown point nort (did you mean north?)",
-        "study.yaml:3:53: points.nort.2: unknown point nort (did you mean north?)",
+        "study.yaml:3:34: points.nort.2: unknown point nort (did you mean north?)",
+        "study.yaml:3:9: cables.nn.sag: unknown cable nn (did you mean n?)",
+    ]
+
+
+def test_a_component_of_a_default_vector_may_be_set():
+    scene = scene_of(GOOD, "bodies.gondola.force.1=3 kN", "bodies.gondola.attitude.2=90 deg")
+    assert scene.bodies["gondola"].force == (0, 3000, 0)
+    assert scene.bodies["gondola"].attitude == (0, 0, pytest.approx(math.pi / 2))
+    whole = scene_of(GOOD, "bodies.gondola.force=[0, 3000, 0]", "bodies.gondola.attitude=[0, 0, 90 deg]")
+    assert scene.bodies == whole.bodies
+    assert mistakes_of(GOOD, "bodies.gondola.force.3=1") == [
+        "--set bodies.gondola.force.3: bodies.gondola.force: expected a list, got a mapping"
+    ]
+    assert mistakes_of(GOOD, "bodies.gondola.force={}")[0].endswith("expected a list, got a mapping")
+    assert mistakes_of(GOOD, "bodies.gondola.force.2=1 m")[0].startswith(
+        "--set bodies.gondola.force.2: expected a force in N"
+    )
+
+
+def test_a_study_varies_a_component_of_a_default_vector():
+    name = study_on_good("vary: [{bodies.gondola.force.0: [0, 500 N]}]\ncolumns: [gondola.x, max_tension]\n")
+    indexed = table_of("sweep", name, "--no-write")
+    whole = "vary: [{bodies.gondola.force: [[0, 0, 0], [500, 0, 0]]}]\ncolumns: [gondola.x, max_tension]\n"
+    written = table_of("sweep", study_on_good(whole), "--no-write")
+    for name in ("gondola.x_m", "max_tension_N"):
+        assert [row[name] for row in indexed] == [row[name] for row in written]
+    assert indexed[1]["gondola.x_m"] > indexed[0]["gondola.x_m"] + 0.1
+
+
+def test_a_key_of_another_table_is_suggested_with_its_table():
+    sets = ("cables.n.temperature=3", "temperature=3", "cables.n.length=3")
+    assert mistakes_of(GOOD, *sets) == [
+        "--set cables.n.length: unknown key (did you mean unstretched_length?)",
+        "--set cables.n.temperature: unknown key "
+        "(did you mean cables.n.reference.temperature or cases.NAME.temperature?)",
+        "--set temperature: unknown key (did you mean cable.reference.temperature or cases.NAME.temperature?)",
     ]
 
 

@@ -49,13 +49,14 @@ def keys(kind, beginning, style):
 
 
 @click.command()
+@click.argument("text", default="", metavar="[TEXT]")
 @FORMAT
 @handle_errors
-def columns(style):
-    """Every column: name, unit, meaning, what it needs."""
+def columns(text, style):
+    """Every column, or those with TEXT in their names: unit, meaning, needs."""
     from cablestudy.interface import files as interface
 
-    show(interface.columns(), style)
+    show(interface.columns(text), style)
 
 
 @click.command()

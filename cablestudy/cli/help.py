@@ -92,8 +92,8 @@ GROUPS = {
         ),
         "columns": (
             "files",
-            "Every column: name, unit, meaning, what it needs.",
-            ("columns", "columns --format csv"),
+            "Every column: unit, meaning, what it needs.",
+            ("columns sag", "columns --format csv"),
         ),
         "materials": (
             "files",

@@ -28,14 +28,14 @@ TABLES = ("loop", "coordinates")
 @click.option("--table", "name", type=click.Choice(TABLES), help="Of a suspension: only this table.")
 def loop(scene, sets, case, span, duration, input_, output, size, length, name, style, plot, explain, quiet):
     """The winch loop: margins, sensitivity, bandwidth; over frequency; in time."""
-    from cablestudy.interface import load
+    from cablestudy.interface import read
 
     exclude({"response": span, "time": duration}, [(("--response",), ("--time",))])
     timed = {"input": input_, "output": output, "size": size, "length": length}
     if duration is None:
         refuse({f"--{option}": value for option, value in timed.items()}, "for --time only")
     one_case(case, "a loop is that of one case: give --case NAME")
-    read_scene, options = load(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
+    read_scene, options = read(scene, sets, case), {"response": span, "time": duration} | (timed if duration else {})
     if not read_scene.is_suspension:
         refuse({"--table": name}, "the scene has one cable")
     elif span or duration:

@@ -33,7 +33,7 @@ VARY = click.option(
     help="One more dimension, e.g. cable.preload=100N:2kN:20log or gondola.mass=10kg,50kg. Repeatable.",
 )
 FORMAT = format_options
-QUIET = click.option("--quiet", is_flag=True, help="Errors only: no progress, notes and warnings.")
+QUIET = click.option("--quiet", is_flag=True, help="Nothing on standard error but errors.")
 JOBS = click.option("--jobs", type=click.IntRange(1, 1024), help="Processes. Default: as many as the work is worth.")
 EXPLAIN = click.option("--explain", is_flag=True, help="Say on standard error what was modelled, and how well.")
 PLOT = click.option("--plot", metavar="FILE", help="Draw a picture too: .png, .svg or .pdf.")

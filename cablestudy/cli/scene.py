@@ -14,9 +14,9 @@ FORM_TABLES = ("points", "cables")
 
 def read(scene, sets, case):
     """The scene in one of its load cases, or as it is for `--case all`."""
-    from cablestudy.interface import load
+    from cablestudy.interface import read
 
-    return load(scene, sets, None if case == ALL else case)
+    return read(scene, sets, None if case == ALL else case)
 
 
 def compute(scene, case, what, **options):

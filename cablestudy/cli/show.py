@@ -22,8 +22,11 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     with asked.stored(out) as stored:
         select = asked.selection(style.columns, sensitivity, **selection)
         if asked.asked:
-            names = ", ".join(asked.asked)
-            raise SceneError(f"{stored.path}: no column {names}: 'cablestudy sweep' with these options computes it")
+            names, near = ", ".join(asked.asked), asked.varied_alike
+            hint = f"did you mean {' or '.join(near)}? else " if near else ""
+            raise SceneError(
+                f"{stored.path}: no column {names}: {hint}'cablestudy sweep' with these options computes it"
+            )
         if sensitivity and not stored.complete:
             raise SceneError(*stored.notes, "--sensitivity needs all rows")
         number = len(stored.table.rows)

@@ -35,10 +35,10 @@ from cablestudy.errors import SceneError
 def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output, proper,
         style, plot, explain, quiet):  # fmt: skip
     """A cable or a suspension as a state space: file, kept modes, frequency response."""
-    from cablestudy.interface import load
+    from cablestudy.interface import read
 
     one_case(case, "a state space is that of one case: give --case NAME")
-    read_scene = load(scene, sets, case)
+    read_scene = read(scene, sets, case)
     options = {
         "count": count, "upto": upto, "error": error, "kinds": kinds, "residual": not no_residual,
         "attached": attached, "wind": wind, "input": input_, "output": output, "proper": proper,

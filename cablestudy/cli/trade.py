@@ -21,11 +21,11 @@ from cablestudy.cli.options import scene_command
 @click.option("--out", metavar="DIR", help="Write trade-SCENE.csv and trade-SCENE.md there.")
 def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
     """Error against time for every model that a user can choose, from closed form to high order."""
-    from cablestudy.interface import load
+    from cablestudy.interface import read
 
     one_case(case, "models are compared for one case: give --case NAME")
     with progress_bar("models", sys.stderr.isatty() and not quiet) as progress:
-        found = load(scene, sets, case).compute(
+        found = read(scene, sets, case).compute(
             "trade", columns=names, repeats=repeats, out=out, shown=style == "md", progress=progress
         )
     return finish(scene, found, style, plot, explain, quiet)

@@ -13,8 +13,8 @@ viscous damping that dissipates the same energy per cycle. States are W y and dy
 
 Forces at a moved end that are proportional to its acceleration (Mr) and velocity need derivatives of the inputs, which
 A, B, C, D do not contain; `StateSpace.derivatives` does: y = C x + D u + D1 u' + D2 u''. With the winch loop closed
-these derivatives are known and D1 and D2 are zero. Where derivatives of an input act on a state, the state is its
-quantity less a multiple of the input; outputs are never shifted.
+those of the winch are known, and only the reference has a D1, where the law passes it on at once. Where derivatives of
+an input act on a state, the state is its quantity less a multiple of the input; outputs are never shifted.
 """
 
 import warnings
@@ -28,6 +28,9 @@ from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 ENDS = len(NAMES)
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
+
+
+FEW = 4  # names that a representation lists all
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,14 @@ class StateSpace:
     outputs: tuple
     derivatives: tuple  # D1 and D2, each of shape (o, i)
     second_order: SecondOrder | None = None  # the same cable with its ends free; None for a closed loop
+
+    def __repr__(self):
+        pairs = (
+            (names, first_of(names) if len(names) > FEW else ", ".join(names))
+            for names in (self.input_names, self.output_names)
+        )
+        inputs, outputs = (f"{len(names)} ({shown})" for names, shown in pairs)
+        return f"StateSpace(states: {len(self.states)}, inputs: {inputs}, outputs: {outputs})"
 
     def __post_init__(self):
         _check_finite(A=self.a, B=self.b, C=self.c, D=self.d, D1=self.derivatives[0], D2=self.derivatives[1])
@@ -184,7 +195,9 @@ def coupled(model, mass, location="ground", chosen=None, residual=True, forces=N
 
 @np.errstate(all="ignore")
 def closed(loop, chosen=None, residual=True, forces=None):
-    """Gondola, cable and winch with the winch loop closed; needs no derivatives of inputs.
+    """Gondola, cable and winch with the winch loop closed.
+
+    Derivatives of the reference, where the law passes it on at once, act on the forces at the ends (D1); no others do.
 
     Parameters
     ----------
@@ -195,25 +208,29 @@ def closed(loop, chosen=None, residual=True, forces=None):
     Returns
     -------
     StateSpace
-        Inputs: force on the gondola, then `forces`. Outputs: those of `coupled`, then the winch. States: those of
-        `coupled`, those of the controller's filter, as two of the notch where there is one, the winch (the integrator).
+        Inputs: force on the gondola, then `forces`, then the reference of the gondola's position. Outputs: those of
+        `coupled`, then the winch. States: those of `coupled`, those of the controller's filter, as two of the notch
+        where there is one, the winch (the integrator).
     """
     plant = coupled(loop.cable, loop.mass, loop.location, chosen, residual, forces, loop.damping)
     omega = loop.cable.omega if chosen is None else loop.cable.omega[chosen]
     filtering, names = loop.filter_to(loop.plant.right_up_to(omega))
     fed = feedback(plant, [0], [filtering], loop.shares)
-    n, size, rate = len(plant.a), len(fed.a), fed.a[-1]
+    n, size = len(plant.a), len(fed.a)
     c = np.pad(plant.c, ((0, 1), (0, size - n)))
     c[:-1, -1], c[-1, -1] = plant.d[:, 0], 1.0
-    b, d = fed.b[:, 2:], np.pad(plant.d[:, 1:], ((0, 1), (0, 0)))
-    # the winch is a state: its velocity and acceleration are known
+    b = np.concatenate([fed.b[:, 2:], fed.b[:, :1]], axis=1)  # nothing is added to the movement of the winch
+    d = np.pad(plant.d[:, 1:], ((0, 1), (0, 1)))
+    # the winch is a state: its velocity by states and inputs is known, and so is its acceleration
+    velocity, given = fed.a[-1], b[-1]
     d1, d2 = (matrix[:, 0] for matrix in plant.derivatives)
-    c[:-1] += np.outer(d1, rate) + np.outer(d2, rate @ fed.a)
-    d[:-1] += np.outer(d2, rate @ b)
+    c[:-1] += np.outer(d1, velocity) + np.outer(d2, velocity @ fed.a)
+    d[:-1] += np.outer(d1, given) + np.outer(d2, velocity @ b)
+    first = np.zeros_like(d)
+    first[:-1] = np.outer(d2, given)
     states = (*plant.states, *((name, "m") for name in names), ("winch", "m"))
-    return StateSpace(
-        fed.a, b, c, d, states, plant.inputs[1:], (*plant.outputs, ("winch", "m")), (np.zeros_like(d), np.zeros_like(d))
-    )
+    inputs, outputs = (*plant.inputs[1:], ("reference", "m")), (*plant.outputs, ("winch", "m"))
+    return StateSpace(fed.a, b, c, d, states, inputs, outputs, (first, np.zeros_like(d)))
 
 
 @dataclass(frozen=True)

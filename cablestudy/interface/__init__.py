@@ -11,9 +11,10 @@ had.
 
 from __future__ import annotations
 
-import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.changes import case_text, texts_of
 from cablestudy.interface.scene import Scene, with_likely_mistakes
 from cablestudy.interface.search import find_value
@@ -27,18 +28,19 @@ if TYPE_CHECKING:
     import pandas
 
     from cablestudy.interface.answer import Answer
-    from cablestudy.interface.changes import Changes
+    from cablestudy.interface.changes import Changes, Source
 
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 
-def load(path: str | os.PathLike[str], set: Changes = (), case: str | None = None) -> Scene:
+@argument_names()
+def load(path: Source, set: Changes = (), case: str | None = None) -> Scene:
     """Read a scene file.
 
     Parameters
     ----------
-    path : str or path-like
-        `-` is standard input.
+    path : str, path-like or mapping
+        Of the file, `-` for standard input; or what the file would say, as a mapping.
     set : dict or sequence of str, optional
         What changes the file: dotted key -> number in SI, or text with a unit; or texts "KEY=VALUE".
     case : str, optional
@@ -58,21 +60,26 @@ def load(path: str | os.PathLike[str], set: Changes = (), case: str | None = Non
     >>> import cablestudy as cs
     >>> guy = cs.load("configs/guy.yaml", set={"cable.preload": "8 %"})
     """
+    return read(path, set, case)
+
+
+def read(path: Source, set: Changes = (), case: str | None = None) -> Scene:
+    """As `load`; errors name the options of the commands, which call it."""
     changes = texts_of(set)
     document, model = load_scene(path, changes, case)
     kind = Suspension if isinstance(model, SuspensionScene) else Scene
-    return kind(str(path), changes + case_text(case), document, model)
+    return kind(document.name if isinstance(path, Mapping) else str(path), changes + case_text(case), document, model)
 
 
-def trade(
-    path: str | os.PathLike[str], columns: str | None = None, repeats: int = 5, set: Changes = ()
-) -> pandas.DataFrame:
+@argument_names()
+def trade(path: Source, columns: str | None = None, repeats: int = 5, set: Changes = ()) -> pandas.DataFrame:
     """Error against time of every model for a scene: pandas.DataFrame; see `Scene.trade`."""
     return load(path, set).trade(columns, repeats)
 
 
+@argument_names()
 def find(
-    path: str | os.PathLike[str],
+    path: Source,
     goal: str,
     by: str,
     between: str | None = None,
@@ -87,9 +94,7 @@ def find(
     return compute_find(path, set, case, goal=goal, by=by, between=between, columns=columns).frame()
 
 
-def compute_find(
-    path: str | os.PathLike[str], set: Changes = (), case: str | None = None, **asked: str | None
-) -> Answer:
+def compute_find(path: Source, set: Changes = (), case: str | None = None, **asked: str | None) -> Answer:
     """As `find`, whose other parameters are `asked`, with warnings and failures: `Answer`."""
     document = apply_sets(read_document(path), texts_of(set), case)
     return with_likely_mistakes(find_value(document, **asked), document)

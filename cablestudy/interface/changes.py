@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 
 Changes = Mapping[str, object] | Sequence[str]
+Source = str | os.PathLike[str] | Mapping[str, object]  # a file, or what it would say
 
 
 def texts_of(changes: Changes | None) -> tuple[str, ...]:

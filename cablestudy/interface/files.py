@@ -61,11 +61,11 @@ def template(kind):
     return (files("cablestudy") / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")
 
 
-def columns():
-    """Every column: what it is of, name, unit, meaning, what it needs: Table."""
+def columns(text=""):
+    """Every column, or those with a text in their names: what it is of, name, unit, meaning, what it needs: Table."""
     from cablestudy.study.report import columns_table
 
-    return columns_table()
+    return columns_table(text)
 
 
 def materials(files=()):

@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.errors import NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
+from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.comparison import compare_models
 from cablestudy.interface.one_cable import ANSWERS
 from cablestudy.interface.search import find_value
@@ -22,6 +23,10 @@ if TYPE_CHECKING:
 
     from cablestudy.control.statespace import StateSpace
     from cablestudy.interface.answer import Values
+
+
+TABLES = ("cable", "gondola", "winch", "wind", "cases")
+NAMED = 120  # characters of path and changes in a representation
 
 
 class Scene:
@@ -52,6 +57,15 @@ class Scene:
 
     def __init__(self, path: str, changes: tuple[str, ...], document: Any, model: Any) -> None:
         self.path, self.changes, self.document, self.model = path, changes, document, model
+
+    def __repr__(self) -> str:
+        listed = ", ".join((self.path, *self.changes))
+        return f"{type(self).__name__}({shorten(listed, NAMED)}: {self._contents})"
+
+    @property
+    def _contents(self) -> str:
+        """The tables of the scene, for its representation."""
+        return ", ".join(name for name in TABLES if getattr(self.model, name))
 
     @property
     def cases(self) -> dict[str, Scene]:
@@ -128,14 +142,17 @@ class Scene:
         )
         return with_likely_mistakes(answer, self.document)
 
+    @argument_names()
     def static(self) -> Values:
         """Tension, sag, end stiffness and more: `Values`."""
         return self.compute("static", estimate=True).values()
 
+    @argument_names()
     def shape(self) -> pandas.DataFrame:
         """The static shape, point by point: pandas.DataFrame."""
         return self.compute("shape").frame()
 
+    @argument_names()
     def modes(self, count: int | None = None, upto: float | str | None = None) -> pandas.DataFrame:
         """The modes with fixed ends: pandas.DataFrame.
 
@@ -148,6 +165,7 @@ class Scene:
         """
         return self.compute("modes", count=count, upto=upto).frame()
 
+    @argument_names()
     def windrms(self, on: str | None = None) -> Values:
         """The gondola in the wind, or a bare cable: `Values`.
 
@@ -158,10 +176,12 @@ class Scene:
         """
         return self.compute("windrms", on=on, estimate=True).values()
 
+    @argument_names()
     def loop(self) -> Values:
         """Margins, sensitivity and bandwidth of the winch loop: `Values`."""
         return self.compute("loop", estimate=True).values()
 
+    @argument_names()
     def loop_response(self, response: str) -> pandas.DataFrame:
         """The loop over frequency: pandas.DataFrame.
 
@@ -172,6 +192,7 @@ class Scene:
         """
         return self.compute("loop", response=response).frame()
 
+    @argument_names()
     def loop_in_time(
         self,
         time: str,
@@ -199,6 +220,7 @@ class Scene:
         timed = {"input": input, "size": size, "length": length, "output": output}
         return self.compute("loop", time=time, **timed).frame()
 
+    @argument_names()
     def state_space(
         self,
         with_: str | None = None,
@@ -241,6 +263,7 @@ class Scene:
             warnings.warn(line.removeprefix("warning: "), stacklevel=2)
         return exported(choice.system(), options)
 
+    @argument_names()
     def find(self, goal: str, by: str, between: str | None = None, columns: str | None = None) -> pandas.DataFrame:
         """The values of a key for which a column takes a value: pandas.DataFrame, one row for each.
 
@@ -257,6 +280,7 @@ class Scene:
         """
         return self.compute("find", goal=goal, by=by, between=between, columns=columns).frame()
 
+    @argument_names()
     def trade(self, columns: str | None = None, repeats: int = 5) -> pandas.DataFrame:
         """Error against time of every model: pandas.DataFrame.
 
@@ -269,6 +293,7 @@ class Scene:
         """
         return self.compute("trade", columns=columns, repeats=repeats).frame()
 
+    @argument_names()
     def plot(self, kind: str = "static") -> Figure:
         """A picture: matplotlib.figure.Figure.
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from cablestudy.interface.changes import Changes, texts_of
+from cablestudy.interface.argument_names import argument_names
+from cablestudy.interface.changes import Changes, Source, texts_of
 
 if TYPE_CHECKING:
     import pandas
@@ -17,8 +18,9 @@ if TYPE_CHECKING:
     from cablestudy.sweeps.stored import Stored
 
 
+@argument_names()
 def sweep(
-    study: str | os.PathLike[str],
+    study: Source,
     set: Changes = (),
     vary: Mapping[str, str] | None = None,
     jobs: int | None = 1,
@@ -28,7 +30,8 @@ def sweep(
 
     Parameters
     ----------
-    study : str or path-like
+    study : str, path-like or mapping
+        Its file, `-` for standard input; or what the file would say, as a mapping, whose `base` may be one too.
     set : dict, optional
         Dotted key -> value that changes the base.
     vary : dict, optional
@@ -78,13 +81,14 @@ class Study:
         All that is wrong with it.
     """
 
-    def __init__(self, path: str | os.PathLike[str], set: Changes = (), vary: Sequence[str] = ()) -> None:
+    def __init__(self, path: Source, set: Changes = (), vary: Sequence[str] = ()) -> None:
         from cablestudy.scene.study import read_study
 
         sets = texts_of(set)
         self.request = read_study(path, sets, tuple(vary))
         options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
-        self.words = ["sweep", str(path), *(word for option in options for word in option)]
+        name = self.request.name if isinstance(path, Mapping) else str(path)
+        self.words = ["sweep", name, *(word for option in options for word in option)]
 
     @property
     def notes(self) -> Iterable[str]:
@@ -95,6 +99,11 @@ class Study:
     def asked(self) -> Iterable[str]:
         """Columns that options ask for and the study does not list."""
         return self.request.asked
+
+    @property
+    def varied_alike(self) -> list[str]:
+        """Varied keys that end with the name of such a column: `cable.diameter` for `diameter`."""
+        return [key for key in self.request.varied if key.rpartition(".")[2] in self.request.asked]
 
     def cases(self) -> Table:
         """The cases, and nothing computed."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer
+from cablestudy.interface.argument_names import argument_names
 from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, in_time, loop_options
 from cablestudy.interface.scene import Scene
 
@@ -118,6 +119,11 @@ class Suspension(Scene):
         **{name: Scene.answers[name] for name in ("ssm", "trade", "find")},
     }
 
+    @property
+    def _contents(self) -> str:
+        numbers = {name: len(getattr(self.model, name)) for name in ("cables", "bodies", "points", "cases")}
+        return ", ".join(f"{name}: {number}" for name, number in numbers.items() if number)
+
     @cached_property
     def case(self) -> Any:
         """Its equilibrium and motion, each computed when it is first asked for: `SuspensionCase`."""
@@ -136,6 +142,7 @@ class Suspension(Scene):
     def _draw_cases(what, solved):
         """None: a suspension has a picture of one case."""
 
+    @argument_names()
     def static(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
         """The tables bodies, points, cables and stiffness: dict of name -> pandas.DataFrame."""
         return self.compute("static").frames()
@@ -144,12 +151,14 @@ class Suspension(Scene):
         """Not there: the tables of `static` have the places of bodies and points."""
         raise SceneError("shape: the scene is a suspension; see the tables of static()")
 
+    @argument_names()
     def windrms(self, on: str | None = None) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
         """Its tables, motion, cables, loop and others: dict of name -> pandas.DataFrame."""
         if on is not None:
             raise SceneError("on: the scene is a suspension, whose key wind.on says so")
         return self.compute("windrms").frames()
 
+    @argument_names()
     def loop(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
         """The tables loop and coordinates: dict of name -> pandas.DataFrame."""
         return self.compute("loop").frames()

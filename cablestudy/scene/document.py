@@ -1,7 +1,9 @@
 """A YAML file as read: plain values, the place of each in its file, `base:` files underneath and `--set` on top."""
 
+import json
 import os
 import sys
+from collections.abc import Mapping
 from contextlib import nullcontext
 
 from cablestudy.errors import Mistake, SceneError
@@ -23,6 +25,7 @@ from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 MAX_BYTES = 10_000_000
 MAX_BASES = 32
 STDIN = "<stdin>"
+MAPPING = "<mapping>"  # a file that Python gives as its contents
 
 
 class Document:
@@ -31,12 +34,16 @@ class Document:
     Attributes
     ----------
     name : str
-        The file as the user named it, or `<stdin>`.
+        The file as the user named it, `<stdin>`, or `<mapping>`.
     value : dict
         Plain mappings, lists, text and numbers as written.
     empty : list of tuple
         Paths of the keys that are null and remove nothing. Only who knows the keys can tell whether they are right.
+    base : Document or None
+        Its base, where that is a mapping in a mapping.
     """
+
+    base = None
 
     def __init__(self, name, value, places, overrides=(), empty=()):
         self.name, self.value, self._places, self._overrides = name, value, places, overrides
@@ -59,7 +66,7 @@ class Document:
         ----------
         items : list of (str, object, str or Place or callable)
             Dotted key, value (None removes the key; a mapping replaces the key whole) and the place to name when it is
-            wrong; a callable is called for the place only then.
+            wrong; a callable is called for the place only then, with `of_key`: whether the key itself is wrong.
         varied : bool
             Whether names of a suspension may be removed that it does not have, since other cases have them.
 
@@ -110,9 +117,8 @@ class Document:
             unknown = unknown_name(self.value, value, path)
             if unknown:
                 kind, name, known = unknown
-                found.append(
-                    mistake(_as_place(where), ".".join(path), f"unknown {kind} {name} ({suggestion(name, known)})")
-                )
+                message = f"unknown {kind} {name} ({suggestion(name, known)})"
+                found.append(mistake(_as_place(where, of_key=True), ".".join(path), message))
         return found
 
     def is_override(self, path):
@@ -124,7 +130,7 @@ class Document:
         names = tuple(map(str, path))
         for key, where in reversed(self._overrides):
             if names[: len(key)] == key:
-                return _as_place(where)
+                return _as_place(where, of_key and names == key)
         if path in self._places:
             return self._places[path][of_key]
         for key, where in reversed(self._overrides):  # a mapping in which only upper layers have set something
@@ -139,8 +145,8 @@ class Document:
         return str(self.place(path, of_key))
 
 
-def _as_place(where):
-    where = where() if callable(where) else where
+def _as_place(where, of_key=False):
+    where = where(of_key=of_key) if callable(where) else where
     return where if isinstance(where, Place) else Place(where)
 
 
@@ -149,18 +155,37 @@ def read_file(path):
 
     Parameters
     ----------
-    path : str or path-like
-        `-` is standard input.
+    path : str, path-like or mapping
+        `-` is standard input; a mapping is what a file would say, and so may be its `base`.
 
     Raises
     ------
     SceneError
         The file cannot be read, or is not a YAML mapping.
     """
+    if isinstance(path, Mapping):
+        return _of_mapping(path, MAPPING)
     name = os.fspath(path)
     if name == "-":
         return _parse(_read_bytes(lambda: nullcontext(sys.stdin.buffer), Place(STDIN)), STDIN)
     return _parse(_read_bytes(lambda: open(name, "rb"), Place(name)), name)
+
+
+def _of_mapping(mapping, name):
+    """The Document of the contents of a file, by the rules of one: what they are not in JSON is refused."""
+    base = mapping.get("base")
+    contents = {**mapping, "base": MAPPING} if isinstance(base, Mapping) else dict(mapping)
+    try:
+        text = json.dumps(contents, ensure_ascii=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise refuse(Place(name), f"expected mappings, lists, text and numbers ({error})") from None
+    try:
+        value, places = compose(text, name)
+    except SceneError as error:  # its lines are those of the text above
+        raise SceneError(*(Mistake(name, one.key, one.message) for one in error.mistakes)) from None
+    document = Document(name, value, dict.fromkeys(places, (Place(name), Place(name))))
+    document.base = _of_mapping(base, f"{name} base") if isinstance(base, Mapping) else None
+    return document
 
 
 def read_document(path):
@@ -212,6 +237,8 @@ def _read_beside(document, key):
 
 def read_base(document, chain=()):
     """The document that the key `base` of another one names, merged upon its own bases; as `resolve_base`."""
+    if document.base:
+        return resolve_base(document.base, chain)
     name, place = _beside(document, "base"), document.place(("base",))
     chain = (*(chain or (document.name,)), name)
     if os.path.realpath(name) in [os.path.realpath(above) for above in chain[:-1] if above != STDIN]:

@@ -11,6 +11,7 @@ from cablestudy.scene.ranges import MAX_COUNT, read_interval, read_range, read_v
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.units import show
 
+ALL = "all"  # in the place of a list: every load case
 _FEW = 50
 
 
@@ -46,13 +47,15 @@ class Entry:
         return sorted(set().union(*(values.worth_checking(_FEW) for _, values, _ in self.columns)))
 
 
-def entries_of(table, source):
+def entries_of(table, source, cases):
     """The entries of a study file, the sample last, and what is wrong with them.
 
     Parameters
     ----------
     table : StudyTable
     source : Document
+    cases : callable
+        Returns the names of the load cases of the scene, which `case: all` stands for.
 
     Returns
     -------
@@ -61,7 +64,7 @@ def entries_of(table, source):
         Path and message of each mistake.
     """
     entries, found, seen = [], [], set()
-    groups = [(("vary", number), mapping, _values) for number, mapping in enumerate(table.vary)]
+    groups = [(("vary", number), mapping, partial(_values, cases)) for number, mapping in enumerate(table.vary)]
     if table.sample:
         groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
     for path, mapping, read in groups:
@@ -85,15 +88,17 @@ def entries_of(table, source):
     return tuple(entries), found
 
 
-def _value_place(source, path, index):
-    """Place of one varied value; all values of a range have the same."""
-    return source.place((*path, index))
+def _value_place(source, path, index, of_key=False):
+    """Place of one varied value, or of its key; all values of a range have the same."""
+    return source.place(path, True) if of_key else source.place((*path, index))
 
 
-def _values(key, written):
-    """The values of a varied key: a list as it is, a mapping as a range."""
+def _values(cases, key, written):
+    """The values of a varied key: a list as it is, a mapping as a range, `case: all` as the names of all cases."""
     if isinstance(written, dict):
         return read_range(written)
+    if (key, written) == ("case", ALL):
+        return _all_of(cases())
     if not isinstance(written, list):
         raise ValueError(f"expected a list of values, or a range {{from, to, count}}, got {show(written)}")
     if not written:
@@ -101,12 +106,19 @@ def _values(key, written):
     return written
 
 
+def _all_of(cases):
+    """The load cases of a scene as a list; ValueError where there is none."""
+    if not cases:
+        raise ValueError(f"{ALL}: the scene has no cases")
+    return list(cases)
+
+
 def _sampled(sample, key, written):
     return Sampled(sample, list(sample.over).index(key), read_interval(written))
 
 
-def entries_of_options(texts, entries):
-    """The entries of the options `--vary`, given as text, beside those of the study.
+def entries_of_options(texts, entries, cases):
+    """The entries of the options `--vary`, given as text, beside those of the study; `cases` as of `entries_of`.
 
     Raises
     ------
@@ -117,8 +129,12 @@ def entries_of_options(texts, entries):
     for text in texts:
         try:
             key, values = read_vary(text)
+            values = _all_of(cases()) if (key, values) == ("case", [ALL]) else values
         except SceneError as error:
             mistakes += error.mistakes
+            continue
+        except ValueError as error:
+            mistakes.append(Mistake(f"--vary {text}", "", str(error)))
             continue
         option = f"--vary {key}"
         taken = [other for entry in (*entries, *added) for other in entry.keys]
@@ -134,7 +150,7 @@ def entries_of_options(texts, entries):
     return tuple(added)
 
 
-def _place_of_option(option, index):  # a lambda could not be pickled
+def _place_of_option(option, index, of_key=False):  # a lambda could not be pickled
     return option
 
 

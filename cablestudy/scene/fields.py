@@ -254,6 +254,15 @@ class Table(BaseModel):
         """
         return ()
 
+    @model_validator(mode="before")
+    @classmethod
+    def _complete_vectors(cls, data):
+        """A vector of which a dotted key sets a component, `force.0`, has its default for the others."""
+        if not isinstance(data, dict):
+            return data
+        vectors = {key: value for key, value in data.items() if isinstance(value, dict) and key in cls.model_fields}
+        return data | {key: _with_components(cls.model_fields[key].default, value) for key, value in vectors.items()}
+
     @model_validator(mode="after")
     def _check_relations(self):
         given = [key for key, value in self.__dict__.items() if value is not None and key in self.model_fields_set]
@@ -269,6 +278,13 @@ class Table(BaseModel):
             if broken := [(path, message()) for path, holds, message in together if not holds]:
                 return broken
         return []
+
+
+def _with_components(default, value):
+    """A default vector with the components of a mapping of index -> value; the mapping where it is something else."""
+    places = [str(place) for place in range(len(default))] if isinstance(default, tuple) else ()
+    is_part = bool(value) and value.keys() <= set(places)
+    return [value.get(*pair) for pair in zip(places, default, strict=True)] if is_part else value
 
 
 def value_at(node, path):

@@ -5,6 +5,7 @@ import re
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.empty_keys import EMPTY_NAME, keys_at, unknown_key
 from cablestudy.scene.fields import suggestion
+from cablestudy.scene.layers import matches
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import show
 from cablestudy.scene.words import counted
@@ -52,6 +53,16 @@ def at_most(mistakes, name):
     return mistakes if more <= 0 else [*mistakes[:MAX_SHOWN], Mistake(name, "", f"and {more} more mistakes")]
 
 
+OF_CASES = ("cases", "*")
+# What is written for a key -> the keys that are meant, where a table has them.
+MEANT = {
+    "length": ("chord", "unstretched_length"),
+    "span": ("chord",),
+    "weight": ("mass_per_length", "mass"),
+    "stiffness": ("axial_stiffness",),
+    "modulus": ("elastic_modulus",),
+}
+
 # pydantic's kind of mistake -> what to say before ", got ..."
 _EXPECTED = {
     "bool_type": "expected true or false",
@@ -70,9 +81,9 @@ def _plain(detail, tables):
     if kind == "cablestudy":
         return [(path, context["text"])]
     if kind == "extra_forbidden":
-        inside = _inside_a_table(path, tables)
         known = keys_at(path[:-1], tables)
-        return [(path, f"unknown key (did you mean {inside}?)" if inside else unknown_key(path[-1], known))]
+        meant = _in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
+        return [(path, f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(path[-1], known))]
     if kind == "missing":
         return [_missing(path, detail)]
     if kind == "literal_error":
@@ -91,12 +102,20 @@ def _plain(detail, tables):
     return [(path, f"{expected}, got {show(value)}")]
 
 
-def _inside_a_table(path, tables):
-    """The dotted key of a table for a name at the top level, `preload` for example, where one has it; else empty."""
-    for pattern in tables if len(path) == 1 else ():
-        if pattern and (len(pattern) == 2 or "*" not in pattern) and path[0] in keys_at(pattern, tables):
-            return ".".join(("NAME" if part == "*" else part) for part in (*pattern, path[0]))
-    return ""
+def _in_tables(path, tables):
+    """The dotted keys of the same name in tables: of a name at the top level in any, else inside its own and in cases.
+
+    Tables in lists are left out, and tables inside those of a name.
+    """
+    own, name = path[:-1], path[-1]
+    found = []
+    for pattern in tables:
+        inside = pattern[len(own) :] if matches(pattern[: len(own)], own) else ()
+        named = inside and ("*" not in inside or (not own and len(inside) == 2))
+        if (named or (0 < len(own) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
+            parts = (*own, *inside, name) if inside else (*pattern, name)
+            found.append(".".join("NAME" if part == "*" else str(part) for part in parts))
+    return found
 
 
 def _missing(path, detail):

@@ -4,6 +4,7 @@ from itertools import combinations
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 
+from cablestudy.scene.entries import ALL
 from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, prune
 from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
@@ -106,6 +107,7 @@ def study_schema():
         "minProperties": 1,
         "propertyNames": dotted,
         "additionalProperties": {"$ref": "#/$defs/Values"},
+        "patternProperties": {"^case$": {"anyOf": [{"$ref": "#/$defs/Values"}, {"const": ALL}]}},
     }
     properties["columns"]["uniqueItems"] = True
     y = definitions["Plot"]["properties"]["y"]

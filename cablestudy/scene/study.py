@@ -3,22 +3,23 @@
 import math
 import os
 from contextlib import suppress
-from functools import partial
+from functools import cache, partial
 from itertools import islice
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.document import STDIN, apply_sets, read_base, read_file
+from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file
 from cablestudy.scene.entries import clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.mistakes import at_most, collect, located
 from cablestudy.scene.sampling import Sample
-from cablestudy.scene.scene import read_scene
-from cablestudy.scene.strict_yaml import refuse
+from cablestudy.scene.scene import Scene, read_scene
+from cablestudy.scene.strict_yaml import mistake, refuse
+from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.scene.units import show
 
 CHECK_ALL = 1000
@@ -86,6 +87,10 @@ class StudyTable(Table):
     plot: Plot | None = Field(None, description="What --plot draws")
 
 
+# What tells a scene from a study; both may have `base`.
+SCENE_KEYS = Scene.model_fields.keys() | SuspensionScene.model_fields.keys()
+OF_SCENE = "unknown key of a study: it is one of a scene, which set changes by dotted keys, as set: {gravity: 9.8}"
+STUDY_KEYS = StudyTable.model_fields.keys() - {"base"}
 TABLES = {(): StudyTable, ("plot",): Plot, ("sample",): Sample, ("find",): Find}
 
 
@@ -204,9 +209,10 @@ class Study:
             try:
                 read_scene(self.document.with_sets(self._settings(steps), varied=True))
             except SceneError as error:
-                mistakes.update(dict.fromkeys(error.mistakes))
+                for found in error.mistakes:
+                    mistakes.setdefault((found.key, found.message), found)
         if mistakes:
-            raise SceneError(*at_most(list(mistakes), self.name))
+            raise SceneError(*at_most(list(mistakes.values()), self.name))
 
     def _steps_to_check(self):
         if self.count <= CHECK_ALL:
@@ -253,12 +259,7 @@ def read_study(path, sets=(), vary=()):
 
 def study_of(source, sets=(), vary=()):
     """Study of a document whose `base:` is still unread; see `read_study`."""
-    for key in ("cable", "cables", "gravity"):
-        if key in source.given:
-            place = source.place((key,), of_key=True)
-            name = "SCENE" if source.name == STDIN else os.path.basename(source.name)
-            study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
-            raise refuse(place, f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
+    _refuse_scene(source)
     try:
         known = StudyTable.model_fields
         table = StudyTable.model_validate(
@@ -266,21 +267,40 @@ def study_of(source, sets=(), vary=()):
         )
     except ValidationError as error:
         raise collect(error, source, TABLES) from None
-    entries, found = entries_of(table, source)
+
+    @cache
+    def base():
+        settings = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
+        return apply_sets(read_base(source).with_sets(settings), sets)
+
+    def cases():
+        named = base().value.get("cases")
+        return list(named) if isinstance(named, dict) else []
+
+    entries, found = entries_of(table, source, cases)
     found += _repeated(table.columns, "columns")
     if table.reference and not os.path.isfile(_beside(source, table.reference)):
         found.append((("reference",), f"{_beside(source, table.reference)}: no such file"))
     if found:
         raise located(found, source)
-    added = entries_of_options(vary, entries)
-    document = read_base(source)
-    settings = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
-    document = apply_sets(document.with_sets(settings), sets)
-    study = Study(source, table, document, entries, added)
+    added = entries_of_options(vary, entries, cases)
+    study = Study(source, table, base(), entries, added)
     _refuse_idle(study, entries, sets)
     if table.find:
         _refuse_solved(study)
     return study
+
+
+def _refuse_scene(source):
+    """Refuse a document with keys of a scene, which is a scene or a study that should have them under `set`."""
+    keys = {key: source.place((key,), of_key=True) for key in source.given if key in SCENE_KEYS}
+    if keys and not STUDY_KEYS.isdisjoint(source.given):
+        raise SceneError(*(mistake(place, key, OF_SCENE) for key, place in keys.items()))
+    if keys:
+        key = next((name for name in ("cable", "cables") if name in keys), next(iter(keys)))
+        name = "SCENE" if source.name in (STDIN, MAPPING) else os.path.basename(source.name)
+        study = f"a study of it is a file with the line base: {name} ('cablestudy new study' writes one)"
+        raise refuse(keys[key], f"this is a scene (it has the key {key}): use 'cablestudy static'; {study}")
 
 
 def _refuse_solved(study):

@@ -333,7 +333,8 @@ def _at_shared(found, value):
     for path, message in found:
         table, name, inside = path[:1], path[1:2], path[2:]
         own = table != ("cables",) or not name or _is_written(cables.get(name[0]), inside)
-        shared = not own and (_is_written(value.get("cable"), inside) or alike[inside, message] == len(cables) > 1)
+        missing = message.startswith("missing key") and alike[inside, message] == len(cables) > 1
+        shared = not own and (_is_written(value.get("cable"), inside) or missing)
         yield (("cable", *inside) if shared else path), message
 
 

@@ -43,7 +43,9 @@ def why_not(scene, column):
     if isinstance(scene, SuspensionScene):
         return of_suspensions.why_not(scene, column)
     if "." in column.name or column.name in OF_SUSPENSIONS or of_suspensions.MODE.fullmatch(column.name):
-        return f"{column.name} is a column of suspensions"
+        case, _, name = column.name.partition(".")
+        here = f"; {case} is a load case: --case {case}, or vary: [{{case: [{case}]}}], has the column {name}"
+        return f"{column.name} is a column of suspensions{here if case in getattr(scene, 'cases', ()) else ''}"
     if column.without and of_one_cable.attribute(scene, column.without) is not None:
         return f"{column.name} is of a cable with fixed ends: the scene must not have the key {column.without}"
     key = of_one_cable.lacks(scene, column)

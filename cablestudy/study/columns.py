@@ -406,6 +406,8 @@ def find(name):
     family = next((f.name for f in FAMILIES if re.fullmatch(f.name.replace("_K", r"_\w+"), name)), None)
     if family:
         raise ValueError(f"unknown column {name!r} ({family}: K is a whole number from 1 to {MAX_MODE_NUMBER})")
+    if "safety" in name:
+        raise ValueError(f"unknown column {name!r} (did you mean utilisation? it is 1 over the safety factor)")
     known = [column.name for column in COLUMNS + FAMILIES]
     close = difflib.get_close_matches(name, known, 1) or difflib.get_close_matches(re.sub(r"\d+", "K", name), known, 1)
     hint = f"did you mean {close[0]}?" if close else "'cablestudy columns' lists them"

@@ -11,7 +11,7 @@ from cablestudy.scene.fields import Quantity
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.scene import quantity_of, read_scene
 from cablestudy.scene.study import Find
-from cablestudy.scene.units import common_factor, show, split
+from cablestudy.scene.units import common_factor, fraction_hint, show, split
 from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.columns import Column
 
@@ -149,6 +149,8 @@ def _in_unit(value, column):
         number, unit = split(value) if isinstance(value, str) else (value, "")
     except ValueError as error:
         raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
+    if hint := fraction_hint(unit and value):
+        raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{hint}")
     try:
         number = float(number * common_factor(unit, column.unit) if unit else number)
     except ValueError as error:

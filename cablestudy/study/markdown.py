@@ -52,7 +52,7 @@ def fitted(table, width):
 
     A status that is ok in all rows is hidden, and long texts are wrapped. Up to four rows are shown as columns if the
     table is too wide. Of more rows the heads are wrapped too, onto a line below the rule, and then columns are left out
-    from the right, printed values first.
+    from the right, printed values first, then secondary ones.
 
     Parameters
     ----------
@@ -86,10 +86,15 @@ def fitted(table, width):
 def _narrowed(grid, fields, width):
     """The grid with wrapped heads and as many columns as fit, None where not one does; and the places of these.
 
-    Columns are left out from the right: printed values first, and why a row failed last.
+    Columns are left out from the right: printed values first, then secondary ones, and why a row failed last.
     """
+
+    def order(place):
+        field = fields[place]
+        return not field.beside, not field.secondary, bool(field.unless), -place
+
     fitting, places = wrapped(grid, width, heads=True), list(range(len(fields)))
-    for place in sorted(places[1:], key=lambda place: (not fields[place].beside, bool(fields[place].unless), -place)):
+    for place in sorted(places[1:], key=order):
         if fitting is None:
             places.remove(place)
             fitting = wrapped(grid.columns(places), width, heads=True)

@@ -109,7 +109,7 @@ def strength_warning(case):
 def reference_without_loads(scene):
     """Notes, at most one: the scene states a tension or a sag, and loads, but not whether it holds with them.
 
-    It held with them in version 0.2; the note is for one release. Returns a tuple of str.
+    Returns a tuple of str.
     """
     if hasattr(scene, "cables"):  # of a suspension, which had none before
         return ()
@@ -118,8 +118,8 @@ def reference_without_loads(scene):
     if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):
         return ()
     return (
-        f"note: cable.{stated[0]} is that of the cable without its point loads, since this version; "
-        "cable.reference.loads: true states it with them, as before",
+        f"note: cable.{stated[0]} is that of the cable without its point loads; cable.reference.loads: true "
+        "states it with them, and false silences this note",
     )
 
 
@@ -159,6 +159,17 @@ def assumed_damping(scene):
         return ()
     damping = scene.cable.damping
     return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
+
+
+def growing_damping(scene):
+    """Notes, at most one: the modal damping of fixed elements grows with their number. Returns a tuple of str."""
+    elements = scene.model.elements
+    if elements is None or scene.cable.damping.model != "modal" or not scene.cable.damping.ratio:
+        return ()
+    return (
+        "note: the error of the RMS is not known: modal damping grows with the number of modes, here those of "
+        f"{elements} elements; hysteretic and Kelvin-Voigt damping have a limit",
+    )
 
 
 def air_damping(case):

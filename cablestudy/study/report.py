@@ -10,6 +10,7 @@ from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
 from cablestudy.scene.words import counted
+from cablestudy.study.all_columns import find
 from cablestudy.study.case_modes import errors_of
 from cablestudy.study.columns import COLUMNS, FAMILIES, STATUS, lacks, written_key
 from cablestudy.study.prepare import prepare
@@ -99,13 +100,30 @@ def _errors_of_modes(case, modes, chosen):
         yield {} if errors[k] is None else {"frequency_Hz": errors[k]}
 
 
-def columns_table():
-    """Table of all columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs."""
+def columns_table(text=""):
+    """Table of columns: what it is of (one cable, or a suspension), name, unit, meaning, what it needs.
+
+    Parameters
+    ----------
+    text : str
+        Only those with this text in their names; blanks are underscores, as in headings.
+
+    Raises
+    ------
+    SceneError
+        There is none.
+    """
+    asked = "_".join(text.split())
     kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families()}
+    found = [(kind, c) for kind, columns in kinds.items() for c in columns if asked in c.header]
+    if not found:  # perhaps one of a family: sag of n1, or mode 3
+        try:
+            found = [("suspension" if "." in asked or asked.startswith("frequency_") else "cable", find(asked))]
+        except ValueError as error:
+            raise SceneError(str(error)) from None
     rows = [
         {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}
-        for kind, columns in kinds.items()
-        for c in columns
+        for kind, c in found
     ]
     return Table(tuple(Field(name, name) for name in rows[0]), rows)
 

@@ -24,6 +24,7 @@ DEFAULT_MODES = 12  # of a model to an accuracy
 LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies, whose squares neither underflow nor overflow [Hz]
 MAX_FREQUENCIES = 10_000_000
 END = "end_2_x"
+FEW = 12  # names that a message lists all, beside the nearest one
 DAMPING_NOTES = {
     "modal": (),
     "hysteretic": (
@@ -91,7 +92,9 @@ class Options:
 def number_of(option, name, names):
     """Place of a name among those allowed for an option; SceneError if it is none of them."""
     if name not in names:
-        raise SceneError(f"{option} {name}: unknown ({suggestion(name, names)})")
+        near = suggestion(name, names)
+        listed = f" allowed: {', '.join(names)}" if near.startswith("did") and len(names) <= FEW else ""
+        raise SceneError(f"{option} {name}: unknown ({near}{listed})")
     return list(names).index(name)
 
 

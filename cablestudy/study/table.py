@@ -34,6 +34,7 @@ class Field:
     distinct: bool = False  # whether Markdown gives numbers as many digits as tell them apart
     label: bool = False  # whether it names the rows: shown, in front, though columns are chosen without it
     text: bool = False  # whether some cells are text; of tables in memory they are looked at instead
+    secondary: bool = False  # whether a terminal that is too narrow leaves the column out before others
     unless: str = ""  # a terminal leaves the column out if all its cells are this text
 
     @property
@@ -220,9 +221,8 @@ class TableFiles:
     """Paths of the files of a study in a folder: `csv` and `md` its table, `run` the provenance, `rows` as computed."""
 
     def __init__(self, folder, study):
-        stem = os.path.splitext(os.path.basename(study))[0]
         self.folder = folder
-        self.stem = "stdin" if study == "<stdin>" else stem
+        self.stem = study.strip("<>") if study[0] == "<" else os.path.splitext(os.path.basename(study))[0]
         self.csv, self.md, self.run, self.rows = (
             os.path.join(folder, self.stem + end) for end in (".csv", ".md", ".run.yaml", ".rows.sqlite")
         )

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import pandas
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.units import common_factor, show, split
+from cablestudy.scene.units import common_factor, fraction_hint, show, split
 from cablestudy.sweeps.variable import Variable, variable
 
 MAX_DEPTH = 50
@@ -85,7 +85,7 @@ def _tokens(text):
         match = _TOKEN.match(text, place)
         if match is None:
             place = end - len(text[place:end].lstrip())
-            _refuse(place + 1, f"unexpected {text[place]!r}")
+            _refuse(place + 1, f"unexpected {text[place]!r}{fraction_hint(text)}")
         kind = match.lastgroup
         token = Token(kind, match[kind].strip(), match.start(kind) + 1)
         if token.text in INSTEAD:

@@ -1,5 +1,7 @@
 """Tables of the commands static and modes for a suspension."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablestudy.errors import CablestudyError
@@ -11,6 +13,9 @@ from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.system.force_density import find_form
 from cablestudy.system.suspension import AXES
+
+# columns of cables that a terminal shows where it has not room for all
+FIRST = ("preload", "max_tension", "unstretched_length", "sag", "utilisation", "clearance")
 
 
 def static_tables(case, only=None):
@@ -41,10 +46,16 @@ def static_tables(case, only=None):
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
         "points": lambda: listed(case, points, lambda name: point_columns(name)[:-1], point_columns("")[:-1]),
-        "cables": lambda: listed(case, suspension.cable_names, columns_of_cable, cable_columns("")),
+        "cables": lambda: _first_things(listed(case, suspension.cable_names, columns_of_cable, cable_columns(""))),
         "stiffness": lambda: _stiffness_table(case),
     }
     return {name: make() for name, make in makers.items() if only in (None, name)}
+
+
+def _first_things(table):
+    """The table of the cables, of which a narrow terminal keeps the columns FIRST."""
+    fields = (replace(field, secondary=not (field.label or field.plain in FIRST)) for field in table.fields)
+    return replace(table, fields=tuple(fields))
 
 
 def listed(case, names, columns_of, kinds=()):
