@@ -15,11 +15,13 @@ from test_suspension_wind import FREQUENCY, integral, von_karman
 from cablestudy.control.pose_margins import single_limits
 from cablestudy.control.pose_state_space import Labels, state_space
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.scene import Scene
+from cablestudy.scene.scene import Scene, load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.loop_in_time import TimeOptions
 from cablestudy.study.suspension import loop_report
+from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.driven_modes import with_driven_modes
 from cablestudy.study.suspension.rows import value
 
 TURN = 2 * np.pi
@@ -372,3 +374,25 @@ def test_gains_of_zero_change_nothing():
     options = [part for one in zero for part in ("--set", one)]
     assert table_of("windrms", NET, "--table", "motion", *options) == table_of("windrms", NET, "--table", "motion")
     assert table_of("loop", NET, "--table", "loop", *options) == table_of("loop", NET, "--table", "loop")
+
+
+@pytest.mark.parametrize("delay", [1e-12, 1e-9, 1e-6, 1e-5, 1e-3])
+def test_a_short_delay_changes_little(delay):
+    """The limit is a real eigenvalue of L with exp(-s T): to first order its change is at most the phase w T."""
+    late, at_once = (case_of(everything(control=LOOP | {"delay": time})) for time in (delay, 0.0))
+    for name in ("largest_gain", "gondola.rms_x", "winch_peak_speed"):
+        found, expected = (value(case, find(name))[0] for case in (late, at_once))
+        assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
+    loop = late.in_wind.movement.loop
+    assert loop.slight_delay == (delay < 1e-4)
+    assert late.in_wind.movement.limit.omega < 100
+
+
+def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
+    """Waves along the cables near 19 Hz decide, above the 64 modes of the model; one of 300 has them."""
+    sets = "derivative_gain=5 ms", "derivative_filter=50 Hz", "bandwidth=30 Hz", "notch=none", "gain=0.03"
+    case = SuspensionCase(load_scene(NET, [f"control.{one}" for one in sets])[1])
+    few, many = (case.in_wind.movement_of(count) for count in (64, 300))
+    assert few.modes.frequency[-1] < 10
+    assert few.largest_gain > 1.2 * many.largest_gain
+    assert with_driven_modes(few).largest_gain == pytest.approx(many.largest_gain, rel=3e-3)

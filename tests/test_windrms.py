@@ -310,7 +310,7 @@ CLOSED = {"gondola_rms_mm", "gondola_rms_velocity_mm_per_s", "gain_margin_dB", "
 
 def test_the_command_prints_one_row_in_every_format():
     outcome = run("windrms", CARLINA, "--format", "json")
-    beginnings = ["note: the cable sheds vortices", "note: with the loop the RMS is"]
+    beginnings = ["note: the cable sheds vortices", "note: the error of the RMS is ", "note: with the loop the RMS is"]
     assert [line[:30] for line in outcome.lines] == beginnings
     (row,) = rows_of(outcome.out, "json")
     assert row["status"] == "ok"
@@ -405,6 +405,17 @@ def test_nothing_but_the_message_reaches_standard_error_in_a_process_of_its_own(
     outcome = process("windrms", CARLINA, "--set", "cable.damping.ratio=0", "--format", "json")
     assert (outcome.code, len(outcome.lines)) == (3, 1)
     assert "undamped" in outcome.err
+
+
+def test_the_rms_by_modal_damping_has_no_known_error():
+    """More elements damp more: with modes along the cable the sum grows like 1 + 1/2 + 1/3 + ..."""
+    tables = [table_of("windrms", CARLINA, "--set", f"model.elements={count}") for count in (20, 40, 80)]
+    first, second, third = (table[0]["gondola_damping_ratio"] for table in tables)
+    assert (third - second) / (second - first) == pytest.approx(1, abs=0.1)
+    told = "note: the error of the RMS is not known: modal damping grows with the number of modes, here those of 40"
+    assert any(line.startswith(told) for line in run("windrms", CARLINA).lines)
+    strain = "cable.damping={model: kelvin_voigt, time: 1 ms, viscous: 0.01}"
+    assert not any("modal damping" in line for line in run("windrms", CARLINA, "--set", strain).lines)
 
 
 def test_accuracy_and_modal_damping_do_not_go_together():

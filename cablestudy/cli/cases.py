@@ -5,7 +5,9 @@ import click
 from cablestudy.errors import SceneError
 
 ALL = "all"
-CASE = click.option("--case", metavar="NAME", help="One of the load cases of the scene, or all.")
+CASE_HELP = "One of the load cases of the scene"
+CASE = click.option("--case", metavar="NAME", help=f"{CASE_HELP}, or all.")
+ONE_CASE = click.option("--case", metavar="NAME", help=f"{CASE_HELP}.")
 
 
 def one_case(name, why):

@@ -2,7 +2,7 @@
 
 import click
 
-from cablestudy.cli.cases import CASE, one_case
+from cablestudy.cli.cases import ONE_CASE, one_case
 from cablestudy.cli.error_handling import finish, handle_errors
 from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
 
@@ -17,7 +17,7 @@ from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
     help="Range of the key, e.g. 100N:10kN. Default: about its value in the scene, growing to all that it allows.",
 )
 @SET
-@CASE
+@ONE_CASE
 @FORMAT
 @click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
 @QUIET

@@ -89,9 +89,9 @@ class Law:
         return self.state_space_of(self.approximants(highest))
 
     def state_space_of(self, count):
-        """The same with as many approximants of the delay."""
+        """The same with as many approximants of the delay; without it for 0."""
         parts, names = [], []
-        if self.delay:
+        if count:
             parts += [_pade(self.delay / count)] * count
             names += [f"delay_{k + 1}" for k in range(ORDER * count)]
         if self.bandwidth < np.inf:

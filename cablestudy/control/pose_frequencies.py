@@ -23,6 +23,7 @@ def beside(poles, distances, law):
     decades = np.geomspace(low, high, 2 + int(PER_DECADE * np.log10(high / low)))
     steps = np.clip(width, NARROWEST * centre, 0.2 * centre)[:, None] * np.concatenate([-distances, distances])
     turns = TURN / law.delay * np.arange(1, law.reach * law.delay / TURN) if law.delay else np.zeros(0)
+    turns = turns[turns < high]
     points = [decades, centre[width > UNDAMPED * centre], (centre[:, None] + steps).ravel(), turns]
     points = np.concatenate(points)
     return np.unique(points[points > 0])

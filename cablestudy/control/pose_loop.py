@@ -28,6 +28,7 @@ GROWING = 1e-9  # growth over frequency that is called instability, as for one c
 ROUNDING = 1e-12  # of a pole over the largest one
 FAINT = 1e-3  # loop gain down to which a delay is right in a response,
 NEAR = 20  # up to so many times the lowest frequency
+SLIGHT = 5e-3  # turn by a delay that is left out of poles and state space: its approximant would spoil them [rad]
 
 
 @dataclass(frozen=True)
@@ -203,8 +204,13 @@ class PoseLoop:
         if self.law.delay:
             highest = self.large_up_to(SMALL, gains)
             self.law.check_reach(highest, gains.max())
-        fixed, scaled = self._matrices(self.law.approximants(highest))
+        fixed, scaled = self._matrices(self._approximants(highest))
         return np.linalg.eigvals(fixed + np.tensordot(gains, scaled, axes=1))
+
+    def _approximants(self, highest):
+        """How many approximants of the delay make it right up to a frequency [rad/s]; 0 where it is slight."""
+        highest = min(highest, self.law.reach)
+        return self.law.approximants(highest) if highest * self.law.delay > SLIGHT else 0
 
     def _matrices(self, count):
         """A0, shape (N, N), and A_j, shape (k, N, N), of x' = (A0 + sum gain_j A_j) x; see `Equations`.
@@ -224,8 +230,8 @@ class PoseLoop:
         return {}
 
     @cached_property
-    def right_up_to(self):
-        """Up to where a delay is right in responses; 0 without delay. [rad/s]
+    def _highest(self):
+        """Up to where a delay is to be right in responses; 0 without delay. [rad/s]
 
         Raises
         ------
@@ -236,8 +242,20 @@ class PoseLoop:
             return 0.0
         needed = self.large_up_to(SMALL)
         self.law.check_reach(needed, self.gain)
-        seen = min(self.large_up_to(FAINT), NEAR * self.motion.unit.min())
-        return min(max(needed, seen, REACH / self.law.delay), self.law.reach)
+        return max(needed, min(self.large_up_to(FAINT), NEAR * self.motion.unit.min()))
+
+    @property
+    def right_up_to(self):
+        """Up to where it is right in responses; raises as `check_reach` of the law. [rad/s]"""
+        if not self.law.delay:
+            return 0.0
+        least = SLIGHT if self.slight_delay else REACH
+        return min(max(self._highest, least / self.law.delay), self.law.reach)
+
+    @property
+    def slight_delay(self):
+        """Whether there is a delay that is left out of poles and state space."""
+        return self.law.delay > 0 and not self._approximants(self._highest)
 
     @property
     def gain_beyond(self):
@@ -249,7 +267,7 @@ class PoseLoop:
 
     @cached_property
     def _law_states(self):
-        return self.law.state_space(self.right_up_to)
+        return self.law.state_space_of(self._approximants(self._highest))
 
     @property
     def law_space(self):
@@ -266,7 +284,7 @@ class PoseLoop:
         """`Eigen` of the closed loop; with a delay that of poles that do not nearly coincide."""
         if self.allocation is None:
             return self.motion.eigen
-        fixed, scaled = self._matrices(self.law.approximants(self.right_up_to))
+        fixed, scaled = self._matrices(self._approximants(self._highest))
         whole = fixed + self.gain * scaled.sum(axis=0)
         return eigen_apart(whole) if self.law.delay else eigen(whole)
 

@@ -251,9 +251,12 @@ def time_case(document, case, options):
 
 
 def remarks_of(drive, right, found):
-    """Lines on what a `Drive` does to a `TimeResponse` whose delay is right up to a frequency [rad/s]: tuple of str."""
+    """Lines on what a `Drive` does to a `TimeResponse` whose delay is right up to a frequency [rad/s]: tuple of str.
+
+    That frequency is zero where no delay is approximated.
+    """
     remarks, speed = [], np.abs(found.winch_speed).max()
-    if drive.delay:
+    if right:
         remarks.append(f"delay: Padé approximants, whose phase is right up to {right / (2 * np.pi):.4g} Hz")
     if drive.max_speed is not None and speed > drive.max_speed:
         remarks.append(

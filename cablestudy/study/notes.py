@@ -161,6 +161,17 @@ def assumed_damping(scene):
     return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
 
 
+def growing_damping(scene):
+    """Notes, at most one: the modal damping of fixed elements grows with their number. Returns a tuple of str."""
+    elements = scene.model.elements
+    if elements is None or scene.cable.damping.model != "modal" or not scene.cable.damping.ratio:
+        return ()
+    return (
+        "note: the error of the RMS is not known: modal damping grows with the number of modes, here those of "
+        f"{elements} elements; hysteretic and Kelvin-Voigt damping have a limit",
+    )
+
+
 def air_damping(case):
     """Notes, at most one, on the damping of gondola and cable by the air. Returns a tuple of str."""
     wind, gondola = case.scene.wind, case.scene.gondola

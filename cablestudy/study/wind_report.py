@@ -8,7 +8,7 @@ from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
 from cablestudy.study.columns import STATUS
-from cablestudy.study.notes import gondola_notes, larger_by_loop
+from cablestudy.study.notes import gondola_notes, growing_damping, larger_by_loop
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, combine, weights_of
@@ -73,6 +73,7 @@ def wind_table(document, scene, on=None, estimate=False):
         fields.append(Field("integration_error", "integration error"))
         cells["integration_error"] = response.error
         remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
+        remarks += growing_damping(scene)
         pair = [f"gondola_rms{state}{PARTS[on][-1]}_mm" for state in ("", "_open_loop")]
         if pair[0] in cells:
             remarks += larger_by_loop([("gondola", *(cells[name] for name in pair))])

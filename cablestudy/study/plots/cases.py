@@ -27,6 +27,7 @@ SIDEWAYS = 1e-6  # share of the chord from which on a cable is drawn out of the 
 UPRIGHT = 1e-3  # run over rise below which there is no horizontal distance to draw against
 HIDDEN = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord
 GROUND = "#8c7355"
+NEAR_AN_END = 0.15  # share of the span from an end within which a text stands beside its place
 CLEAR = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}  # behind a text over lines
 NAMED_LOADS = 6  # the labels of more would overlap
 BESIDE = 0.85  # share of the width up to which a text has room at the right of its place
@@ -193,10 +194,11 @@ def _mark(axes, view, ground):
     arrow = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}
     x, low, high = view.distance[place], level[place], view.height[place]
     axes.annotate("", (x, low), (x, high), arrowprops=arrow)
-    left = x > np.mean(view.distance)
-    axes.annotate(f"clearance {quantity_text(least, 'm')}", (x, (low + high) / 2), (-5 if left else 5, 0),
-                  textcoords="offset points", ha="right" if left else "left", va="center", color=RED,
-                  bbox=CLEAR)  # fmt: skip
+    # in the ground below the arrow, where the cable is not in its way
+    share = (x - np.min(view.distance)) / np.ptp(view.distance)
+    side = "left" if share < NEAR_AN_END else "right" if share > 1 - NEAR_AN_END else "center"
+    text = f"clearance {quantity_text(least, 'm')}"
+    axes.annotate(text, (x, low), (0, -7), textcoords="offset points", ha=side, va="top", color=RED)
 
 
 def load_ring(axes, place, text, mark, above=False):

@@ -112,7 +112,8 @@ def time_case(document, case, options):
     ]
     found = loop_response.compared(*found).times(asked.size)
     unit = f"m{_unit(movement.measured[shown])}"
-    remarks = remarks_of(scene.control, movement.loop.right_up_to, found)
+    loop = movement.loop
+    remarks = remarks_of(scene.control, 0.0 if loop.slight_delay else loop.right_up_to, found)
     return TimeCase(options, asked, found, movement.loop.gain, outputs[shown], unit, tuple(winches), remarks)
 
 

@@ -108,7 +108,9 @@ def law_notes(loop):
     law = loop.law
     if law.bandwidth < np.inf:
         yield f"winches: a lag of first order of {law.bandwidth / (2 * np.pi):.4g} Hz"
-    if law.delay:
+    if loop.slight_delay:
+        yield f"delay of {law.delay:.4g} s: not in poles and state space: it turns no phase that matters by 0.005 rad"
+    elif law.delay:
         right = loop.right_up_to / (2 * np.pi)
         yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right:.4g} Hz"
 
