@@ -54,6 +54,7 @@ def at_most(mistakes, name):
 
 
 OF_CASES = ("cases", "*")
+ALIKE = ("cables", "materials")  # tables of which each has keys of `cable`
 # What is written for a key -> the keys that are meant, where a table has them.
 MEANT = {
     "length": ("chord", "unstretched_length"),
@@ -111,7 +112,7 @@ def _in_tables(path, tables):
     found = []
     for pattern in tables:
         inside = pattern[len(own) :] if matches(pattern[: len(own)], own) else ()
-        named = inside and ("*" not in inside or (not own and len(inside) == 2))
+        named = inside and ("*" not in inside or (not own and len(inside) == 2 and inside[0] not in ALIKE))
         if (named or (0 < len(own) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
             parts = (*own, *inside, name) if inside else (*pattern, name)
             found.append(".".join("NAME" if part == "*" else str(part) for part in parts))
