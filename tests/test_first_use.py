@@ -118,6 +118,30 @@ def test_find_in_each_load_case_is_told(folder):
     assert [line.startswith(told) for line in run("sweep", "study.yaml", "--no-write").lines] == [True]
 
 
+def test_a_load_case_that_varies_and_no_row_is_in_is_told(folder):
+    vary = "vary: [{cases.cold.temperature: [-10 degC, 15 degC]}]\ncolumns: [sag]\n"
+    (folder / "study.yaml").write_text(f"base: {GUY}\n{vary}", encoding="utf-8")
+    told = "cases.cold.temperature varies, and no row is in the load case cold: set: {case: cold} chooses it"
+    assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == [told]
+    (folder / "study.yaml").write_text(f"base: {GUY}\nset: {{case: cold}}\n{vary}", encoding="utf-8")
+    assert run("sweep", "study.yaml", "--no-write").lines == []
+
+
+def test_the_response_that_is_shown_may_be_named():
+    asked = ["ssm", CONFIGS / "carlina.yaml", "--response", "0.1Hz:1Hz:3", "--output", "gondola_position"]
+    for attached, shown in (("gondola", "winch"), ("loop", "force_gondola")):
+        plain = run(*asked[:4], "--with", attached).out
+        assert run(*asked, "--with", attached, "--input", shown).out == plain
+        other = run(*asked, "--with", attached, "--input", "end_1_x", code=2).err
+        assert other == f"--input: no effect: --with {attached} shows the response from {shown} to gondola_position\n"
+
+
+def test_a_search_without_a_solution_says_how_to_search_elsewhere():
+    asked = ["find", CONFIGS / "slack.yaml", "max_tension = 30 N", "--by", "cable.unstretched_length"]
+    assert run(*asked, code=3).err.endswith(" N (at 37.16 m); --between LOW:HIGH searches elsewhere\n")
+    assert "searches elsewhere" not in run(*asked, "--between", "190 m:200 m", code=3).err
+
+
 def test_a_condition_without_a_unit_that_divides_nothing_is_told(folder):
     (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [14 mm, 18 mm]}}]\ncolumns: [mass]\n")
     asked = ["sweep", "study.yaml", "--no-write", "--where"]

@@ -47,6 +47,10 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
     return finish(scene, read_scene.compute("ssm", out=out, response=span, **options), style, plot, explain, quiet)
 
 
+# input and output of the response of one cable with a gondola
+SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
+
+
 def check(options, several, responds, plot, out):
     """Refuse options that have no effect, or that need others.
 
@@ -72,5 +76,10 @@ def check(options, several, responds, plot, out):
         refuse({"--with actuators": attached == "actuators"}, "the scene has one cable")
     refuse({"--proper": options["proper"] and not out}, "it changes the file of --out")
     if not out and options["error"] is None and (not responds or (attached and not several)):
-        use = "--with shows the response of the gondola" if responds else "for --response, --error and --out only"
-        refuse({"--input": options["input"], "--output": options["output"]}, use)
+        shown, use = (None, None), "for --response, --error and --out only"
+        if responds:
+            shown = SHOWN[attached]
+            use = f"--with {attached} shows the response from {shown[0]} to {shown[1]}"
+        given = options["input"], options["output"]
+        other = [None if own == default else own for own, default in zip(given, shown, strict=True)]
+        refuse({"--input": other[0], "--output": other[1]}, use)

@@ -132,6 +132,7 @@ class Study:
         self.notes = tuple(f"{source.where(('sample', 'count'))}: {note}" for note in noted)
         if table.reference and options:
             self.notes += (f"{table.reference} left out: its rows are those of the study without --vary",)
+        self.notes += self._idle_cases()
         if table.find and "case" in self.varied and not table.find.by.startswith("cases"):
             alone = f"{table.find.by} is solved for in each load case alone, so that each row is another cable"
             one = "one cable in all load cases states what it has at its reference state (set:)"
@@ -145,6 +146,18 @@ class Study:
             with suppress(SceneError):
                 found.update(dict.fromkeys(likely_mistakes(self.document.with_sets(self._settings(steps)))))
         return (*list(found)[:TOLD], *([f"and {len(found) - TOLD} more like these"] if len(found) > TOLD else []))
+
+    def _idle_cases(self):
+        """Notes on varied keys of load cases that no row is in: tuple of str."""
+        if "case" in self.varied:
+            return ()
+        chosen = self.document.value.get("case")
+        named = {key: split_key(key)[1] for key in self.varied if key.startswith("cases.")}
+        return tuple(
+            f"{key} varies, and no row is in the load case {name}: set: {{case: {name}}} chooses it"
+            for key, name in named.items()
+            if name != chosen
+        )
 
     def where(self, path):
         """`file:line:column` of a value of the study file, for example of `("columns", 3)`, or an option's name."""

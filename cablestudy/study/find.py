@@ -109,7 +109,7 @@ def solve(goal, document):
     if not found.places:
         raise NoSolutionError("; ".join([_why_none(goal, found, list(statuses.values())), *jumps]))
     notes = [] if goal.between else [
-        f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; --between LOW:HIGH searches elsewhere"
+        f"searched: {goal.key.name} from {goal.of_key(found.low, found.high)}; {goal.elsewhere}"
     ]  # fmt: skip
     notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in found.plateaus]
     scenes = [_Cases(document, goal, [value]).case(0)[1] for value in found.places]
@@ -204,7 +204,8 @@ def _why_none(goal, found, statuses):
         return f"no solution of {goal}: {name} does not depend on {key}, it is {reached[0]:.6g}{unit}"
     extremes = int(np.argmin(values)), int(np.argmax(values))
     ends = [f"{reached[k]:.6g}{unit} (at {goal.of_key(places[k])})" for k in extremes]
-    return f"no solution of {goal}: over {where} {name} reaches from {ends[0]} to {ends[1]}"
+    elsewhere = "" if goal.between else f"; {goal.elsewhere}"
+    return f"no solution of {goal}: over {where} {name} reaches from {ends[0]} to {ends[1]}{elsewhere}"
 
 
 def _rows(scenes, columns):

@@ -49,6 +49,11 @@ class Goal:
         unit = f" {self.column.unit}" if self.column.unit else ""
         return f"{self.column.name} = {self.value:.6g}{unit}"
 
+    @property
+    def elsewhere(self):
+        """What to write to search another range, for messages."""
+        return f"{self.places['between'][1] or '--between LOW:HIGH'} searches elsewhere"
+
     def of_key(self, *values):
         """Values of the key with their unit, for messages."""
         unit = f" {self.quantity.unit}" if self.quantity.unit else ""
