@@ -210,7 +210,7 @@ WHOLE = "sample.{}: expected a whole number from {}, got "
         (f"set: {{gravity: 3}}\nsample: {{method: sobol, count: 4, {GOOD}}}",
          "3:16: gravity: has no effect: the study varies this key, or one that replaces it"),
         ("vary: [{cable.preload: [1 kN]}]\n" + over("{cable.sag: {from: 1 m, to: 2 m}}"),
-         "4:53: cable.sag: given together with preload: give exactly one of unstretched_length, preload, sag, tension"),
+         "4:42: cable.sag: given together with preload: give exactly one of unstretched_length, preload, sag, tension"),
         ("sample: {method: saltelli, count: 9000000, over: {gravity: {from: 1, to: 2}, a.a: {from: 1, to: 2}}}",
          "3:9: sample: 36000000 cases (at most 10000000)"),
         (over("{" + ", ".join(f"{key}: {{from: 1, to: 2}}" for key in ("gravity", *"abcde")) + "}", 9000000),

@@ -353,8 +353,10 @@ def _over(shared, own):
 
 
 def _is_written(table, path):
-    """Whether something is written at a path, which is not empty."""
+    """Whether something is written at a path, which is not empty; a list is written whole."""
     for name in path:
+        if isinstance(table, list):
+            return True
         if not isinstance(table, dict) or name not in table:
             return False
         table = table[name]
