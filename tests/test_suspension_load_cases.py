@@ -85,6 +85,13 @@ OF_ONE = ("unstretched_length", "mass", "preload", "max_tension", "min_tension",
           "lowest_point", "clearance", "reaction_1_vertical", "reaction_2_horizontal", "utilisation")  # fmt: skip
 
 
+def check_of_one(found, name, alone):
+    """A cable of a suspension is that of a scene of one cable."""
+    values = numbers(found, *(f"{name}.{column}" for column in OF_ONE))
+    for column, value in cells(alone, *OF_ONE).items():
+        assert values[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+
+
 @pytest.mark.parametrize(
     ("stated", "day"),
     [*(("preload: 22 kN", day) for day in DAYS), ("unstretched_length: 301 m", "oblique"), ("sag: 8 m", "oblique")],
@@ -309,10 +316,7 @@ def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, 
     many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n"
     many += "  n2: {from: [0, 0, 20], to: [180, -240, 28], loads: []}\n"
     for name, more in (("n1", ()), ("n2", ("cable.loads=[]",))):
-        expected = cells(scene(*sets, *more, base=one), *OF_ONE)
-        found = numbers(made(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
-        for column, value in expected.items():
-            assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+        check_of_one(made(many, *sets), name, scene(*sets, *more, base=one))
 
 
 @pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
@@ -328,10 +332,7 @@ def test_loads_of_a_case_are_those_of_one_cable(tmp_path, made, stated, own):
     many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n  n2: {from: [0, 0, 20], to: [180, -240, 28]}\n"
     sets = "ground=-3", "case=visitor"
     for name, more in (("n1", ()), ("n2", ("cases.visitor.loads=[]",))):
-        expected = cells(scene(*sets, *more, base=one), *OF_ONE)
-        found = numbers(made(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
-        for column, value in expected.items():
-            assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+        check_of_one(made(many, *sets), name, scene(*sets, *more, base=one))
 
 
 def test_the_load_of_a_case_on_a_massless_wire_by_hand(made):
@@ -365,10 +366,7 @@ def test_what_holds_with_the_loads_on_is_that_of_one_cable(tmp_path, made, state
     many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n"
     many += "  n2: {from: [0, 0, 20], to: [180, -240, 28], loads: []}\n"
     for name, more in (("n1", ()), ("n2", ("cable.loads=[]",))):
-        expected = cells(scene(*sets, *more, base=one), *OF_ONE)
-        found = numbers(made(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
-        for column, value in expected.items():
-            assert found[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
+        check_of_one(made(many, *sets), name, scene(*sets, *more, base=one))
 
 
 def test_a_preload_with_the_load_on_by_hand(made):

@@ -76,10 +76,15 @@ def check(options, several, responds, plot, out):
         refuse({"--with actuators": attached == "actuators"}, "the scene has one cable")
     refuse({"--proper": options["proper"] and not out}, "it changes the file of --out")
     if not out and options["error"] is None and (not responds or (attached and not several)):
-        shown, use = (None, None), "for --response, --error and --out only"
-        if responds:
-            shown = SHOWN[attached]
-            use = f"--with {attached} shows the response from {shown[0]} to {shown[1]}"
-        given = options["input"], options["output"]
-        other = [None if own == default else own for own, default in zip(given, shown, strict=True)]
-        refuse({"--input": other[0], "--output": other[1]}, use)
+        refuse_channel(options, responds)
+
+
+def refuse_channel(options, responds):
+    """Refuse an input or output that is not what the response of a gondola shows; without a response, any."""
+    attached, shown = options["attached"], (None, None)
+    use = "for --response, --error and --out only"
+    if responds:
+        shown = SHOWN[attached]
+        use = f"--with {attached} shows the response from {shown[0]} to {shown[1]}"
+    named = zip(("input", "output"), shown, strict=True)
+    refuse({f"--{name}": options[name] if options[name] != default else None for name, default in named}, use)

@@ -78,6 +78,16 @@ def gain_crossovers(loop):
     return omega, np.degrees(np.angle(-loop.unit_gain(1j * omega)))
 
 
+def phase_margin(phase):
+    """The least angle of the `gain_crossovers`; None where there is none. [deg]"""
+    return float(np.abs(phase).min()) if len(phase) else None
+
+
+def phase_margin_frequency(omega, phase):
+    """The frequency of the phase margin; None where there is none. [Hz]"""
+    return float(omega[np.argmin(np.abs(phase))] / (2 * np.pi)) if len(omega) else None
+
+
 def delay_margin(omega, phase):
     """The least delay that turns L into -1 at one of the `gain_crossovers`; None where there is none. [s]"""
     return float((np.radians(phase % 360) / omega).min()) if len(omega) else None

@@ -179,14 +179,12 @@ class Loop:
     @property
     def phase_margin(self):
         """Least angle between L and -1 where |L| = 1, over all such places; None when there is none. [deg]"""
-        phase = np.abs(self._crossovers[1])
-        return float(phase.min()) if len(phase) else None
+        return margins.phase_margin(self._crossovers[1])
 
     @property
     def gain_crossover(self):
         """Frequency at which |L| = 1 with the phase margin; None when there is none. [Hz]"""
-        omega, phase = self._crossovers
-        return float(omega[np.argmin(np.abs(phase))] / (2 * np.pi)) if len(omega) else None
+        return margins.phase_margin_frequency(*self._crossovers)
 
     @property
     def delay_margin(self):

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.margins import delay_margin
+from cablestudy.control import margins
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.control.pose_margins import gain_crossovers, largest_gain, sensitivity_peak, single_limits
@@ -221,19 +221,17 @@ class Movement:
     @property
     def phase_margin(self):
         """Least angle between -1 and an eigenvalue of the loop gain of size 1; None where there is none. [deg]"""
-        phase = np.abs(self._crossovers[1])
-        return float(phase.min()) if len(phase) else None
+        return margins.phase_margin(self._crossovers[1])
 
     @property
     def gain_crossover(self):
         """Frequency of the phase margin; None where there is none. [Hz]"""
-        omega, phase = self._crossovers
-        return float(omega[np.argmin(np.abs(phase))] / TURN) if len(omega) else None
+        return margins.phase_margin_frequency(*self._crossovers)
 
     @property
     def delay_margin(self):
         """Least further delay that makes the loop unstable; None where no eigenvalue of the loop gain is 1. [s]"""
-        return delay_margin(*self._crossovers)
+        return margins.delay_margin(*self._crossovers)
 
     @cached_property
     def single_limits(self):
