@@ -82,7 +82,8 @@ def body(*sets, stated="unstretched_length: 77 m"):
 # ------------------------------------------------------------------------------------------------ as a single cable
 
 OF_ONE = ("unstretched_length", "mass", "preload", "max_tension", "min_tension", "stretched_length", "sag", "angle_1",
-          "lowest_point", "clearance", "reaction_1_vertical", "reaction_2_horizontal", "utilisation")  # fmt: skip
+          "lowest_point", "clearance", "reaction_1_vertical", "reaction_2_horizontal", "utilisation",
+          "inclination_from_plumb")  # fmt: skip
 
 
 def check_of_one(found, name, alone):
@@ -790,3 +791,115 @@ def test_a_sweep_over_cases_and_numbers(made):
 def replace_ground(scene):
     """The same without ground."""
     return scene.model_copy(update={"ground": None})
+
+
+# ------------------------------------------------------------------------------------------- the shape in the wind
+
+STRING = """\
+gravity: 9.81
+cable: {axial_stiffness: 2 MN, mass_per_length: 2 kg/m, diameter: 40 mm}
+points:
+  mast: [0, 0, 60 m]
+  pole: [80 m, 30 m, 45 m]
+  far: [-40 m, 55 m, 10 m]
+  end: {at: [0, 10 m, 35 m], free: true, mass: 15 kg}
+cables:
+  string: {from: mast, to: end, unstretched_length: 25 m}
+  span: {from: mast, to: pole, unstretched_length: 90 m}
+  guy: {from: far, to: mast, preload: 3 kN}
+  short: {from: pole, to: mast, unstretched_length: 85 m}
+ground: 2 m
+cases: {w: {wind: {speed: 25 m/s, direction: 70 deg}}}
+case: w
+"""
+SHAPE = ("inclination", "inclination_from_plumb", "angle_1", "angle_2", "sag", "swing", "lowest_point", "clearance",
+         "horizontal_tension", "reaction_1_vertical", "reaction_2_horizontal")  # fmt: skip
+
+
+def shape_of(begin, end, length, stiffness, mass, wind, count=20001):
+    """The geometric columns of a cable, from its shape in global axes: weight and drag across the chord, uniform."""
+    from scipy.optimize import root
+
+    chord = np.array(end, dtype=float) - begin
+    across = wind - chord * (wind @ chord) / (chord @ chord)
+    drag = 1.2 * 1.2 / 2 * 0.04 * np.linalg.norm(across) * across
+    load = np.array([0, 0, -mass * 9.81]) + drag
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+
+    def reached(force, upto=length):
+        s = (1 + nodes) / 2 * upto
+        tension = force - np.outer(s, load)  # of the part beyond s on the part before it
+        size = np.linalg.norm(tension, axis=1)[:, None]
+        return (weights[:, None] / 2 * upto * tension * (1 / stiffness + 1 / size)).sum(axis=0)
+
+    start = chord / np.linalg.norm(chord) * 3e3 + load * length / 2
+    found = root(lambda force: reached(force) - chord, start, tol=1e-13)
+    assert np.abs(found.fun).max() < 1e-8
+    first = found.x
+    last = first - load * length
+    places = begin + np.array([reached(first, s) for s in np.linspace(0, length, 2001)])
+    level = chord[:2] / np.linalg.norm(chord[:2])
+    low, high = 0.0, length
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if reached(first, middle)[:2] @ level < np.linalg.norm(chord[:2]) / 2 else (
+            low, middle)  # fmt: skip
+    hangs = reached(first, middle) - chord / 2
+    aside = hangs[:2] @ [-level[1], level[0]]
+    tensions = first - np.outer((1 + nodes) / 2 * length, load)
+    rise, run = chord[2], np.linalg.norm(chord[:2])
+    return {
+        "inclination": math.degrees(math.atan2(rise, run)),
+        "inclination_from_plumb": math.degrees(math.acos(abs(rise) / np.linalg.norm(chord))),
+        "angle_1": math.degrees(math.atan2(-first[2], np.linalg.norm(first[:2]))),
+        "angle_2": math.degrees(math.atan2(last[2], np.linalg.norm(last[:2]))),
+        "sag": -hangs[2],
+        "swing": math.degrees(math.atan2(abs(aside), abs(hangs[2]))),
+        "lowest_point": places[:, 2].min(),
+        "clearance": places[:, 2].min() - 2,
+        "horizontal_tension": (weights / 2 * np.linalg.norm(tensions[:, :2], axis=1)).sum(),
+        "reaction_1_vertical": -first[2],
+        "reaction_2_horizontal": np.linalg.norm(last[:2]),
+    }
+
+
+@pytest.mark.parametrize("name", ["string", "span", "guy", "short"])
+def test_angles_and_places_of_a_cable_in_the_wind_are_those_of_its_shape(made, name):
+    """Against the vertical of gravity, not against weight and wind together."""
+    found = made(STRING)
+    columns = ("end.x", "end.y", "end.z", f"{name}.unstretched_length", *(f"{name}.{column}" for column in SHAPE))
+    values = numbers(found, *columns)
+    places = {point: found.points[point].at for point in ("mast", "pole", "far")}
+    places["end"] = tuple(values[f"end.{axis}"] for axis in "xyz")
+    begin, end = (np.array(places[at], dtype=float) for at in found.cables[name].ends)
+    angle = math.radians(70)
+    wind = 25 * np.array([math.cos(angle), math.sin(angle), 0])
+    expected = shape_of(begin, end, values[f"{name}.unstretched_length"], 2e6, 2.0, wind)
+    for column, value in expected.items():
+        loose = 1e-6 if column in ("lowest_point", "clearance") else 1e-9  # places along the cable are 2,001
+        assert values[f"{name}.{column}"] == pytest.approx(value, rel=loose, abs=loose), column
+
+
+def test_a_string_along_weight_and_wind_together_is_not_upright(made):
+    """A weightless end: the string stands straight along its load, leaning, with a horizontal tension."""
+    changes = ("cables={string: {from: mast, to: end, unstretched_length: 25 m}}", "points.end.mass=0",
+               "cable.axial_stiffness=1e12", "cases.w.wind.speed=15 m/s")  # fmt: skip
+    values = numbers(made(STRING, *changes), "string.inclination_from_plumb", "string.horizontal_tension")
+    angle = math.radians(values["string.inclination_from_plumb"])
+    drag = 1.2 * 1.2 / 2 * 0.04 * 15**2 * math.cos(angle) ** 2  # across the string, per length
+    assert drag == pytest.approx(2 * 9.81 * math.sin(angle), rel=1e-9)
+    # of the load beyond: mean over the length, horizontal part
+    assert values["string.horizontal_tension"] == pytest.approx(drag * math.cos(angle) * 12.5, rel=1e-6)
+
+
+def test_the_guys_of_a_mast_stand_at_45_degrees_in_the_wind():
+    sets = ("cases={w: {wind: {speed: 40 m/s, direction: 90 deg}}}", "cable.diameter=16mm", "cable.area=null", "case=w")
+    found = load_scene("configs/suspensions/mast-guys.yaml", sets)[1]
+    names = [f"guy{k}.inclination" for k in (1, 2, 3)]
+    values = numbers(found, *names, "top.x", "top.y", "top.z")
+    top = np.array([values[f"top.{axis}"] for axis in "xyz"])
+    for k in (1, 2, 3):
+        way = top - np.array(found.points[f"ground{k}"].at)
+        expected = math.degrees(math.atan2(way[2], math.hypot(*way[:2])))
+        assert values[f"guy{k}.inclination"] == pytest.approx(expected, rel=1e-9)
+        assert expected == pytest.approx(45, abs=2)

@@ -1,4 +1,4 @@
-"""Where a cable in equilibrium is, in global axes: its lowest point, sag, swing, and clearance over the ground.
+"""Where a cable in equilibrium is, in global axes: lowest point, sag, swing, angles of the chord, clearance.
 
 Functions take a `Catenary`, of one cable or of a batch, or the `State` of the elements of one cable. Places are
 measured from end 1. The tension vector is linear along each segment, so that a cable is parallel to a given slope where
@@ -10,6 +10,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 
 ROUNDING = 1e-13  # of a distance over the chord
+LEVEL = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
 MAX_STEPS, CLOSE = 60, 1e-15  # of the search for mid-span, and its last step, a share of the unstretched length
 
 
@@ -109,6 +110,22 @@ def sag_and_swing(cable, position):
     aside, whole = (moved[..., :2] * across).sum(axis=-1), np.asarray(span.chord)
     aside = np.where((length > ROUNDING * whole) & (np.abs(aside) > ROUNDING * whole), aside, 0.0)
     return -moved[..., 2], np.arctan2(np.abs(aside), np.abs(moved[..., 2]))
+
+
+def chord_angles(span):
+    """Direction of the chord of each cable of a `Span`, whatever the direction of its load.
+
+    Returns
+    -------
+    inclination : ndarray, shape (...)
+        Above the horizontal, positive where end 2 is the higher one. [rad]
+    from_plumb : ndarray, shape (...)
+        Between the chord and the vertical, from 0 to pi/2. [rad]
+    """
+    chord = span.frame[..., 0, :]
+    level, rise = np.hypot(chord[..., 0], chord[..., 1]), chord[..., 2]
+    level, rise = (np.where(np.abs(part) > LEVEL, part, 0.0) for part in (level, rise))
+    return np.arctan2(rise, level), np.arctan2(level, np.abs(rise))
 
 
 def load_sag(cable):

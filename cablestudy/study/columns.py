@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.cable.geometry import clearance, load_sag, lowest_point, sag_and_swing
+from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.table import Field, header
@@ -295,6 +295,8 @@ COLUMNS = (
            lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True),
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
            lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1])),
+    Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",
+           lambda r: np.degrees(chord_angles(r.span)[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
            lambda r: r.end_stiffness_along(0)),
     Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",

@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from cablestudy.cable.geometry import clearance
+from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks, written_key
@@ -35,6 +35,10 @@ OF_CABLES = tuple(
     and (not column.key or column.key.startswith("cable.section_"))
     and column.name not in ("iterations", *INSTEAD)
 )
+INCLINATION = Column(
+    "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
+    lambda results: np.degrees(chord_angles(results.span)[0]),
+)  # fmt: skip
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
@@ -62,18 +66,6 @@ def _end_tension(name, end, word):
     return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
 
 
-def _inclination(name):
-    def compute(case):
-        span = case.group.cables.span
-        place = case.place, case.cable(name)
-        value = np.degrees(np.arctan2(span.sine[place], span.cosine[place]))
-        return value if abs(value) > 360 * ROUNDING else 0.0
-
-    return Column(
-        f"{name}.inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics", compute
-    )
-
-
 def _clearance(name):
     def compute(case):
         if case.scene.ground is None:
@@ -88,7 +80,7 @@ def _clearance(name):
 def cable_columns(name):
     """The columns of one cable: list of Column."""
     ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
-    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _inclination(name), _clearance(name)]
+    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _of_cable(INCLINATION, name), _clearance(name)]
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point

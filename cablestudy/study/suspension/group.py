@@ -19,7 +19,7 @@ from cablestudy.system.force_density import find_form
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import equilibrium_in_wind
 
-HORIZONTAL = ("horizontal_tension", "lambda_squared")  # of vertical cables zero but for rounding
+HORIZONTAL = ("horizontal_tension", "lambda_squared")  # zero but for rounding where the load is along the chord
 TOGETHER = 100  # cables, of several cases, whose modes are computed in one call
 
 
@@ -87,9 +87,13 @@ class CableResults:
         """
         if name not in self._values:
             values = np.broadcast_to(compute(self), np.shape(self.span.chord))
-            vertical = np.abs(self.span.cosine) < ROUNDING
-            self._values[name] = np.where(vertical, 0.0, values) if name in HORIZONTAL else values
+            self._values[name] = np.where(self._upright(name), 0.0, values)
         return self._values[name]
+
+    def _upright(self, name):
+        """Whether a column of HORIZONTAL is zero but for rounding: the load, and so the cable, is along the chord."""
+        along = (name in HORIZONTAL) & (np.abs(self.span.cosine) < ROUNDING)
+        return along & (self.span.vertical[..., 2] == 1) if name == "horizontal_tension" else along
 
 
 class Group:
