@@ -4,9 +4,9 @@ import math
 from functools import partial
 from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator, Field, StrictBool
+from pydantic import BeforeValidator, Field, StrictBool, TypeAdapter
 
-from cablestudy.scene.fields import Name, Quantity, Table, wrong
+from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -17,6 +17,11 @@ Angle = Annotated[
     float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
 ]
 Force = Annotated[float, Quantity("N", -1e24, 1e24)]
+ForceVector = tuple[Force, Force, Force]
+Moment = Annotated[float, Quantity("N m", -1e24, 1e24)]
+Shift = Annotated[float, Quantity("m", -1e9, 1e9)]
+ShiftVector = tuple[Shift, Shift, Shift]
+NONE = (0.0, 0.0, 0.0)
 Temperature = Annotated[float, Quantity("K", **TEMPERATURES)]
 
 
@@ -31,7 +36,7 @@ class Load(Table):
     fraction: Annotated[float, Quantity("", 1e-12, 1 - 1e-12, limits="between 0 and 1")] | None = Field(
         None, description="Share of the unstretched length from end 1 (instead of at)"
     )
-    force: tuple[Force, Force, Force] | None = Field(None, description="Force along x, y, z (z up)")
+    force: ForceVector | None = Field(None, description="Force along x, y, z (z up)")
     mass: Annotated[float, Quantity("kg", 1e-12, 1e15)] | None = Field(
         None, description="Mass: its weight is a load, its inertia takes part in all motion"
     )
@@ -123,8 +128,29 @@ class CommonLoadCase(Table):
         ]  # fmt: skip
 
 
+class EndForces(Table):
+    """Forces on the ends of one cable, as far as these are free to move."""
+
+    end_2: ForceVector = Field(NONE, description="On the gondola, along x, in which it is free to move")
+
+    def relations(self):
+        """The gondola is held along y and z."""
+        held = not any(self.end_2[1:])
+        yield [(("end_2",), held, lambda: "end 2 is free along x only: the forces along y and z must be 0")]
+
+
+class EndMoves(Table):
+    """Displacements of the ends of one cable."""
+
+    end_1: ShiftVector = Field(NONE, description="Displacement of end 1 along x, y, z")
+    end_2: ShiftVector = Field(NONE, description="Displacement of end 2 along x, y, z")
+
+
 class LoadCase(CommonLoadCase):
     """One of the days of a scene of one cable."""
+
+    forces: EndForces = Field(EndForces(), description="Forces on the gondola, with the lengths of the reference state")
+    moves: EndMoves = Field(EndMoves(), description="Displacements of the ends, with the same lengths")
 
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
 
@@ -135,8 +161,37 @@ def _by_cable(value):
     return value
 
 
+class DeadLoad(Table):
+    """A force, and a moment on a body, in global axes; a bare vector in the file is a force."""
+
+    force: ForceVector = Field(NONE, description="Force along x, y, z (z up)")
+    moment: tuple[Moment, Moment, Moment] = Field(NONE, description="Moment about x, y, z; of a body only")
+
+    def value_at(self, path):
+        """See `Table.value_at`; a component alone is one of the force, as where the file has a bare vector."""
+        return super().value_at(("force", *path) if path[0].isdigit() else path)
+
+
+_force = TypeAdapter(ForceVector).validate_python
+ForceOrLoad = Annotated[
+    DeadLoad,
+    Either(
+        (((list, tuple), lambda value: DeadLoad(force=_force(value))), ((dict, DeadLoad), DeadLoad.model_validate)),
+        "a force [x, y, z], or a mapping with the keys force, moment",
+        ({"type": "array", "minItems": 3, "maxItems": 3}, {"$ref": "#/$defs/DeadLoad"}),
+    ),
+]
+
+
 class SuspensionCase(CommonLoadCase):
     """One of the days of a suspension."""
+
+    forces: dict[Name, ForceOrLoad] = Field(
+        {}, description="Name of a free point, a body or BODY.MARKER -> force [x, y, z], or {force, moment} of a body"
+    )
+    moves: dict[Name, ShiftVector] = Field(
+        {}, description="Name of a fixed point, or of a body as far as it is held -> displacement [x, y, z]"
+    )
 
     loads: Annotated[
         dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_by_cable)

@@ -69,3 +69,56 @@ def _marker_mistakes(bodies, marker):
         return []
     hint = suggestion(marker, known) if known else "no body has markers"
     return [(("correction", "marker"), f"unknown marker {show(marker)} ({hint})")]
+
+
+def case_mistakes(scene):
+    """Forces and moves of load cases on what does not exist, does not move or is not held.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path and message.
+    """
+    found = []
+    for name, case in scene.cases.items():
+        path = ("cases", name)
+        for place, load in case.forces.items():
+            found += [((*path, "forces", place), text) for text in _force_mistakes(scene, place, load)]
+        for place, move in case.moves.items():
+            found += [((*path, "moves", place), text) for text in _move_mistakes(scene, place, move)]
+    return found
+
+
+def _force_mistakes(scene, place, load):
+    """What is wrong with a force or moment of a load case, a list of at most one message."""
+    points, bodies = scene.points, scene.bodies
+    body, _, marker = place.partition(".")
+    if body in bodies and marker in ("", *bodies[body].markers):
+        if not bodies[body].free:
+            return [f"{body} is held in all its motions: a force on it changes nothing (moves shifts it)"]
+        return [f"moment belongs to the body: write it for {body}"] if marker and any(load.moment) else []
+    if place in points:
+        if not points[place].free:
+            return [f"{place} is fixed: a force on it changes nothing (moves shifts it)"]
+        return ["moment belongs to a body: a point does not turn"] if any(load.moment) else []
+    markers = [f"{name}.{inside}" for name, one in bodies.items() for inside in one.markers]
+    known = [*(name for name, point in points.items() if point.free), *bodies, *markers]
+    return [f"unknown point, body or marker ({suggestion(place, known)})"]
+
+
+def _move_mistakes(scene, place, move):
+    """What is wrong with a displacement of a load case, a list of at most one message."""
+    points, bodies = scene.points, scene.bodies
+    if place in points:
+        return [f"{place} is free, it finds its place itself: forces push it"] if points[place].free else []
+    if place in bodies:
+        free = [axis for axis, shift in zip("xyz", move, strict=True) if shift and axis in bodies[place].free]
+        return [f"{place} is free along {', '.join(free)}, where it finds its place itself: forces push it"] if free else []
+    known = [*(name for name, point in points.items() if not point.free),
+             *(name for name, body in bodies.items() if not {"x", "y", "z"} <= set(body.free))]  # fmt: skip
+    hint = suggestion(place, known) if known else "a place in brackets has no name: give it one under points"
+    return [f"unknown fixed point or held body ({hint})"]

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, ValidationError
 
-from cablestudy.scene.cable_table import Cable, Damping, TensionAt, beyond_the_end
+from cablestudy.scene.cable_table import CHORD_RANGE, Cable, Damping, TensionAt, beyond_the_end
 from cablestudy.scene.control_tables import AutoGain, Controller, Drive, Margin, Notch
 from cablestudy.scene.document import apply_sets, read_document
 from cablestudy.scene.empty_keys import empty_keys
@@ -12,10 +12,11 @@ from cablestudy.scene.fields import Name, Quantity, Table, suggestion, table_at
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
-from cablestudy.scene.load_tables import Ice, Load, LoadCase, Reference, SteadyWind
+from cablestudy.scene.load_tables import EndForces, EndMoves, Ice, Load, LoadCase, Reference, SteadyWind
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
+from cablestudy.scene.section import limited
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.suspension import SUSPENSION_TABLES, WHEEL_TABLES, is_suspension, read_suspension
 from cablestudy.scene.units import show
@@ -71,6 +72,11 @@ class Scene(Table):
         return self.cable.loads + self.load_case.loads
 
     @property
+    def forces_on_end_2(self):
+        """The forces on end 2 of the cases that have one, a tuple. [N]"""
+        return tuple(case.forces.end_2 for case in self.cases.values() if any(case.forces.end_2))
+
+    @property
     def elongation(self):
         """See `LoadCase.elongation`. [-]"""
         return self.load_case.elongation(self.cable)
@@ -86,10 +92,23 @@ class Scene(Table):
         yield [(("case",), known, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
         cable, length = self.cable, self.cable.unstretched_length
         yield [relation for name, case in self.cases.items() for relation in case.needs_of(cable, ("cable",), name)]
-        if length is not None:
-            for name, case in self.cases.items():
+        for name, case in self.cases.items():
+            if length is not None:
                 yield beyond_the_end(("cases", name, "loads"), case.loads, length)
+            yield self._end_relations(name, case)
         yield ground_relations(self.ground)
+
+    def _end_relations(self, name, case):
+        """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as of `relations`."""
+        path, fixed = ("cases", name, "forces", "end_2"), self.gondola is None and any(case.forces.end_2)
+        text = "end 2 is fixed without a gondola: a force on it changes nothing (moves shifts it)"
+        found = [(path, not fixed, lambda: text)]
+        if any(case.moves.end_1 + case.moves.end_2):
+            places = zip(self.cable.end_1, case.moves.end_1, self.cable.end_2, case.moves.end_2, strict=True)
+            apart = sum((last + end - first - begin) ** 2 for first, begin, last, end in places) ** 0.5
+            text = "moved, the two ends are {:g} m apart".format
+            found.append((("cases", name, "moves"), *limited("ends", apart, CHORD_RANGE, "m", text)[1:]))
+        return found
 
 
 NO_CASE = LoadCase()
@@ -107,6 +126,8 @@ TABLES = {
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
     ("cases", "*", "loads", "*"): Load,
+    ("cases", "*", "forces"): EndForces,
+    ("cases", "*", "moves"): EndMoves,
     ("gondola",): Gondola,
     ("winch",): Winch,
     ("winch", "controller"): Controller,

@@ -18,11 +18,11 @@ from cablestudy.scene.fields import Name, Quantity, Table, suggestion
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
-from cablestudy.scene.load_tables import Ice, Load, Reference, SteadyWind, SuspensionCase
+from cablestudy.scene.load_tables import DeadLoad, Ice, Load, Reference, SteadyWind, SuspensionCase
 from cablestudy.scene.materials import Material, Materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.model import Model
-from cablestudy.scene.references import reference_mistakes
+from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
 from cablestudy.scene.suspension_tables import (
     MOTIONS,
@@ -155,6 +155,7 @@ class SuspensionScene(Table):
             for name, chord in chords.items()
         ]
         yield [relation for name, chord in chords.items() for relation in self._lengths(name, chord)]
+        yield [relation for name, case in self.cases.items() for relation in self._moved_ends(name, case.moves)]
 
     def _case_relations(self):
         """The case is one of the cases, all cables have what the cases need, and the ground is in order."""
@@ -179,6 +180,7 @@ class SuspensionScene(Table):
             length = self.cables[path[-1]].unstretched_length
             if length is not None:
                 yield beyond_the_end(path, found, length)
+        yield _failed(case_mistakes(self))
         yield ground_relations(self.ground)
 
     def body_of(self, table):
@@ -208,6 +210,18 @@ class SuspensionScene(Table):
         stands = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
         owners = [tuple(self.attachment(end)[0] for end in cable.ends) for cable in self.cables.values()]
         return [((tables[name], name), message) for name, message in unheld(tables, stands, owners)]
+
+    def _moved_ends(self, case, moves):
+        """Relations of the distance of the ends of cables between fixed points that a load case moves. [m]"""
+        text = "moved, the two ends of {} are {:g} m apart".format
+        for name, cable in self.cables.items() if moves else ():
+            if any(self.attachment(end)[0] for end in cable.ends) or not any(end in moves for end in cable.ends):
+                continue
+            places = [self.start(end) for end in cable.ends]
+            shifts = [moves.get(end, (0.0, 0.0, 0.0)) for end in cable.ends]
+            apart = _distance(*([p + s for p, s in zip(*pair, strict=True)] for pair in zip(places, shifts, strict=True)))
+            limits = limited(name, apart, CHORD_RANGE, "m", partial(text, name))
+            yield ("cases", case, "moves"), *limits[1:]
 
     def _lengths(self, name, chord):
         """Relations of the distance of a cable's ends where the search begins. [m]"""
@@ -258,6 +272,7 @@ SUSPENSION_TABLES = {
     ("cases", "*", "ice"): Ice,
     ("cases", "*", "wind"): SteadyWind,
     ("cases", "*", "loads", "*", "*"): Load,
+    ("cases", "*", "forces", "*"): DeadLoad,
     ("winches", "*"): CableWinch,
     ("tensions",): Tensions,
     ("control",): Control,

@@ -9,7 +9,7 @@ from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import ROTATIONS, STATED
 from cablestudy.scene.fields import Either, Name, Quantity, Table, wrong
-from cablestudy.scene.load_tables import MAX_LOADS, Angle, Force, Load, Reference
+from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, Reference
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
@@ -25,8 +25,6 @@ INERTIA_ROUNDING = 1e-9
 NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
 
 Angles = tuple[Angle, Angle, Angle]
-ForceVector = tuple[Force, Force, Force]
-Moment = Annotated[float, Quantity("N m", -1e24, 1e24)]
 Inertia = Annotated[float, Quantity("kg m^2", -1e24, 1e24)]
 Tension = Annotated[float, Quantity("N", 1e-24, 1e24)]
 ForceDensity = Annotated[float, Quantity("N/m", 1e-24, 1e24)]

@@ -179,6 +179,17 @@ class Case:
         return self.results.end_1[self.index]
 
     @property
+    def chord(self):
+        """Distance of the ends. [m]"""
+        return self.results.chord[self.index]
+
+    @property
+    def pushed(self):
+        """See `Results.pushed`: displacement of end 2 [m], and its relative error."""
+        shift, error = self.results.pushed
+        return shift[self.index], error[self.index]
+
+    @property
     def planar(self):
         """Whether no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
         return bool(self.results.planar[self.index])

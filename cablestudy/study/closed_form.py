@@ -168,12 +168,15 @@ def _coarse_errors(results, required):
     statics = np.maximum(results.statics_rounding, results.drag_error)
     sags = [column.header for column in required.closed if column.name in ("sag", "sag_ratio")]
     sag = results.sag_rounding if sags else np.zeros(len(statics))
+    pushed = [column.header for column in required.closed if column.name == "force_displacement"]
+    push = results.pushed[1] if pushed else np.zeros(len(statics))
     errors = {}
-    for case in np.flatnonzero(np.maximum(statics, sag) > ROUNDING).tolist():
+    for case in np.flatnonzero(np.maximum(np.maximum(statics, sag), push) > ROUNDING).tolist():
         own = {
             name: max(least, float(statics[case]) if least else 0.0) for name, least in required.least_errors.items()
         }
         own.update((name, max(own[name], float(sag[case]))) for name in sags)
+        own.update((name, max(own[name], float(push[case]))) for name in pushed)
         errors[case] = own
     return errors
 

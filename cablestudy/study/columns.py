@@ -36,7 +36,7 @@ ON_CABLE = f"gondola.mass, wind, {DIAMETER}"
 # what a cross-section computes -> the key to give where it cannot
 WRITTEN = {
     "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
-    "section_elastic_modulus": "area", "section_density": "area",
+    "section_elastic_modulus": "area", "section_density": "area", "forces_on_end_2": "cases.*.forces.end_2",
 }  # fmt: skip
 
 
@@ -256,9 +256,9 @@ COLUMNS = (
     Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
            _unstretched_length),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
-    Column("chord", "m", "distance between the ends", "scene", lambda r: r.given("cable.chord_length")),
+    Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag),
-    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.given("cable.chord_length")),
+    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
            lambda r: r.given("cable.section_mass") * r.reference_length),
     Column("diameter", "mm", "outer diameter of the cross-section", "scene",
@@ -342,6 +342,8 @@ COLUMNS = (
     *_rms("_all_wind", "by the wind on gondola and cable together", ("response_in_air", "cable_response")),
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
            "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
+    Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
+           "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2"),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
     Column("winch_rms_speed", "mm/s", "RMS of the speed of the winch in the wind on the gondola", "wind",
@@ -440,7 +442,7 @@ def lacks(scene, column):
 def written_key(key):
     """The key that a user gives for what a column needs."""
     table, _, name = key.rpartition(".")
-    return f"{table}.{WRITTEN[name]}" if name in WRITTEN else key
+    return f"{table}.{WRITTEN[name]}".strip(".") if name in WRITTEN else key
 
 
 def without(scene, column):

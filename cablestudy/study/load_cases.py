@@ -19,6 +19,7 @@ ROUNDED = 1e-15  # cosine or sine of a direction: what is less is not zero for r
 SLACK = 1e-60  # share of the largest tension below which a cable is slack: no quotient by it overflows
 UNKNOWN = 1e30  # a relative error that says no more than that nothing is known; no number larger is stated
 UP = np.array([0.0, 0.0, 1.0])
+END_2_ALONG_X = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 
 
 def bare_spans(values):
@@ -68,7 +69,7 @@ def with_loads(span, values, of_case):
     )
 
 
-def loaded_spans(span, values, strain):
+def loaded_spans(span, values, strain, shift=None):
     """Cables under the loads of their cases, with the unstretched lengths that the case gives them.
 
     Parameters
@@ -78,12 +79,20 @@ def loaded_spans(span, values, strain):
     values : SceneValues or CaseTable
     strain : ndarray, shape (n,)
         Chord strain in the reference state. [-]
+    shift : ndarray, shape (n,), optional
+        Displacement of end 2 along x beside the moves of the case. [m]
 
     Returns
     -------
     Span
         Fields of shape (n,).
     """
+    ends, moves = np.stack(values.ends, axis=-2), values.moves
+    if shift is not None:
+        moves = moves + shift[:, None, None] * END_2_ALONG_X
+    if moves.any():
+        ends = ends + moves
+        span, strain = _moved(span, strain, ends, moves)
     elongation = np.where(shrunk(values), 0.0, values.given("elongation"))
     warm = 1.0 + elongation
     gravity = values.given("gravity")
@@ -92,7 +101,7 @@ def loaded_spans(span, values, strain):
     span = replace(span, mass=span.mass / warm + ice)
     wind = wind_loads(values, span)
     if wind.any():
-        span = _in_wind(span, values, wind)
+        span = _in_wind(span, ends, wind)
     span = with_loads(span, values, of_case=True)
     return replace(span, load_positions=_warmed(span, warm)).with_chord_strain((strain - elongation) / warm)
 
@@ -252,13 +261,35 @@ def wind_direction(angle):
     return np.where(np.abs(level) < ROUNDED, 0.0, level)
 
 
-def _in_wind(span, values, wind):
+def _moved(span, strain, ends, moves):
+    """Cables between moved ends, and their chord strains, which keep the digits of a small movement.
+
+    Parameters
+    ----------
+    span : Span
+    strain : ndarray, shape (n,)
+        Before the movement.
+    ends, moves : ndarray, shape (n, 2, 3)
+        Places after the movement, and the movement. [m]
+    """
+    step = moves[:, 1] - moves[:, 0]
+    still = ~step.any(axis=-1)
+    vector = span.frame[..., 0, :] * span.chord[:, None] + step
+    chord = np.where(still, span.chord, np.sqrt((vector**2).sum(axis=-1)))
+    longer = ((vector + (vector - step)) * step).sum(axis=-1) / (chord + span.chord)
+    first, last = ends[:, 0], ends[:, 1]
+    moved = Span.between(first, last, span.axial_stiffness, span.mass, span.gravity, chord=chord).broadcast()
+    return moved, strain + longer * (1 + strain) / span.chord
+
+
+def _in_wind(span, ends, wind):
     """Cables whose uniform load is weight and wind together: along another direction than the vertical."""
     blown = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind
     size = np.sqrt((load**2).sum(axis=-1))
     gravity = np.where(blown, size / span.mass, span.gravity)
     vertical = np.where((blown & (size > 0))[:, None], load / np.where(size > 0, size, 1.0)[:, None], UP)
+    first, last = ends[:, 0], ends[:, 1]
     return Span.between(
-        *values.ends, span.axial_stiffness, span.mass, gravity, chord=span.chord, vertical=vertical
+        first, last, span.axial_stiffness, span.mass, gravity, chord=span.chord, vertical=vertical
     ).broadcast()

@@ -62,7 +62,7 @@ def shape(case, positions):
     """Global coordinates [m], shape (j, 3), and tension [N] at shares of the unstretched length."""
     displacement, tension = case.statics.shape(positions)
     local = displacement + np.outer(positions * (1 + float(case.span.chord_strain)), [1.0, 0.0, 0.0])
-    return np.array(case.scene.cable.end_1) + local @ case.span.frame * float(case.span.unstretched_length), tension
+    return np.asarray(case.end_1) + local @ case.span.frame * float(case.span.unstretched_length), tension
 
 
 def mode_table(case, modes):

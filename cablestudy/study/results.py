@@ -14,10 +14,12 @@ from cablestudy.control import gondola
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.load_cases import bare_spans, drag_errors, loaded_spans, shrunk, with_loads
+from cablestudy.study.push import pushed_ends
 from cablestudy.study.statics import ClosedStatics
 
 EPSILON, TINY = 4e-16, 1e-300  # rounding of one number; divisor in the place of zero
 STAND_IN_STRAIN = 1e-3  # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
+UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
 
@@ -44,7 +46,17 @@ class Results:
         for case in np.flatnonzero(shrunk(self.values)).tolist():
             reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
         length = span.with_chord_strain(strain).unstretched_length
-        return _loads_on_cable(loaded_spans(span, self.values, strain), reasons), reasons, length
+
+        def at(shift):
+            return _loads_on_cable(loaded_spans(span, self.values, strain, shift), reasons)
+
+        push = self.values.push
+        self._push = pushed_ends(at, push) if push.any() else None
+        if self._push is None:
+            return at(None), reasons, length
+        for case in np.flatnonzero(~self._push.record.converged).tolist():
+            reasons.setdefault(case, f"{UNPUSHED} ({self._push.record.describe(case)})")
+        return at(self._push.shift), reasons, length
 
     @property
     def span(self):
@@ -88,7 +100,24 @@ class Results:
     @property
     def end_1(self):
         """Places of end 1, shape (n, 3). [m]"""
-        return self.values.ends[0]
+        return self.values.ends[0] + self.values.moves[:, 0]
+
+    @cached_property
+    def chord(self):
+        """Distances of the ends, shape (n,), exactly as stated where nothing moves them. [m]"""
+        stated = self.given("cable.chord_length")
+        if not (self.values.moves.any() or self.values.push.any()):
+            return stated
+        chord = np.array(self.span.chord)
+        chord[list(self.failures)] = np.nan
+        return chord
+
+    @cached_property
+    def pushed(self):
+        """Displacement of end 2 along x by the forces of the load cases, shape (n,) [m], and its relative error."""
+        self._span_and_reasons  # noqa: B018, which finds it
+        none = np.zeros(len(self.values))
+        return (none, none) if self._push is None else (self._push.shift, self._push.error)
 
     def check(self, case):
         """Raise the NoSolutionError or ConvergenceError of a case that has no equilibrium."""

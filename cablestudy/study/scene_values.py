@@ -17,7 +17,7 @@ from cablestudy.scene.scene import Scene, quantity_of
 from cablestudy.study.columns import attribute, lacks, without
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
-NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads")
+NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads", "forces", "moves")
 
 
 class SceneValues:
@@ -50,6 +50,17 @@ class SceneValues:
         """Places of end 1 and end 2, each of shape (n, 3). [m]"""
         cables = [scene.cable for scene in self.scenes]
         return np.array([cable.end_1 for cable in cables]), np.array([cable.end_2 for cable in cables])
+
+    @property
+    def moves(self):
+        """Displacements of end 1 and end 2 by the load cases, shape (n, 2, 3). [m]"""
+        moves = [scene.load_case.moves for scene in self.scenes]
+        return np.array([(move.end_1, move.end_2) for move in moves])
+
+    @property
+    def push(self):
+        """Forces of the load cases on end 2 along x, shape (n,). [N]"""
+        return np.array([scene.load_case.forces.end_2[0] for scene in self.scenes])
 
     @property
     def loads(self):
@@ -133,6 +144,16 @@ class CaseTable:
         """See `SceneValues.ends`."""
         cable = self.scene.cable
         return tuple(np.stack([self._array(place) for place in end], axis=-1) for end in (cable.end_1, cable.end_2))
+
+    @property
+    def moves(self):
+        """See `SceneValues.moves`."""
+        return np.repeat(SceneValues([self.scene]).moves, len(self), axis=0)
+
+    @property
+    def push(self):
+        """See `SceneValues.push`."""
+        return np.repeat(SceneValues([self.scene]).push, len(self))
 
     @property
     def loads(self):

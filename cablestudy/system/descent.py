@@ -235,6 +235,9 @@ def work(suspension, state, step):
     lifted = step[..., :3] + (turned * center[..., None, :]).sum(axis=-1)
     bodies = (weight * lifted).sum(axis=-1) + (suspension.force * step[..., :3]).sum(axis=-1)
     bodies = bodies + (suspension.moment * step[..., 3:]).sum(axis=-1)
+    beside = tangent.eccentric(suspension, state.rotation)
+    if beside is not None:
+        bodies = bodies + (turned * np.swapaxes(beside, -1, -2)).sum(axis=(-1, -2))
     gravity, vertical = suspension.cable_gravity
     half = suspension.cable_mass * gravity * state.length / 2
     shift = _end_shifts(suspension, state, step, turned)

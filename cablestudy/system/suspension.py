@@ -21,7 +21,7 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 # dimensions that each array has for one case
 CORES = {
     "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
-    "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
+    "eccentric_loads": 3, "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
     "cable_wind": 2, "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
 
@@ -69,6 +69,9 @@ class Suspension:
     cable_wind : ndarray, shape (..., c, 3), or None
         Uniform load on each cable beside its weight, per unstretched length, global axes; a cable without mass has
         none. [N/m]
+    eccentric_loads : ndarray, shape (..., b, 3, 3), or None
+        Sum over the dead loads on each body that act beside its reference point of p F^T: p from the reference point
+        to where the load acts, body axes, F global; the loads themselves are part of `force`. [N m]
     load_positions : ndarray, shape (..., c, k), or None
         Of point loads on each cable: arc length from end 1 along the unstretched cable, ascending. [m]
     load_forces : ndarray, shape (..., c, k, 3), or None
@@ -100,6 +103,7 @@ class Suspension:
     value: np.ndarray
     force_density: np.ndarray | None = None
     cable_wind: np.ndarray | None = None
+    eccentric_loads: np.ndarray | None = None
     load_positions: np.ndarray | None = None
     load_forces: np.ndarray | None = None
     load_masses: np.ndarray | None = None

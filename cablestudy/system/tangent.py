@@ -5,7 +5,8 @@ With r the arm of a cable end, F the force of the cable on it and K its end stif
     sum B^T K B + [0, 0; 0, -sum [F x][r x] - [W x][r_G x]],     B = [I, -[r x]],
 
 over its cable ends, W being its weight and r_G the arm of its center of mass; a cable between two bodies couples them
-by -B_1^T K B_2. It is symmetric where the forces balance without dead moments.
+by -B_1^T K B_2. It is symmetric where the forces balance without dead moments. A dead load F at an arm r beside the
+reference point adds -[F x][r x] = (r.F) I - r F^T.
 """
 
 from dataclasses import dataclass
@@ -124,6 +125,18 @@ def weights(suspension, rotation):
     return arm, down[..., None] * np.array([0.0, 0.0, 1.0])
 
 
+def eccentric(suspension, rotation):
+    """Sum of r F^T of the dead loads beside the reference point of each body, shape (..., b, 3, 3), or None. [N m]"""
+    loads = suspension.eccentric_loads
+    return None if loads is None else (rotation[..., None] * loads[..., None, :, :]).sum(axis=-2)
+
+
+def _moment(outer):
+    """Sum of r x F from the sum of r F^T, shape (..., 3). [N m]"""
+    difference = outer - np.swapaxes(outer, -1, -2)
+    return np.stack([difference[..., 1, 2], difference[..., 2, 0], difference[..., 0, 1]], axis=-1)
+
+
 def net_forces(suspension, rotation, arms, end_forces, tension):
     """Force and moment of all loads on each body, about its reference point, and their scale.
 
@@ -145,6 +158,8 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     """
     center, weight = weights(suspension, rotation)
     moment = suspension.moment + np.cross(center, weight)
+    beside = eccentric(suspension, rotation)
+    moment = moment if beside is None else moment + _moment(beside)
     shape = np.broadcast_shapes(end_forces.shape[:-3], moment.shape[:-2])
     net = np.empty((*shape, moment.shape[-2], 6))
     net[..., :3], net[..., 3:] = weight + suspension.force, moment
@@ -179,6 +194,9 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     between = at_attachments(end_stiffness[..., cable, :, :], arms[..., cable, row, :], arms[..., cable, column, :])
     center, weight = weights(suspension, rotation)
     geometric = -cross_matrix(weight) @ cross_matrix(center)
+    beside = eccentric(suspension, rotation)
+    if beside is not None:
+        geometric = geometric + np.trace(beside, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - beside
     tilt = -cross_matrix(end_forces) @ cross_matrix(arms)
     shape = np.broadcast_shapes(between.shape[:-3], geometric.shape[:-3])
     bodies = np.zeros((*shape, geometric.shape[-3], 6, 6))
@@ -186,6 +204,7 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     on, end = np.nonzero(owner != GROUND)
     np.add.at(bodies[..., 3:, 3:], (..., owner[on, end], slice(None), slice(None)), tilt[..., on, end, :, :])
     leverage = np.zeros(bodies.shape[:-2]) + size(weight) * size(center)
+    leverage += 0.0 if beside is None else np.sqrt((beside**2).sum(axis=(-1, -2)))
     np.add.at(leverage, (..., owner[on, end]), (size(end_forces) * size(arms))[..., on, end])
     own = np.arange(bodies.shape[-3])
     return Blocks(

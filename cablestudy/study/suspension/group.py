@@ -58,6 +58,11 @@ class CableResults:
         return self._equilibrium.ends[..., 0, :]
 
     @property
+    def chord(self):
+        """Distances of the ends, shape (n, c). [m]"""
+        return self.span.chord
+
+    @property
     def mass(self):
         """Of each cable without ice, shape (n, c). [kg]"""
         return self.given("cable.section_mass") * self.reference_length
@@ -70,8 +75,6 @@ class CableResults:
     def given(self, path):
         """A number that each cable states, shape (n, c), not a number where it states none."""
         name = path.removeprefix("cable.")
-        if name == "chord_length":
-            return self.span.chord
         values = [[getattr(cable, name, None) for cable in scene.cables.values()] for scene in self._scenes]
         return np.array(values, dtype=float)
 

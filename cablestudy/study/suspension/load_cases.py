@@ -138,8 +138,10 @@ def day_of(reference, scenes):
         given=("unstretched_length",) * warm.shape[-1],
         value=reference.lengths * warm,
         cable_mass=suspension.cable_mass / warm + _ice_masses(scenes),
-        position=np.where(standing[:, None, None], reference.position, suspension.position),
+        position=np.where(standing[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
         rotation=np.where(standing[:, None, None, None], reference.rotation, suspension.rotation),
+        place=suspension.place + _moves_of_ends(scenes),
+        **_forces(scenes, suspension),
     )
     if any(load_counts(scenes[0]).values()):
         loads, beyond = _loads(scenes, loaded.value, warm)
@@ -151,6 +153,45 @@ def day_of(reference, scenes):
     # without an equilibrium there is nothing that the wind could move
     drag = replace(drag, velocity=np.where(calm.record.converged[:, None], drag.velocity, 0.0))
     return Day(calm, equilibrium_in_wind(calm, drag), drag, problems)
+
+
+def _moves_of_bodies(scenes):
+    """Displacements of bodies by their load cases, none of junctions, shape (n, b, 3). [m]"""
+    still = (0.0, 0.0, 0.0)
+    return np.array([
+        [*(scene.load_case.moves.get(name, still) for name in scene.bodies),
+         *(still for point in scene.points.values() if point.free)]
+        for scene in scenes
+    ]).reshape(len(scenes), -1, 3)  # fmt: skip
+
+
+def _moves_of_ends(scenes):
+    """Displacements of the fixed ends of cables by their load cases, shape (n, c, 2, 3). [m]"""
+
+    def moved(scene, end):
+        return scene.load_case.moves.get(end, (0.0, 0.0, 0.0)) if isinstance(end, str) else (0.0, 0.0, 0.0)
+
+    return np.array([[[moved(s, end) for end in cable.ends] for cable in s.cables.values()] for s in scenes])
+
+
+def _forces(scenes, suspension):
+    """Dead loads with those of the load cases: fields of `Suspension`, those that change.
+
+    A force on a marker is one on the reference point and an eccentric load, as of `Suspension.eccentric_loads`.
+    """
+    if not any(scene.load_case.forces for scene in scenes):
+        return {}
+    shape, places = suspension.force.shape, {name: k for k, name in enumerate(suspension.body_names)}
+    force, moment, eccentric = np.zeros(shape), np.zeros(shape), np.zeros((*shape, 3))
+    for case, scene in enumerate(scenes):
+        for name, load in scene.load_case.forces.items():
+            body, _, marker = name.partition(".")
+            force[case, places[body]] += load.force
+            moment[case, places[body]] += load.moment
+            if marker:
+                eccentric[case, places[body]] += np.outer(scene.bodies[body].markers[marker], load.force)
+    some = {"eccentric_loads": eccentric} if eccentric.any() else {}
+    return {"force": suspension.force + force, "moment": suspension.moment + moment, **some}
 
 
 def _shrunk(scene, warm):
