@@ -28,7 +28,7 @@ FAST = load_scene(CONFIGS / "suspensions" / "fast.yaml", ())[1]
 STATICS = [
     column.name
     for column in COLUMNS
-    if column.needs in ("scene", "statics") and not column.key.startswith(("cable.loads", "wind", "ground"))
+    if column.needs in ("scene", "statics") and not column.key.startswith(("cable.loads", "wind", "ground", "gondola"))
 ]
 
 
@@ -116,6 +116,7 @@ def test_statics_of_bars(twin, chain):
     sag = twin.b / 2 - np.interp(twin.a / 2, x, z)
     pulls = middle[0] - half, -(middle[-1] + half)  # of the cable on what holds its ends
     ends = {"swing": 0.0, "lowest_point": z.min()}
+    ends["inclination_from_plumb"] = math.degrees(math.atan2(twin.a, abs(twin.b)))
     for end, pull in enumerate(pulls, start=1):
         ends[f"tension_{end}"] = np.linalg.norm(pull)
         ends[f"reaction_{end}_horizontal"], ends[f"reaction_{end}_vertical"] = abs(pull[0]), -pull[2]

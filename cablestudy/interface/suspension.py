@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def static(scene, table=None, estimate=False):
     """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
-    from cablestudy.study.suspension.notes import notes_of, strength_warning
+    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import static_tables
 
     case = scene.case
@@ -28,7 +28,7 @@ def static(scene, table=None, estimate=False):
         static_tables(case, table),
         case,
         lambda: notes_of(case),
-        strength_warning(case),
+        warnings_of(case),
         lambda plots: plots.suspension_views(case),
     )
 
@@ -42,7 +42,7 @@ def form(scene, table=None):
 
 def modes(scene, count=None, upto=None, estimate=False):
     """`estimate` changes nothing: the errors are known."""
-    from cablestudy.study.suspension.notes import notes_of, strength_warning
+    from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import mode_notes, mode_table
 
     limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
@@ -51,7 +51,7 @@ def modes(scene, count=None, upto=None, estimate=False):
     return Answer(
         table=mode_table(case, found, asked),
         explain=lambda: (*notes_of(case), *mode_notes(case, found, len(asked))),
-        warnings=(*strength_warning(case), *fewer_modes(found, size, limit)),
+        warnings=(*warnings_of(case), *fewer_modes(found, size, limit)),
         draw=lambda plots: plots.suspension_modes(case, found, len(asked)),
         case=case,
     )
@@ -72,7 +72,7 @@ def windrms(scene, table=None, estimate=False):
 def loop(scene, response=None, time=None, table=None, estimate=False, **timed):
     """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
     from cablestudy.study.suspension import loop_report
-    from cablestudy.study.suspension.notes import notes_of, strength_warning
+    from cablestudy.study.suspension.notes import notes_of, warnings_of
 
     span, asked = loop_options(response, time, timed)
     loop_report.check_control(scene.document, scene.model)
@@ -80,7 +80,7 @@ def loop(scene, response=None, time=None, table=None, estimate=False, **timed):
     movement = case.in_wind.movement
     answer = Answer(
         explain=lambda: notes_of(case),
-        warnings=tuple(strength_warning(case)),
+        warnings=tuple(warnings_of(case)),
         draw=lambda plots: plots.suspension_loop(movement),
         case=case,
     )

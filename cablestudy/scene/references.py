@@ -117,7 +117,11 @@ def _move_mistakes(scene, place, move):
         return [f"{place} is free, it finds its place itself: forces push it"] if points[place].free else []
     if place in bodies:
         free = [axis for axis, shift in zip("xyz", move, strict=True) if shift and axis in bodies[place].free]
-        return [f"{place} is free along {', '.join(free)}, where it finds its place itself: forces push it"] if free else []
+        return (
+            [f"{place} is free along {', '.join(free)}, where it finds its place itself: forces push it"]
+            if free
+            else []
+        )
     known = [*(name for name, point in points.items() if not point.free),
              *(name for name, body in bodies.items() if not {"x", "y", "z"} <= set(body.free))]  # fmt: skip
     hint = suggestion(place, known) if known else "a place in brackets has no name: give it one under points"

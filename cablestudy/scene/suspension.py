@@ -219,7 +219,9 @@ class SuspensionScene(Table):
                 continue
             places = [self.start(end) for end in cable.ends]
             shifts = [moves.get(end, (0.0, 0.0, 0.0)) for end in cable.ends]
-            apart = _distance(*([p + s for p, s in zip(*pair, strict=True)] for pair in zip(places, shifts, strict=True)))
+            apart = _distance(
+                *([p + s for p, s in zip(*pair, strict=True)] for pair in zip(places, shifts, strict=True))
+            )
             limits = limited(name, apart, CHORD_RANGE, "m", partial(text, name))
             yield ("cases", case, "moves"), *limits[1:]
 

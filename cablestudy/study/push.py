@@ -1,6 +1,6 @@
 """A force along x on the end of a cable that is free along x: where that end comes to rest, of many cables at once.
 
-The force g(u) that holds end 2 at a displacement u along x grows with u: its slope is the static end stiffness, which is
+The force g(u) that holds end 2 at a displacement u along x grows with u: its slope, the static end stiffness, is
 positive. Newton's method on g(u) = g(0) + F, kept within a bracket that each step narrows, therefore finds the only u.
 Far out the cable is straight and g nearly linear, so that a step from a soft place that goes much too far comes back.
 """

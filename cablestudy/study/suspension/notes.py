@@ -52,6 +52,40 @@ def strength_warning(case):
     return (f"warning: the stress is above the strength: {first_of(weak, LISTED)}",) if weak else ()
 
 
+def warnings_of(case):
+    """Warnings and notes on a case beside its results: `strength_warning`, `moved_note`; a tuple of str."""
+    return (*strength_warning(case), *moved_note(case))
+
+
+def moved_note(case):
+    """A note on free points and bodies that stated tensions and sags move, at most one. Returns a tuple of str.
+
+    The lengths follow from what is stated with all forces on, so that a force beside those that are always there cuts
+    the cables anew. What moves less than the longest stretch of its cables may as well have been pulled there.
+    """
+    scene, reference = case.scene, case.group.reference
+    suspension = reference.suspension
+    stating = np.array([kind != "unstretched_length" for kind in suspension.given])
+    if scene.solve_for != "pose" or not stating.any() or suspension.force_density is not None:
+        return ()
+    catenary, place = reference.catenary, case.place
+    stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[place]
+    holders = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
+    told = []
+    for body, name in enumerate(suspension.body_names):
+        own = (suspension.owner == body).any(axis=-1)
+        moved = float(np.linalg.norm(reference.position[place, body] - holders[name].at))
+        if (own & stating).any() and moved > stretch[own].max():
+            told.append(f"{name} {moved:.4g} m")
+    if not told:
+        return ()
+    return (
+        f"note: farther from where it is written (at) than its cables stretch comes to rest: {first_of(told, LISTED)}; "
+        "cables that state a tension or a sag have it with all forces on, by their lengths: to keep the lengths, give "
+        "the force in a load case (cases.NAME.forces)",
+    )
+
+
 def _of_load_case(case):
     """What the load case is about, and what its drag leaves out."""
     scene = case.scene

@@ -11,7 +11,7 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.columns import lacks
 from cablestudy.study.notes import larger_by_loop
 from cablestudy.study.suspension.columns import cable_columns, has_key
-from cablestudy.study.suspension.notes import LISTED, strength_warning
+from cablestudy.study.suspension.notes import LISTED, warnings_of
 from cablestudy.study.suspension.report import listed
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.suspension.wind_columns import (
@@ -136,7 +136,7 @@ def remarks_of(case, tables):
 
     And, where the `tables` show both, a note on motions that the loop makes larger.
     """
-    found = [*strength_warning(case)]
+    found = [*warnings_of(case)]
     found += [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
     slack = [name for name in case.scene.cables if value(case, tension_columns(name)[1])[0] < 0]
     if slack:
