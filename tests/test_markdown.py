@@ -1,4 +1,4 @@
-"""Markdown laid out to the width of a terminal, and the options --columns and --top."""
+"""Markdown laid out to the width of a terminal, and the options --columns, --top and --digits."""
 
 import fcntl
 import os
@@ -224,3 +224,58 @@ def test_the_stored_table_is_whole(folder):
     run("sweep", "study.yaml", "--columns", "sag", "--top", 1)
     stored = rows_of((folder / "results" / "study.csv").read_text(encoding="utf-8"), "csv")
     assert [list(row) for row in stored] == [["gondola.mass_kg", "mass_kg", "sag_m", "status"]] * 2
+
+
+DIGITS = [
+    (["static", CARLINA], "preload_N", "preload"),
+    (["static", CONFIGS / "suspensions" / "mast-guys.yaml", "--table", "cables"], "preload_N", "preload [N]"),
+    (["modes", CARLINA, "-n", "2"], "frequency_Hz", "frequency [Hz]"),
+    (["find", CARLINA, "sag = 1 m", "--by", "cable.preload"], "sag_m", "sag [m]"),
+    (["sweep", CONFIGS / "preload.yaml", "--no-write"], "sag_m", "sag [m]"),
+]
+
+
+@pytest.mark.parametrize(("command", "name", "head"), DIGITS)
+@pytest.mark.parametrize("digits", [2, 4, 9])
+def test_numbers_have_the_digits_that_are_asked_for(command, name, head, digits):
+    """Those of the exact number, as python rounds it, where an exponent is not shorter."""
+    row = table_of(*command)[0]
+    lines = run(*command, "--digits", digits).out.splitlines()
+    cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines]
+    if cells[0][0] == "quantity":
+        shown = next(line[1] for line in cells if line[0] == head)
+    else:
+        shown = cells[2][cells[0].index(head)]
+    rounded = float(f"{row[name]:.{digits}g}")
+    assert float(shown) == rounded
+    assert len(shown.replace(".", "").strip("0")) <= digits
+
+
+def test_digits_of_all_tables_of_a_suspension():
+    scene = CONFIGS / "suspensions" / "mast-guys.yaml"
+    usual, more = (run("static", scene, *options).out for options in ((), ("--digits", 8)))
+    assert "50.03" in usual
+    assert "50.028602" in more
+    assert "20000.000" not in more
+
+
+def test_the_stored_table_keeps_its_digits(folder):
+    run("sweep", "study.yaml", "--columns", "sag", "--digits", 9)
+    stored = (folder / "results" / "study.md").read_text(encoding="utf-8")
+    run("sweep", "study.yaml", "--restart", "--columns", "sag")
+    assert (folder / "results" / "study.md").read_text(encoding="utf-8") == stored
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--digits", "0"], "Invalid value for '--digits': 0 is not in the range 1<=x<=17"),
+        (["--digits", "18"], "Invalid value for '--digits': 18 is not in the range 1<=x<=17"),
+        (["--digits", "x"], "Invalid value for '--digits': 'x' is not a valid integer"),
+        (["--digits", "6", "--format", "csv"], "Invalid value for '--digits': no effect: csv has all digits"),
+    ],
+)
+def test_digits_that_are_refused(arguments, message):
+    refused = run("static", CARLINA, *arguments, code=2)
+    assert len(refused.lines) == 1
+    assert message in refused.err

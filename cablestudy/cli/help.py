@@ -80,6 +80,11 @@ GROUPS = {
             "Write a commented scene or study to begin with.",
             ("new guy", "new line my-line.yaml", "new study -"),
         ),
+        "freeze": (
+            "freeze",
+            "A scene with its unstretched lengths in full.",
+            ("freeze guy.yaml --out built.yaml", "freeze suspension.yaml"),
+        ),
         "validate": (
             "files",
             "Check scenes and studies, compute nothing.",

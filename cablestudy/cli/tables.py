@@ -1,7 +1,8 @@
-"""Tables on standard output: the options --format, --columns and --top, and the width of a terminal."""
+"""Tables on standard output: the options --format, --columns, --top and --digits, and the width of a terminal."""
 
 import shutil
 import sys
+from dataclasses import replace
 from functools import wraps
 from importlib.util import find_spec
 from math import isfinite
@@ -22,13 +23,20 @@ class Style(str):
         Names of the columns shown, with or without units; empty for all of them.
     top : int or None
         How many rows are shown.
+    digits : int or None
+        Significant digits of numbers in Markdown; None for the usual ones.
     """
 
-    def __new__(cls, style, columns=(), top=None):
+    def __new__(cls, style, columns=(), top=None, digits=None):
         """See the class."""
         made = super().__new__(cls, style)
-        made.columns, made.top = tuple(columns), top
+        made.columns, made.top, made.digits = tuple(columns), top, digits
         return made
+
+    def of(self, table):
+        """The part of a `Table` that is shown, with its digits."""
+        table = table.chosen(self.columns, self.top)
+        return table if self.digits is None else replace(table, digits=self.digits)
 
 
 def _names(context, parameter, text):
@@ -54,18 +62,23 @@ FORMAT = click.option(
     "--format", "style", type=click.Choice(STYLES), default="md", callback=_checked, help="Default: md."
 )
 COLUMNS = click.option("--columns", metavar="A,B,...", callback=_names, help="Show only these columns, in this order.")
+DIGITS = click.option(
+    "--digits", type=click.IntRange(1, 17), metavar="N", help="Significant digits of Markdown. Default: 4."
+)
 TOP = click.option("--top", type=click.IntRange(min=1), metavar="N", help="Show only the first N rows.")
 
 
 def format_options(command):
-    """Decorator: the options --format, --top and, unless the command has its own, --columns, together as `style`."""
+    """Decorator: --format, --top, --digits and, unless the command has its own, --columns, together as `style`."""
     own = [name for option in getattr(command, "__click_params__", ()) for name in option.opts]
 
     @wraps(command)
-    def styled(*arguments, style, top, columns=None, **parameters):
-        return command(*arguments, style=Style(style, columns or (), top), **parameters)
+    def styled(*arguments, style, top, digits, columns=None, **parameters):
+        if digits is not None and style != "md":
+            raise click.BadParameter(f"no effect: {style} has all digits", param_hint="'--digits'")
+        return command(*arguments, style=Style(style, columns or (), top, digits), **parameters)
 
-    for option in (TOP, *(() if "--columns" in own else (COLUMNS,)), FORMAT):
+    for option in (DIGITS, TOP, *(() if "--columns" in own else (COLUMNS,)), FORMAT):
         styled = option(styled)
     return styled
 
@@ -91,7 +104,7 @@ def show(table, style):
                 raise NoSolutionError(f"{name} is not a finite number")
     for name in style.columns:
         _check_column(table, name)
-    table = table.chosen(style.columns, style.top)
+    table = style.of(table)
     if style == "md" and sys.stdout.isatty():
         _show_fitted(table)
     elif style == "parquet":
@@ -119,7 +132,7 @@ def show_tables(answer, style):
     """Print the tables of a suspension: as Markdown one below the other, else as one object."""
     if style.columns:
         raise SceneError(f"--columns: one table at a time: give --table {', '.join(answer.tables)}")
-    answer = answer.chosen(style.top)
+    answer = replace(answer, tables={name: style.of(table) for name, table in answer.tables.items()})
     if style == "md" and sys.stdout.isatty():
         for place, (name, table) in enumerate((name, table) for name, table in answer.tables.items() if table.rows):
             click.echo(f"{'' if place == 0 else chr(10)}## {name}\n")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from cablestudy.errors import NoSolutionError, SceneError
@@ -109,10 +109,6 @@ class Answer:
         from cablestudy.study import plots
 
         plots.save(self.figure(), path)
-
-    def chosen(self, top: int | None = None) -> Answer:
-        """The same with the first rows of each table."""
-        return replace(self, tables={name: table.chosen(top=top) for name, table in self.tables.items()})
 
     def render(self, style: str) -> str:
         """All tables of a suspension as one text.

@@ -294,6 +294,17 @@ class Scene:
         return self.compute("trade", columns=columns, repeats=repeats).frame()
 
     @argument_names()
+    def freeze(self) -> str:
+        """The scene as a YAML file with its unstretched lengths in full, those of the reference state: str.
+
+        They take the place of preloads, tensions and sags; `base` and changes are resolved, and comments lost.
+        """
+        from cablestudy.scene.write_yaml import write_yaml
+        from cablestudy.study.freeze import frozen
+
+        return write_yaml(frozen(self.document, self.model))
+
+    @argument_names()
     def plot(self, kind: str = "static") -> Figure:
         """A picture: matplotlib.figure.Figure.
 

@@ -32,16 +32,16 @@ class Grid(NamedTuple):
 
 
 def whole(table):
-    """Yield a table as text, four significant digits in each number, first and last rows of a long one."""
+    """Yield a table as text, its `digits` significant ones in each number, first and last rows of a long one."""
     fields = [field for field in table.fields if not field.hidden]
     left_out = 0
     if table.single:
-        grid = _one_row(fields, table.rows[0])
+        grid = _one_row(fields, table.rows[0], table.digits)
     elif table.across:
-        grid = _side_by_side(fields, table.rows, table.across)
+        grid = _side_by_side(fields, table.rows, table.across, table.digits)
     else:
         rows, left_out = _ends(table.rows)
-        grid = _rows(fields, rows, left_out)
+        grid = _rows(fields, rows, left_out, table.digits)
     yield rendered(grid, padding=2)
     if left_out:
         yield _note_on_rows(table, left_out)
@@ -69,14 +69,14 @@ def fitted(table, width):
     rows, omitted = _ends(table.rows)
     fields = [field for field in table.fields if not field.hidden and not _says_nothing(field, rows)]
     if table.single:
-        return _beside(_one_row(fields, rows[0]), width), []
+        return _beside(_one_row(fields, rows[0], table.digits), width), []
     if table.across:
         return _beside(_side_by_side(fields, rows, table.across), width), []
-    grid = _rows(fields, rows, omitted)
+    grid = _rows(fields, rows, omitted, table.digits)
     fitting = wrapped(grid, width)
     if fitting is None and 0 < len(rows) <= FEW_ROWS:
         names = fields[0].name if _names_rows(fields[0], rows) else ""
-        return _beside(_side_by_side(fields, rows, names), width), []
+        return _beside(_side_by_side(fields, rows, names, table.digits), width), []
     fitting, places = (fitting, list(range(len(fields)))) if fitting else _narrowed(grid, fields, width)
     text = rendered(fitting or grid.columns(places)) + (_note_on_rows(table, omitted) if omitted else "")
     left_out = [field for place, field in enumerate(fields) if place not in places]
@@ -129,27 +129,28 @@ def _note_on_rows(table, left_out):
 # ------------------------------------------------------------------------------------------------------- layouts
 
 
-def _rows(fields, rows, left_out):
+def _rows(fields, rows, left_out, digits):
     """One line for each row."""
     heads = [f"{field.title} [{field.shown_unit}]" if field.unit else field.title for field in fields]
-    body = _cells(fields, rows)
+    body = _cells(fields, rows, digits)
     if left_out:
         body.insert(MOST_ROWS // 2, ["…"] * len(fields))
     return Grid(heads, [_side(field.name, rows) for field in fields], body)
 
 
-def _one_row(fields, row):
+def _one_row(fields, row, digits):
     """One line for each quantity of a row that has a value."""
     known = [field for field in fields if row.get(field.name) is not None]
-    body = [[field.title, cell, field.shown_unit] for field, (cell,) in zip(known, _columns(known, [row]), strict=True)]
+    cells = _columns(known, [row], digits)
+    body = [[field.title, cell, field.shown_unit] for field, (cell,) in zip(known, cells, strict=True)]
     return Grid(["quantity", "value", "unit"], ["left", "right", "left"], body)
 
 
-def _side_by_side(fields, rows, names):
+def _side_by_side(fields, rows, names, digits):
     """One line for each quantity and one column for each row; `names` is the field of their heads, or empty."""
     others = [field for field in fields if field.name != names]
     known = [field for field in others if any(row.get(field.name) is not None for row in rows)]
-    columns = zip(known, _columns(known, rows), strict=True)
+    columns = zip(known, _columns(known, rows, digits), strict=True)
     heads = [str(row[names]) if names else f"row {place}" for place, row in enumerate(rows, 1)]
     return Grid(
         ["quantity", *heads, "unit"],
@@ -158,15 +159,15 @@ def _side_by_side(fields, rows, names):
     )
 
 
-def _columns(fields, rows):
+def _columns(fields, rows, digits):
     """The cells of each field."""
-    return [[row[place] for row in _cells(fields, rows)] for place in range(len(fields))]
+    return [[row[place] for row in _cells(fields, rows, digits)] for place in range(len(fields))]
 
 
-def _cells(fields, rows):
+def _cells(fields, rows, digits):
     """The cells of each row."""
-    digits = [_digits([field.shown(row) for row in rows]) if field.distinct else DIGITS for field in fields]
-    return [[_cell(field, row, count) for field, count in zip(fields, digits, strict=True)] for row in rows]
+    counts = [_digits([field.shown(row) for row in rows], digits) if field.distinct else digits for field in fields]
+    return [[_cell(field, row, count) for field, count in zip(fields, counts, strict=True)] for row in rows]
 
 
 def _side(name, rows):
@@ -261,10 +262,10 @@ def text_width(text):
 # --------------------------------------------------------------------------------------------------------- cells
 
 
-def _digits(values):
-    """The fewest significant digits, DIGITS or more, with which different numbers are different texts."""
+def _digits(values, least):
+    """The fewest significant digits, at `least` so many, with which different numbers are different texts."""
     numbers = {value for value in values if isinstance(value, float)}
-    counts = range(DIGITS, MOST_DIGITS)
+    counts = range(least, MOST_DIGITS)
     return next((count for count in counts if len({short(n, count) for n in numbers}) == len(numbers)), MOST_DIGITS)
 
 

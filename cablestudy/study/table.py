@@ -14,9 +14,9 @@ from functools import partial
 from itertools import islice
 
 from cablestudy.errors import SceneError
+from cablestudy.study.markdown import DIGITS, whole
 from cablestudy.study.markdown import short as short
 from cablestudy.study.markdown import signed as signed
-from cablestudy.study.markdown import whole
 
 REMOVED = str.maketrans("", "", "^ ")  # of a unit in a name
 NO_TABLE = "not a table of comma-separated values"
@@ -81,6 +81,7 @@ class Table:
     across: str = ""  # field whose values head the columns of Markdown, one for each row
     more: tuple = ()  # fields of cells that rows have too, shown only where `chosen` names them
     errors: Callable | None = None  # yields for each row, or for some, the relative errors of its cells, for JSON
+    digits: int = DIGITS  # significant ones of a number in Markdown
 
     def chosen(self, names=(), top=None):
         """Some columns, in the order of their names, behind those that name the rows; and the first rows.
@@ -130,9 +131,9 @@ class Table:
         Parameters
         ----------
         style : {"md", "csv", "json", "jsonl"}
-            Markdown: four significant digits, first and last rows of a long table. CSV: all digits. JSON: one object
-            with columns and units, rows, and the estimated errors of their cells where they are known. JSON lines: one
-            object for each row.
+            Markdown: `digits` significant digits, first and last rows of a long table. CSV: all digits. JSON: one
+            object with columns and units, rows, and the estimated errors of their cells where they are known. JSON
+            lines: one object for each row.
         """
         return {"md": partial(whole, self), "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
 

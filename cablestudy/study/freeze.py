@@ -1,0 +1,72 @@
+"""A scene with the unstretched lengths of its cables instead of the preloads, sags and tensions that give them."""
+
+from cablestudy.scene.determinacy import STATED
+from cablestudy.study.case import Case
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.system.rigid import to_angles
+
+OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are found where its bodies stand
+
+
+def frozen(document, scene):
+    """What the file of a scene would say with its lengths in the reference state, base and changes resolved.
+
+    Free points, and bodies as far as they move, stand where that state has them, so that a search begins there.
+
+    Parameters
+    ----------
+    document : Document
+    scene : Scene or SuspensionScene
+        The same in SI.
+
+    Returns
+    -------
+    dict
+        Plain values; lengths with as many digits as a double has.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no reference state.
+    """
+    value = document.given
+    reference = scene.model_copy(update={"case": None})
+    if not hasattr(scene, "cables"):
+        case, stated = Case(reference), scene.cable.unstretched_length
+        case.results.check(case.index)
+        return {**value, "cable": _with_length(value["cable"], case.reference_length if stated is None else stated)}
+    found = SuspensionCase(reference).group.reference
+    lengths = dict(zip(scene.cables, found.lengths[0].tolist(), strict=True))
+    lengths |= {name: cable.unstretched_length for name, cable in scene.cables.items() if cable.unstretched_length}
+    changed = {"cables": {name: _with_length(cable, lengths[name]) for name, cable in value["cables"].items()}}
+    if "cable" in value:
+        changed["cable"] = _unstated(value["cable"])
+    kept = {key: own for key, own in value.items() if key not in OF_LENGTHS}
+    return kept | changed | _places(value, scene, found)
+
+
+def _unstated(cable):
+    """A table of a cable, or of all, without what it states of lengths, tensions and sags."""
+    return {key: own for key, own in cable.items() if key not in STATED}
+
+
+def _with_length(cable, length):
+    """A table of a cable with its unstretched length instead. [m]"""
+    return {**_unstated(cable), "unstretched_length": f"{float(length)!r} m"}
+
+
+def _places(value, scene, found):
+    """The tables of points and bodies with what was found of places and attitudes."""
+    places = {name: place for place, name in enumerate(found.suspension.body_names)}
+    points, bodies = dict(value.get("points", {})), dict(value.get("bodies", {}))
+    for name, point in scene.points.items():
+        if point.free:
+            points[name] = {**points[name], "at": found.position[0, places[name]].tolist()}
+    for name, body in scene.bodies.items():
+        if not body.free:
+            continue
+        own = {**bodies[name], "at": found.position[0, places[name]].tolist()}
+        if {"roll", "pitch", "yaw"} & set(body.free):
+            own["attitude"] = to_angles(found.rotation[0, places[name]]).tolist()
+        bodies[name] = own
+    return ({"points": points} if points else {}) | ({"bodies": bodies} if bodies else {})

@@ -1,0 +1,132 @@
+"""The command freeze: the scene with its lengths in full has the tables of the scene."""
+
+import numpy as np
+import pytest
+from command import CONFIGS, refused_in_one_line, run, table_of
+
+import cablestudy as cs
+from cablestudy.scene.strict_yaml import compose
+from cablestudy.scene.write_yaml import write_yaml
+from cablestudy.study.freeze import frozen
+
+ROUNDING = 1e-12  # of the largest number of a column
+SCENES = {
+    "a preload in percent": ("guy.yaml", ()),
+    "a horizontal tension": ("line.yaml", ()),
+    "loads": ("zipline.yaml", ()),
+    "loads in the reference state": ("zipline.yaml", ("cable.reference.loads=true",)),
+    "a sag": ("carlina.yaml", ("cable.sag=2 m",)),
+    "fixed elements": ("carlina.yaml", ("cable.preload=800 N", "model.elements=10")),
+    "a free point": ("suspensions/mast-guys.yaml", ()),
+    "lengths for a pose": ("suspensions/carlina-net.yaml", ()),
+    "an attitude that is found": ("suspensions/fast.yaml", ()),
+    "force densities": ("suspensions/net-2x2.yaml", ()),
+    "a body": ("suspensions/cogiro.yaml", ()),
+}
+
+
+def columns_of(tables):
+    """Table and column -> its numbers."""
+    found = {}
+    for table, rows in tables.items():
+        for row in rows:
+            for name, value in row.items():
+                if isinstance(value, float):
+                    found.setdefault((table, name), []).append(value)
+    return found
+
+
+def tables(scene):
+    """The tables of static, each a list of rows."""
+    answer = scene.compute("static")
+    assert not answer.failures
+    return {name: table.rows for name, table in (answer.tables or {"": answer.table}).items()}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_frozen_scene_has_the_tables_of_the_scene(tmp_path, name):
+    file, sets = SCENES[name]
+    path = tmp_path / "frozen.yaml"
+    options = [part for text in sets for part in ("--set", text)]
+    run("freeze", CONFIGS / file, *options, "--out", path)
+    text = path.read_text(encoding="utf-8")
+    assert not {"preload:", "sag:", "tension:", "base:", "solve_for:"} & set(text.split())
+    given, again = columns_of(tables(cs.load(CONFIGS / file, set=sets))), columns_of(tables(cs.load(path)))
+    assert given.keys() == again.keys()
+    for column, values in given.items():
+        scale = max(map(abs, values))
+        if column[0] in ("stiffness", "bodies", "points"):  # of which the smallest are what others leave
+            scale = max(max(map(abs, other)) for key, other in given.items() if key[0] == column[0])
+        assert again[column] == pytest.approx(values, rel=0, abs=10 * ROUNDING * scale), column
+
+
+def test_lengths_are_those_of_the_reference_state_in_full(tmp_path):
+    """Whatever case the scene is in, and with as many digits as a double has: another load case acts on them."""
+    path = tmp_path / "built.yaml"
+    told = run("freeze", CONFIGS / "guy.yaml", "--set", "case=storm", "--out", path)
+    assert told.lines == [f"written: {path}; comments of the file are lost, base and changes are resolved"]
+    (row,) = table_of("static", CONFIGS / "guy.yaml", "--case", "everyday")
+    assert f"unstretched_length: {row['unstretched_length_m']!r} m" in path.read_text(encoding="utf-8")
+    for case in ("storm", "ice-and-wind"):
+        (given,), (again,) = (table_of("static", file, "--case", case) for file in (CONFIGS / "guy.yaml", path))
+        for name, value in given.items():
+            assert again[name] == (pytest.approx(value, rel=ROUNDING) if isinstance(value, float) else value), name
+
+
+def test_what_is_stated_stays_and_places_are_those_found():
+    scene = cs.load(CONFIGS / "suspensions" / "mast-guys.yaml", set={"cables.guy2.unstretched_length": "70.5 m"})
+    value = frozen(scene.document, scene.model)
+    assert value["cables"]["guy2"]["unstretched_length"] == "70.5 m"
+    assert value["cable"] == {
+        "material": "paper/steel",
+        "area": "150 mm^2",
+        "damping": {"model": "modal", "ratio": 0.005},
+    }
+    found = scene.static()["points"].iloc[0]
+    assert value["points"]["top"]["at"] == [found["x_m"], found["y_m"], found["z_m"]]
+    assert value["points"]["top"]["force"] == [0, 0, "46.6 kN"]
+    stated = cs.load(CONFIGS / "carlina.yaml")
+    assert frozen(stated.document, stated.model)["cable"]["unstretched_length"] == "184.4883 m"
+
+
+def test_standard_output_and_python_have_the_same_text():
+    scene = CONFIGS / "zipline.yaml"
+    printed = run("freeze", scene, "--quiet")
+    assert printed.err == ""
+    heading, _, text = printed.out.partition("\n")
+    assert heading.startswith("#")
+    assert text == cs.load(scene).freeze()
+    assert run("static", "-", stdin=printed.out).out == run("static", scene, "--quiet").out
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["1e8", "no", "null", "~", "0x1F", "10 %", "-3", "1:30", ".5", "3.16 lbf/ft", "µm °C", "# not", "a: b", "", "'",
+     '"', "true", "[", "- x", "4_000", "2026-01-01", "line\nbreak", "=", "<<", "!tag", "&a", "*a", 1e-300, 1e22, 0.1, -0.0,
+     3, True, [], [[1, 2.5], ["x"]], {"on": {"1": 2}}],
+)  # fmt: skip
+def test_what_is_written_reads_back(value):
+    whole = {"key": value, "again": [value], "null": {"deep": {"deeper": value}}}
+    assert compose(write_yaml(whole), "")[0] == whole
+
+
+def test_lengths_have_their_digits_whatever_they_are():
+    values = np.random.default_rng(3).uniform(1, 10, 200) * 10.0 ** np.arange(-100, 100)
+    whole = {"lengths": values.tolist()}
+    assert compose(write_yaml(whole), "")[0] == whole
+
+
+def test_what_is_refused(tmp_path):
+    scene = tmp_path / "guy.yaml"
+    scene.write_bytes((CONFIGS / "guy.yaml").read_bytes())
+    there = scene.read_bytes()
+    refused = run("freeze", scene, "--out", scene, code=2)
+    assert refused.lines == [f"--out {scene}: is the scene itself, whose comments would be lost; give another name"]
+    assert scene.read_bytes() == there
+    impossible = run("freeze", scene, "--set", "cable.preload=1 mN", code=3)
+    assert len(impossible.lines) == 1
+    assert "1e-05" not in impossible.out
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    refused_in_one_line(folder, "this is a study", "freeze", CONFIGS / "preload.yaml", "--out", folder / "x.yaml")
+    refused_in_one_line(folder, "cannot be written", "freeze", scene, "--out", folder / "none" / "x.yaml")
