@@ -102,8 +102,8 @@ def test_standard_output_and_python_have_the_same_text():
 @pytest.mark.parametrize(
     "value",
     ["1e8", "no", "null", "~", "0x1F", "10 %", "-3", "1:30", ".5", "3.16 lbf/ft", "µm °C", "# not", "a: b", "", "'",
-     '"', "true", "[", "- x", "4_000", "2026-01-01", "line\nbreak", "=", "<<", "!tag", "&a", "*a", 1e-300, 1e22, 0.1, -0.0,
-     3, True, [], [[1, 2.5], ["x"]], {"on": {"1": 2}}],
+     '"', "true", "[", "- x", "4_000", "2026-01-01", "line\nbreak", "=", "<<", "!tag", "&a", "*a", 1e-300, 1e22, 0.1,
+     -0.0, 3, True, [], [[1, 2.5], ["x"]], {"on": {"1": 2}}],
 )  # fmt: skip
 def test_what_is_written_reads_back(value):
     whole = {"key": value, "again": [value], "null": {"deep": {"deeper": value}}}

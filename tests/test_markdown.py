@@ -260,9 +260,10 @@ def test_digits_of_all_tables_of_a_suspension():
 
 
 def test_the_stored_table_keeps_its_digits(folder):
-    run("sweep", "study.yaml", "--columns", "sag", "--digits", 9)
+    study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass, sag]\n")
+    assert "0.71469" in run("sweep", "study.yaml", "--digits", 9).out
     stored = (folder / "results" / "study.md").read_text(encoding="utf-8")
-    run("sweep", "study.yaml", "--restart", "--columns", "sag")
+    run("sweep", "study.yaml", "--restart")
     assert (folder / "results" / "study.md").read_text(encoding="utf-8") == stored
 
 
@@ -271,7 +272,7 @@ def test_the_stored_table_keeps_its_digits(folder):
     [
         (["--digits", "0"], "Invalid value for '--digits': 0 is not in the range 1<=x<=17"),
         (["--digits", "18"], "Invalid value for '--digits': 18 is not in the range 1<=x<=17"),
-        (["--digits", "x"], "Invalid value for '--digits': 'x' is not a valid integer"),
+        (["--digits", "x"], "Invalid value for '--digits': 'x' is not a whole number"),
         (["--digits", "6", "--format", "csv"], "Invalid value for '--digits': no effect: csv has all digits"),
     ],
 )

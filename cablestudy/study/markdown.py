@@ -71,7 +71,7 @@ def fitted(table, width):
     if table.single:
         return _beside(_one_row(fields, rows[0], table.digits), width), []
     if table.across:
-        return _beside(_side_by_side(fields, rows, table.across), width), []
+        return _beside(_side_by_side(fields, rows, table.across, table.digits), width), []
     grid = _rows(fields, rows, omitted, table.digits)
     fitting = wrapped(grid, width)
     if fitting is None and 0 < len(rows) <= FEW_ROWS:
