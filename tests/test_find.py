@@ -1,11 +1,12 @@
 """The value of a key for which a column takes a value: against closed forms of the test's own, in a study, refused."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command import rows_of, run
+from command import CONFIGS, rows_of, run, table_of
 from scipy.optimize import brentq
 
 from cablestudy.scene.scene import load_scene
@@ -200,10 +201,19 @@ def test_the_mass_at_a_knot():
     [
         ("find: unknown column 'sagg' (did you mean sag?)", "sagg = 2", "--by cable.preload"),
         ("find: unknown column 'safety_factor' (did you mean utilisation?", "safety_factor = 3", "--by cable.preload"),
-        ('find: sag: expected a number in m, or with a unit, got "1/4" (write 0.25 for', "sag = 1/4", "--by cable.sag"),
         ("expected COLUMN = VALUE, for example 'sag = 2 m', got \"sag\"", "sag", "--by cable.preload"),
         ('find: sag: "kg" (mass) and "m" (length) do not fit each other', "sag = 2 kg", "--by cable.preload"),
         ('find: sag: expected a number in m, or with a unit, got "x"', "sag = x", "--by cable.preload"),
+        (
+            "--by cable.loads.0.at: cable.loads: the list is not there, so that it has no item 0",
+            "sag = 2 m",
+            "--by cable.loads.0.at",
+        ),
+        (
+            "--by cable.loads.1.mass: cable.loads: the list is not there, so that it has no item 1",
+            "sag = 2 m",
+            "--by cable.loads.1.mass",
+        ),
         ("find: status is text", "status = ok", "--by cable.preload"),
         ("find: dof describes the computation", "dof = 3", "--by cable.preload"),
         ("find: deflection needs the key cable.loads", "deflection = 1 mm", "--by cable.preload"),
@@ -224,6 +234,48 @@ def test_what_is_refused(words, goal, options):
     outcome = run("find", "scene.yaml", goal, *options.split(), code=2)
     assert (outcome.out, len(outcome.lines)) == ("", 1)
     assert words in outcome.err
+
+
+@pytest.mark.parametrize(("scene", "column"), [("guy.yaml", "min_tension"), ("suspension", "a.max_tension")])
+def test_a_tension_as_a_share_of_the_breaking_force_is_told_in_newtons(scene, column):
+    """Which solves as it is printed."""
+    path = CONFIGS / "guy.yaml"
+    if scene == "suspension":
+        path = Path("many.yaml")
+        cable = "cable: {material: guy-strand, diameter: 16 mm, preload: 10 %}\n"
+        path.write_text(cable + "cables: {a: {from: [0, 0, 0], to: [60, 0, 80]}}\n", encoding="utf-8")
+    key = "cable.preload" if scene != "suspension" else "cables.a.preload"
+    (line,) = run("find", path, f"{column} = 9 %", "--by", key, code=2).lines
+    told = re.search(rf"write ({column} = (.*) N), which is that share of the breaking force of (.*) N", line)
+    assert float(told[2]) == pytest.approx(0.09 * float(told[3]), rel=1e-5)
+    beside = f"{column.rpartition('.')[0]}.utilisation".strip(".")
+    (row,) = table_of("find", path, told[1], "--by", key, "--columns", beside)
+    if column == "a.max_tension":
+        assert row["a.utilisation"] == pytest.approx(0.09, rel=1e-5)
+    assert row[f"{column}_N"] == pytest.approx(float(told[2]), rel=1e-6)
+
+
+def test_a_share_without_a_breaking_force_says_what_has_one():
+    (line,) = run("find", "scene.yaml", "max_tension = 3 %", "--by", "cable.preload", code=2).lines
+    assert 'max_tension: expected a force, got "3 %": give the tension in N' in line
+
+
+def test_a_key_that_holds_several_numbers_is_refused():
+    (line,) = run("find", CONFIGS / "guy.yaml", "sag = 2 m", "--by", "cable.ends", code=2).lines
+    assert line == "--by cable.ends: holds several numbers: give one of them, for example cable.ends.0.0"
+
+
+def test_a_fraction_is_a_number():
+    (row,), _ = find("sag = 1/4", "--by", "cable.preload")
+    assert row["sag_m"] == pytest.approx(0.25, rel=1e-9)
+
+
+def test_the_place_of_a_load_is_found_by_its_number_in_the_list():
+    """Where a load hangs 0.13 m deep: checked by the statics of a load there."""
+    (row,) = table_of("find", CONFIGS / "point-load.yaml", "load_sag = 0.13 m", "--by", "cable.loads.0.at")
+    place = row["cable.loads.0.at_m"]
+    (there,) = table_of("static", CONFIGS / "point-load.yaml", "--set", f"cable.loads.0.at={place!r} m")
+    assert there["load_sag_m"] == pytest.approx(0.13, rel=1e-9)
 
 
 def test_all_mistakes_at_once():

@@ -13,6 +13,8 @@ from cablestudy.scene import units
 from cablestudy.scene.ranges import Range, read_range
 from cablestudy.scene.units import DIMENSIONS, to_si
 
+POUND, FOOT = Fraction("0.45359237") * Fraction("9.80665"), Fraction("0.3048")  # [N], [m]: exact by definition
+
 
 # Each expected value is the literal of the same number in SI, which Python rounds correctly by itself.
 @pytest.mark.parametrize(
@@ -30,6 +32,13 @@ from cablestudy.scene.units import DIMENSIONS, to_si
         # lb = 0.45359237 kg, ft = 0.3048 m, standard gravity 9.80665 m/s^2: all exact by definition
         ("3.16 lbf/ft", "N/m",
          float(Fraction("3.16") * Fraction("0.45359237") * Fraction("9.80665") / Fraction("0.3048"))),
+        ("500 lbf", "N", float(500 * POUND)), ("2 kip", "N", float(2000 * POUND)), ("-1 lbf", "N", float(-POUND)),
+        ("20 psf", "Pa", float(20 * POUND / FOOT**2)), ("0.5 ksf", "Pa", float(500 * POUND / FOOT**2)),
+        ("30 ksi", "Pa", float(30000 * POUND / (FOOT / 12) ** 2)), ("80 plf", "N/m", float(80 * POUND / FOOT)),
+        ("1.2 klf", "N/m", float(1200 * POUND / FOOT)), ("490 lbf/ft^2", "Pa", float(490 * POUND / FOOT**2)),
+        ("490 pcf", "kg/m^3", float(490 * Fraction("0.45359237") / FOOT**3)),
+        ("1/3", "", 1 / 3), ("2/7", "", 2 / 7), ("-1/3 m", "m", -1 / 3), ("5/8 inch", "m", 0.0254 * 5 / 8),
+        ("1/2 1/s", "Hz", 0.5), ("2.5/10 m", "m", 0.25), ("1/4 %", "", 0.0025),
     ],
 )  # fmt: skip
 def test_text_with_a_unit_is_correctly_rounded(text, unit, value):
@@ -45,6 +54,23 @@ def test_any_number_survives_text_and_units(number):
 @pytest.mark.parametrize("value", [3, 3.5, math.inf])
 def test_numbers_are_si_already(value):
     assert to_si(value, "kg") == value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "hint"),
+    [
+        ("500 lb", "N", "(mass; did you mean lbf?)"),
+        ("80 kg", "N", "(mass; did you mean kgf?)"),
+        ("2 lb/ft", "N/m", "(mass per length; did you mean lbf/ft?)"),
+        ("2 lbf/ft", "kg/m", "(stiffness; did you mean lb/ft?)"),
+        ("2 lbf", "kg", "(force; did you mean lb?)"),
+        ("2 lb", "m", "(mass)"),
+    ],
+)
+def test_pounds_of_the_other_kind_are_told(text, unit, hint):
+    with pytest.raises(ValueError, match="got") as caught:
+        to_si(text, unit)
+    assert str(caught.value).endswith(hint)
 
 
 WRITTEN = "a number, then a unit such as mm, kN, kg/m^3"
@@ -68,6 +94,10 @@ WRITTEN = "a number, then a unit such as mm, kN, kg/m^3"
         ([1], "a list"),
         ({}, "a mapping"),
         (10**400, "a number out of range"),
+        ("1/0 m", '"1/0 m" (division by zero)'),
+        ("1/3/4 m", f'"1/3/4 m" ({WRITTEN})'),
+        ("1/-3 m", f'"1/-3 m" ({WRITTEN})'),
+        ("3 psf", '"3 psf" (stress)'),
     ],
 )
 def test_what_is_not_a_length_is_refused(value, got):

@@ -93,7 +93,7 @@ class Quantity(_Type):
         number = {"type": "number", "minimum": self.low, "maximum": self.high, "description": self._range()}
         text = {
             "type": "string",
-            "pattern": r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*([A-Za-zµμΩ°%(1].*)?$",
+            "pattern": r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(/\d{1,9})?\s*([A-Za-zµμΩ°%(1].*)?$",
             "description": f"{article(noun)} {self._range()}, e.g. {example}",
         }
         return {"anyOf": [number, text, *({"enum": list(self.words)} for _ in self.words[:1])]}

@@ -99,6 +99,8 @@ def _plain(detail, tables):
         limit = context.get("max_length", context.get("min_length"))
         bound = "at most" if kind == "too_long" else "at least"
         return [(path, f"expected {bound} {counted(limit, 'item')}, got {len(value)}")]
+    if kind == "tuple_type" and isinstance(value, dict) and value and all(map(str.isdigit, map(str, value))):
+        return [(path, f"the list is not there, so that it has no item {next(iter(value))}")]
     expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
     return [(path, f"{expected}, got {show(value)}")]
 
@@ -131,7 +133,7 @@ def _groups(value, tables):
     """Exclusive and missing keys in the raw file, because pydantic skips them where a single key is wrong."""
     found = []
     for pattern, model in tables.items():
-        for path, inside in _inside(value, pattern) if model.table else ():
+        for path, inside in _inside(value, pattern) if model.table and "loads" not in pattern else ():
             found += [((*path, *key), message) for key, message in model.key_mistakes(inside)]
     return found
 

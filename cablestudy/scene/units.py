@@ -47,8 +47,14 @@ _KNOWN = (
     *("m", "mm", "cm", "km", "um", "µm", "inch", "foot", "ft", "yard", "mile", "deg", "rad", "percent", "dB"),
     *("K", "degC", "degF"),
     *("kg", "g", "tonne", "lb", "N", "mN", "kN", "MN", "lbf", "kgf", "Pa", "kPa", "MPa", "GPa", "psi", "ksi", "bar"),
+    *("kip", "psf", "ksf", "plf", "klf", "pcf"),
     *("s", "ms", "min", "hour", "Hz", "kHz", "m/s", "km/h", "mph", "knot"),
 )
+
+_STRUCTURAL = {
+    "psf": "pound_force / foot ** 2", "ksf": "1000 * pound_force / foot ** 2",
+    "plf": "pound_force / foot", "klf": "1000 * pound_force / foot", "pcf": "pound / foot ** 3",
+}  # fmt: skip
 
 # Temperature scales -> what is added to a number on them, and the size of a degree. [K]
 _SCALES = {
@@ -60,7 +66,9 @@ _SCALES = {
 _PREFIXES = {"k": 3, "M": 6, "G": 9, "c": -2, "m": -3, "u": -6, "µ": -6}
 _PREFIXED = {"m": 1, "m^2": 2, "N": 1, "Pa": 1, "Hz": 1, "s": 1}  # and the power of the prefix
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)(?:/([0-9]{1,9}))?\s*(.*?)\s*", re.DOTALL
+)
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
 _NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
 _FRACTION = re.compile(r"([0-9]{1,9}(?:\.[0-9]{1,9})?)/([0-9]{1,9}(?:\.[0-9]{1,9})?)")
@@ -163,7 +171,9 @@ class _NotAQuantityError(ValueError):
 
 
 def split(text):
-    """Number and unit of a text such as "1.85 mm": the number as Decimal, exactly as written; the unit may be empty.
+    """Number and unit of a text such as "1.85 mm" or "5/8 inch"; the unit may be empty.
+
+    The number is a Decimal: exactly as written, a fraction to 28 digits.
 
     Raises
     ------
@@ -179,7 +189,11 @@ def split(text):
         number = _BEYOND
     if number.copy_abs() >= _BEYOND:
         raise _NotAQuantityError(" (out of range)")
-    return number, match[2]
+    if match[2] is not None:
+        if not int(match[2]):
+            raise _NotAQuantityError(" (division by zero)")
+        number /= int(match[2])
+    return number, match[3]
 
 
 @lru_cache(maxsize=4096)
@@ -195,8 +209,20 @@ def _factor(name, unit):
     scale, expected = _root(unit)
     if dimension != expected:
         degrees = unit == "K" and name in _SCALES
-        raise _NotAQuantityError(f" (did you mean deg{name}?)" if degrees else f" ({_dimension_name(dimension)})")
+        meant = f"deg{name}" if degrees else _of_force_or_mass(name, expected)
+        noun = "" if degrees else _dimension_name(dimension)
+        raise _NotAQuantityError(f" ({'; '.join(filter(None, (noun, meant and f'did you mean {meant}?')))})")
     return ratio / scale
+
+
+def _of_force_or_mass(name, expected):
+    """A unit with the pound or kilogram as a force in the place of a mass, or the reverse, which fits; or nothing."""
+    for mass, force in (("lb", "lbf"), ("kg", "kgf")):
+        for one, other in ((mass, force), (force, mass)):
+            swapped = re.sub(rf"(?<![A-Za-z]){one}(?![A-Za-z0-9])", other, name)
+            if swapped != name and _root(swapped)[1] == expected:
+                return swapped
+    return ""
 
 
 def common_factor(name, other):
@@ -222,10 +248,13 @@ def fraction_hint(text):
 
 @cache
 def _registry():
-    """pint's units, with decimal factors."""
+    """pint's units, with decimal factors, and those of structural engineers in the United States that it lacks."""
     import pint
 
-    return pint.UnitRegistry(non_int_type=Decimal)
+    registry = pint.UnitRegistry(non_int_type=Decimal)
+    for name, meaning in _STRUCTURAL.items():
+        registry.define(f"{name} = {meaning}")
+    return registry
 
 
 @lru_cache(maxsize=4096)

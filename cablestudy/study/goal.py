@@ -8,10 +8,10 @@ from pydantic_core import PydanticCustomError
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.fields import Quantity
-from cablestudy.scene.layers import split_key
+from cablestudy.scene.layers import split_key, value_at
 from cablestudy.scene.scene import quantity_of, read_scene
 from cablestudy.scene.study import Find
-from cablestudy.scene.units import common_factor, fraction_hint, show, split
+from cablestudy.scene.units import common_factor, show, split
 from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.columns import Column
 
@@ -126,7 +126,7 @@ def read_goal(asked, places, document):
             mistakes.append(Mistake(*places[part], str(error)))
 
     read("column", lambda: _number_column(asked.column))
-    read("value", lambda column: _in_unit(asked.value, column), "column")
+    read("value", lambda column: _in_unit(asked.value, column, document), "column")
     read("by", lambda: _quantity(asked.by, document))
     read("between", lambda quantity: asked.between and _range(asked.between, quantity), "by")
     if mistakes:
@@ -148,14 +148,14 @@ def _expected(column):
     return f"expected a number in {column.unit}, or with a unit" if column.unit else "expected a number"
 
 
-def _in_unit(value, column):
-    """A number in the unit of a column."""
+def _in_unit(value, column, document):
+    """A number in the unit of a column of the scene of a document."""
     try:
         number, unit = split(value) if isinstance(value, str) else (value, "")
     except ValueError as error:
         raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
-    if hint := fraction_hint(unit and value):
-        raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{hint}")
+    if unit in ("%", "percent") and column.unit == "N":
+        raise ValueError(_share_of(float(number) / 100, value, column, document))
     try:
         number = float(number * common_factor(unit, column.unit) if unit else number)
     except ValueError as error:
@@ -165,10 +165,31 @@ def _in_unit(value, column):
     return number
 
 
+def _share_of(share, value, column, document):
+    """What to write for a tension as a share of the breaking force of its cable, where the scene has one."""
+    try:
+        scene = read_scene(document)
+    except SceneError:  # it may lack what is to be found
+        scene = None
+    name = column.name.partition(".")[0]
+    cable = getattr(scene, "cables", {}).get(name) if hasattr(scene, "cables") else getattr(scene, "cable", None)
+    force = getattr(cable, "section_breaking_force", None)
+    known = (
+        force
+        and f"write {column.name} = {share * force:.6g} N, which is that share of the breaking force of {force:.6g} N"
+    )
+    hint = known or "give the tension in N; of the breaking force, utilisation = is a share"
+    return f"{column.name}: expected a force, got {show(value)}: {hint}"
+
+
 def _quantity(key, document):
     """The Quantity of a key."""
-    split_key(key)
+    path = split_key(key)
     quantity = quantity_of(key)
+    items = value_at(document.value, path)
+    if quantity is not None and isinstance(items, list):
+        first = ".".join((*path, *(["0", "0"] if items and isinstance(items[0], list) else ["0"])))
+        raise ValueError(f"holds several numbers: give one of them, for example {first}")
     if quantity is None:
         try:
             read_scene(document.with_sets([(key, 1, "")]))
