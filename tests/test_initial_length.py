@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from cables import Exact, chord_span, chord_strain_for_sag, chord_strain_for_tension, paper_span
+from command import run, table_of
 from references import catenary_mp
 
 from cablestudy.cable import initial_length
@@ -163,3 +164,29 @@ def test_a_weightless_cable_slack_below_its_loads():
     # rounding decides whether the least that it can have is found
     with pytest.raises(NoSolutionError, match=r"definite form|below the least that this cable can have"):
         chord_strain_for_tension(span, 0.015)
+
+
+def test_a_sag_or_tension_that_only_a_long_cable_has_is_told(tmp_path):
+    """By its length over the distance of the ends, beyond five; not where the length is stated."""
+    text = "cable: {chord: 100 m, material: aramid, diameter: 4 mm, STATED}\n"
+    path = tmp_path / "long.yaml"
+
+    def notes(stated, *arguments):
+        path.write_text(text.replace("STATED", stated), encoding="utf-8")
+        return [line for line in run(*(arguments or ("static", path))).lines if line.startswith("note: the stated")]
+
+    (line,) = notes("sag: 4 km")
+    (row,) = table_of("static", path)
+    times = row["unstretched_length_m"] / 100
+    assert line == (
+        f"note: the stated sag is that of a cable of {row['unstretched_length_m']:.4g} m, "
+        f"{times:.3g} times the distance of its ends"
+    )
+    assert times == pytest.approx(2 * 4000 / 100, rel=0.02)  # nearly straight down and up again
+    assert notes("sag: 4 km", "modes", path, "-n", "1") == [line]
+    assert notes("sag: 200 m") == []
+    assert notes("unstretched_length: 8 km") == []
+    path.write_text("cable: {material: aramid, diameter: 4 mm}\npoints: {a: [0, 0, 0], b: [100, 0, 0]}\n"
+                    "cables: {n: {from: a, to: b, sag: 4 km}}\n", encoding="utf-8")  # fmt: skip
+    (many,) = run("static", path, "--table", "cables").lines
+    assert many == line.replace("note: ", "note: n: ")

@@ -315,6 +315,19 @@ def test_each_mistake_is_one_clear_line(line, sets, message):
     assert len(lines) <= 3
 
 
+@pytest.mark.parametrize(
+    ("ground", "messages"),
+    [
+        ("[0, 0]", ["ground.0: expected a list, got 0", "ground.1: expected a list, got 0"]),
+        ("[[0, 0, 1], [1, 2]]", ["ground.0: expected at most 2 items, got 3"]),
+    ],
+)
+def test_items_that_are_wrong_are_not_told_as_too_few(line, ground, messages):
+    with pytest.raises(SceneError) as raised:
+        line("unstretched_length: 301 m", f"ground={ground}")
+    assert str(raised.value).splitlines() == [f"--set ground: {message}" for message in messages]
+
+
 def test_rows_of_many_cases_are_those_of_each_alone_to_the_last_digit(line):
     names = (*TENSIONS, "swing", "lowest_point", "horizontal_tension", "unstretched_length", "angle_1",
              "end_stiffness", "end_stiffness_xz")  # fmt: skip

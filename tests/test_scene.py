@@ -339,11 +339,14 @@ VECTORS = {
     "cable.ends": "[[0, 0, 0], [{}, 0, 0]]",
     "cable.loads.0.force": "[0, 0, {}]",
     "cases.day.loads.0.force": "[0, 0, {}]",
+    "cases.day.forces.end_2": "[{}, 0, 0]",
+    "cases.day.moves.end_1": "[0, {}, 0]",
+    "cases.day.moves.end_2": "[0, 0, {}]",
 }
 
 
 def test_every_quantity_has_a_range_whose_products_do_not_overflow():
-    assert len(RANGES) == 78
+    assert len(RANGES) == 81
     for key, quantity in RANGES.items():
         ends = [abs(end) for end in (quantity.low, quantity.high) if end]
         assert 1e-30 <= min(ends) <= max(ends) <= 1e30, key  # so that products of ten are finite

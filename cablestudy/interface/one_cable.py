@@ -27,7 +27,7 @@ def modes(scene, count=None, upto=None, estimate=False):
     """The modes with fixed ends: `count` of them, or all up to a frequency."""
     from cablestudy.study import case_modes
     from cablestudy.study.case import Case
-    from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.notes import long_cable, reference_without_loads
     from cablestudy.study.report import mode_table
 
     limit = frequency_limit(count, upto)
@@ -36,7 +36,12 @@ def modes(scene, count=None, upto=None, estimate=False):
     return Answer(
         table=mode_table(case, found),
         explain=lambda: tuple(notes),
-        warnings=(*reference_without_loads(scene.model), *warnings, *fewer_modes(found, asked, limit)),
+        warnings=(
+            *reference_without_loads(scene.model),
+            *long_cable(case),
+            *warnings,
+            *fewer_modes(found, asked, limit),
+        ),
         draw=lambda plots: plots.mode_shapes(case, found),
         case=case,
     )
@@ -104,12 +109,12 @@ def in_time(answer, solved):
 
 def _of_row(scene, table, row, draw, remarks=()):
     """The `Answer` of a table of one row."""
-    from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.notes import long_cable, reference_without_loads
 
     return Answer(
         table=table,
         explain=lambda: row.notes,
-        warnings=(*reference_without_loads(scene.model), *row.warnings, *remarks),
+        warnings=(*reference_without_loads(scene.model), *long_cable(row.case), *row.warnings, *remarks),
         failures=(row.cells["status"],) if row.failed else (),
         draw=None if draw is None or row.failed else lambda plots: draw(row.case, plots),
         case=row.case,

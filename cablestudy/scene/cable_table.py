@@ -11,7 +11,7 @@ from cablestudy.scene.section import Section, Tension, limited, within
 
 # Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
 LENGTH_RATIO = (0.2, 200.0)
-_LIKELY_RATIO = (0.5, 5.0)
+LIKELY_RATIO = (0.5, 5.0)
 CHORD_RANGE = (1e-9, 1e9)  # [m] squares, and those of frequencies, stay finite
 
 Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
@@ -161,7 +161,7 @@ def beyond_the_end(path, loads, length):
 
 def length_ratio(length, chord):
     """An unstretched length far from the distance of the ends, with the length in another unit that would fit."""
-    guesses = [g for g in (length * 1000, length / 1000) if _LIKELY_RATIO[0] <= g / chord <= _LIKELY_RATIO[1]]
+    guesses = [g for g in (length * 1000, length / 1000) if LIKELY_RATIO[0] <= g / chord <= LIKELY_RATIO[1]]
     hint = f"; did you mean {guesses[0]:.10g} m?" if guesses else ""
     ratio, allowed = f"{length / chord:.3g} times the distance of the ends, {chord:.10g} m", "{:g} to {:g} times"
     return f"{length:.10g} m is {ratio} (allowed: {allowed.format(*LENGTH_RATIO)}{hint})"

@@ -97,9 +97,11 @@ def _plain(detail, tables):
         return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
         limit = context.get("max_length", context.get("min_length"))
+        if kind == "too_short" and len(value) >= limit:  # pydantic leaves out the items that are wrong, told above
+            return []
         bound = "at most" if kind == "too_long" else "at least"
         return [(path, f"expected {bound} {counted(limit, 'item')}, got {len(value)}")]
-    if kind == "tuple_type" and isinstance(value, dict) and value and all(map(str.isdigit, map(str, value))):
+    if kind == "tuple_type" and path[-1] == "loads" and isinstance(value, dict) and "".join(value).isdigit():
         return [(path, f"the list is not there, so that it has no item {next(iter(value))}")]
     expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
     return [(path, f"{expected}, got {show(value)}")]

@@ -4,6 +4,7 @@ import numpy as np
 
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.control.gondola import gondola_mode
+from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import over_strength, relative, stress_of
@@ -121,6 +122,42 @@ def reference_without_loads(scene):
         f"note: cable.{stated[0]} is that of the cable without its point loads; cable.reference.loads: true "
         "states it with them, and false silences this note",
     )
+
+
+def long_cables(named, length, chord, stated):
+    """Notes, at most one, on sags and tensions that only a cable has that is much longer than its span.
+
+    A sag above two spans, or so little tension, is an equilibrium as any other, but mostly a slip of a unit.
+
+    Parameters
+    ----------
+    named : sequence of str
+        What messages call each cable; empty of the only one.
+    length, chord : sequence of float
+        Unstretched length in the reference state, distance of the ends. [m]
+    stated : sequence of (str or None)
+        What each states; of a cable that states its length nothing is told.
+
+    Returns
+    -------
+    tuple of str
+    """
+    told = [
+        f"{name}{': ' if name else ''}the stated {kind.replace('_', ' ')} is that of a cable of {own:.4g} m, "
+        f"{own / span:.3g} times the distance of its ends"
+        for name, own, span, kind in zip(named, length, chord, stated, strict=True)
+        if kind not in (None, "unstretched_length") and own > LIKELY_RATIO[1] * span
+    ]
+    return (f"note: {first_of(told, LISTED)}",) if told else ()
+
+
+def long_cable(case):
+    """`long_cables` of a scene of one cable; empty where it has no equilibrium."""
+    cable = case.scene.cable
+    stated = next((key for key in ("sag", "preload", "tension") if getattr(cable, key) is not None), None)
+    if stated is None or case.index in case.results.failures:
+        return ()
+    return long_cables([""], [float(case.reference_length)], [float(cable.chord_length)], [stated])
 
 
 def share_hint(document, scene, failure):

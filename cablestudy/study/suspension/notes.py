@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.notes import of_comparison
+from cablestudy.study.notes import long_cables, of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
 
 LISTED = 12  # cables, or runs of modes, that are named one by one
@@ -53,8 +53,15 @@ def strength_warning(case):
 
 
 def warnings_of(case):
-    """Warnings and notes on a case beside its results: `strength_warning`, `moved_note`; a tuple of str."""
-    return (*strength_warning(case), *moved_note(case))
+    """Warnings and notes on a case beside its results, a tuple of str.
+
+    `strength_warning`, `moved_note`, and where cables state what only a much longer cable has `notes.long_cables`.
+    """
+    reference, place = case.group.reference, case.place
+    chord = np.asarray(reference.catenary.span.chord)[place]
+    names, given = reference.suspension.cable_names, reference.suspension.given
+    long = long_cables(names, np.asarray(reference.lengths)[place].tolist(), chord.tolist(), given)
+    return (*strength_warning(case), *moved_note(case), *long)
 
 
 def moved_note(case):
