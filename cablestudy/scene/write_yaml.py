@@ -29,4 +29,5 @@ def write_yaml(value):
     ----------
     value : dict
     """
-    return yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=WIDTH)
+    options = {"sort_keys": False, "allow_unicode": True, "width": WIDTH, "default_flow_style": None}
+    return yaml.dump(value, Dumper=_Dumper, **options)

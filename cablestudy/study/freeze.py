@@ -1,10 +1,13 @@
 """A scene with the unstretched lengths of its cables instead of the preloads, sags and tensions that give them."""
 
+import numpy as np
+
 from cablestudy.scene.determinacy import STATED
 from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system.rigid import to_angles
 
+DUST = 1e-15  # of a coordinate over the longest chord: what rounding leaves of zero
 OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are found where its bodies stand
 
 
@@ -57,16 +60,18 @@ def _with_length(cable, length):
 
 def _places(value, scene, found):
     """The tables of points and bodies with what was found of places and attitudes."""
-    places = {name: place for place, name in enumerate(found.suspension.body_names)}
+    position = np.where(np.abs(found.position[0]) > DUST * found.catenary.span.chord.max(), found.position[0], 0.0)
+    places = dict(zip(found.suspension.body_names, position.tolist(), strict=True))
+    turned = dict(zip(found.suspension.body_names, to_angles(found.rotation[0]).tolist(), strict=True))
     points, bodies = dict(value.get("points", {})), dict(value.get("bodies", {}))
     for name, point in scene.points.items():
         if point.free:
-            points[name] = {**points[name], "at": found.position[0, places[name]].tolist()}
+            points[name] = {**points[name], "at": places[name]}
     for name, body in scene.bodies.items():
         if not body.free:
             continue
-        own = {**bodies[name], "at": found.position[0, places[name]].tolist()}
+        own = {**bodies[name], "at": places[name]}
         if {"roll", "pitch", "yaw"} & set(body.free):
-            own["attitude"] = to_angles(found.rotation[0, places[name]]).tolist()
+            own["attitude"] = turned[name]
         bodies[name] = own
     return ({"points": points} if points else {}) | ({"bodies": bodies} if bodies else {})
