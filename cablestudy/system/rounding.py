@@ -5,6 +5,8 @@ P of its ends, which turns the force: eps T (1 + P/chord); and of its strain e, 
 step: eps K L e, with the end stiffness K and the length L. Moments have these times their arms. A search cannot go
 below that: `Bounds.least`.
 
+Values that cables state have the rounding of their tension, a sag that of the place of the cable too.
+
 Where lengths and places of ends are changed by their own rounding, the force changes by eps K (L + P). A state with
 net forces up to that is the exact equilibrium of a suspension that differs by rounding from the one described:
 `Bounds.most`. No search needs to go below that, and one that can go no further has found its answer there.
@@ -24,12 +26,13 @@ TINY = 1e-300
 
 @dataclass(frozen=True)
 class Bounds:
-    """Net forces and moments that are rounding.
+    """Rounding of what a search brings to zero.
 
     Attributes
     ----------
-    least, most : ndarray, shape (..., b, 6)
-        That of the sums, and that of the lengths and places they are computed from. [N], [N m]
+    least, most : ndarray
+        Of the sums, and of the lengths and places they are computed from: of net forces and moments, shape
+        (..., b, 6) [N], [N m]; or of values, shape (..., c) [-].
     """
 
     least: np.ndarray
@@ -52,10 +55,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension):
     tension : ndarray, shape (..., c)
         Largest one of each cable, or what is known of it. [N]
     """
-    length = cables.span.unstretched_length
-    place, stiffness = np.abs(ends).max(axis=(-1, -2)), np.sqrt((cables.end_stiffness**2).sum(axis=(-1, -2)))
-    least = tension * (1 + place / cables.span.chord) + stiffness * length * np.abs(strain)
-    most = least + stiffness * (length + place)
+    least, most = _of_tensions(ends, strain, cables, tension)
     center, weight = tangent.weights(suspension, rotation)
     dead = np.stack([
         size(weight) + size(suspension.force), size(weight) * size(center) + size(suspension.moment)
@@ -70,6 +70,31 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension):
         return SUMS * UNIT * np.repeat(total, 3, axis=-1)
 
     return Bounds(summed(least), summed(most))
+
+
+def of_values(ends, strain, cables, given, value):
+    """Relative rounding of what cables state: `Bounds` of shape (..., c), infinite where a cable has no tension.
+
+    Parameters
+    ----------
+    ends, strain, cables
+        As for `bounds`.
+    given : sequence of (str or None), one per cable
+    value : ndarray, shape (..., c)
+    """
+    sags = np.array([kind == "sag" for kind in given])
+    tension = np.where(sags, cables.mean_tension, value)
+    deep = np.where(sags, cables.span.chord / np.maximum(value, TINY), 0.0)
+    parts = (part / np.maximum(tension, TINY) + deep for part in _of_tensions(ends, strain, cables, cables.max_tension))
+    return Bounds(*(SUMS * UNIT * part for part in parts))
+
+
+def _of_tensions(ends, strain, cables, tension):
+    """Rounding of the force of each cable over that of a number: least and most, shape (..., c). [N]"""
+    length, place = cables.span.unstretched_length, np.abs(ends).max(axis=(-1, -2))
+    stiffness = np.sqrt((cables.end_stiffness**2).sum(axis=(-1, -2)))
+    least = tension * (1 + place / cables.span.chord) + stiffness * length * np.abs(strain)
+    return least, least + stiffness * (length + place)
 
 
 def over(suspension, net, bound):
