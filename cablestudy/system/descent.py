@@ -22,7 +22,7 @@ from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
 from cablestudy.system import tangent
 from cablestudy.system.rigid import size, turn
-from cablestudy.system.rounding import UNIT, Bounds, bounds, over
+from cablestudy.system.rounding import UNIT, bounds, over
 from cablestudy.system.tangent import GROUND
 
 CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED = range(6)

@@ -22,7 +22,6 @@ from cablestudy.study.suspension.wind_columns import (
     tension_columns,
     turn_columns,
 )
-from cablestudy.system.rigid import to_angles
 from cablestudy.system.suspension import AXES
 
 # columns of a single cable -> what cables of a suspension have instead
@@ -39,7 +38,7 @@ CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
-ROUNDING = 1e-12  # of a coordinate over the size of the suspension: what is less is shown as zero
+ROUNDING = 1e-12  # of an angle over a full turn: what is less is shown as zero
 
 
 # ------------------------------------------------------------------------------------------------- of one cable
@@ -96,16 +95,15 @@ def cable_columns(name):
 
 def _coordinate(name, axis):
     def compute(case):
-        value = case.at(name)[0][axis]
-        return case.with_place_error(name, axis, value if abs(value) > ROUNDING * case.longest else 0.0)
+        return case.coordinate(name, axis)
 
     return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
 
 
 def _angle(name, axis):
     def compute(case):
-        value = np.degrees(to_angles(case.at(name)[1])[axis])
-        return value if abs(value) > 360 * ROUNDING else 0.0
+        value, error = case.coordinate(name, 3 + axis)
+        return np.degrees(value), error
 
     meaning = f"{ANGLES[axis]} of the attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
     return Column(f"{name}.{ANGLES[axis]}", "deg", meaning, "statics", compute)
