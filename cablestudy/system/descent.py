@@ -27,12 +27,12 @@ from cablestudy.system.tangent import GROUND
 
 CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED = range(6)
 REASONS = (
-    "converged: what is left is the rounding of sums",
+    "converged",
     "no step lowers the energy",
     "no convergence in the largest number of steps",
     "no lengths were found for which the cables have what they state",
     "no tensions within the bounds hold the bodies where they shall be",
-    "converged: nothing lower is found, and what is left is no more than the rounding of lengths and places does",
+    "converged: no step leaves less, and what is left is the rounding of lengths and places",
 )
 MAX_STEPS, HALVINGS = 100, 30
 FEW_STEPS = 12  # of a search straight from the start: those that need more go by softer cables
@@ -402,7 +402,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
     best, slow = np.full(cases, np.inf), np.zeros(cases, dtype=int)
-    for _ in range(most):
+    for number in range(most):
         step = newton_step(part, state, point)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, point, share = line_search(part, state, point, step)
@@ -410,7 +410,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=0.0):
         slow[active] = np.where(left > SLOW * best[active], slow[active] + 1, 0)
         best[active] = np.minimum(best[active], left)
         found = (left <= 1) | (after < enough)
-        stuck = (share == 0) | (slow[active] >= PATIENCE)
+        stuck = (share == 0) | (slow[active] >= PATIENCE) | (number == MAX_STEPS - 1)
         rounded = stuck & (over(part, point.net, point.most) <= 1)
         ended = found | rounded | (share == 0)
         count[active] += 1
