@@ -3,6 +3,9 @@
 With K the stiffness on the free degrees of freedom of cables that keep what they state (a length, or a tension that
 their length follows), g what is left of the net forces, and b changes by rounding, the place is known to K^-1 (g + b).
 The sum of all b is sampled: each has its size and a random sign, and the root mean square of some samples is taken.
+
+Where bodies stay where the description puts them, since what it states balances there, lengths are cut for these places
+and the places are known with them, also where the tensions would balance in other places too.
 """
 
 from dataclasses import dataclass
@@ -19,6 +22,7 @@ LENGTH = 2 * rounding.UNIT  # rounding of a length, relative
 # What rounding moves by more than this share of the longest cable, or turns by as many radians, is not determined by
 # what is stated: hardly two digits of it would be known
 UNDETERMINED = 5e-3
+STAYED = 1e-9  # movement from the described place, over the longest cable, that is none
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
 UNKNOWN = 1e30  # in place of what is not finite
 
@@ -79,8 +83,12 @@ def _sampled(equilibrium):
     """Root mean square of the samples, with what is left added: of places (..., b, 6), and of tensions (..., c)."""
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
     given = tuple(kind or "unstretched_length" for kind in suspension.given)
-    answers = stated.kept(cables, given)
-    net, bounds, error, rounded = _left(equilibrium, given)
+    lengths = np.array([kind == "unstretched_length" for kind in given])
+    cut, answers = _stayed(equilibrium)[..., None] | lengths, stated.kept(cables, given)
+    if (cut & ~lengths).any():
+        fixed = stated.kept(cables, ("unstretched_length",) * len(given))
+        answers = np.where(cut[..., None, None, None], fixed, answers)
+    net, bounds, error, rounded = _left(equilibrium, given, cut)
     free = suspension.free
     signs = np.random.default_rng(SEED)
     on_bodies = signs.choice([-1.0, 1.0], size=(SAMPLES, *free.shape))
@@ -92,15 +100,13 @@ def _sampled(equilibrium):
     body = suspension.owner[cable, end]
     acting = tangent.wrenches(arms[..., None, cable, end, :], pulled[..., cable, end, :])
     np.add.at(forces, (..., body, slice(None)), acting)
-    moved = np.zeros(forces.shape)
+    moved, pulled = np.zeros(forces.shape), pulled[..., 1, :]
     if free.any():
         moved[..., free] = _solved(suspension, _blocks(equilibrium, answers), tangent.free_values(suspension, forces))
-    ends = np.where(
-        (suspension.owner == tangent.GROUND)[..., None], 0.0,
-        moved[..., suspension.owner, :3] + np.cross(moved[..., suspension.owner, 3:], arms[..., None, :, :, :]),
-    )  # fmt: skip
-    along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
-    pulled = pulled[..., 1, :] + (answers[..., None, :, 1, :, :3] @ along)[..., 0]
+        ends = moved[..., suspension.owner, :3] + np.cross(moved[..., suspension.owner, 3:], arms[..., None, :, :, :])
+        ends = np.where((suspension.owner == tangent.GROUND)[..., None], 0.0, ends)
+        along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
+        pulled = pulled + (answers[..., None, :, 1, :, :3] @ along)[..., 0]
     change = size(pulled) / np.maximum(cables.max_tension, rounding.TINY)[..., None, :]
     return _rms(moved, -3), _rms(change, -2)
 
@@ -111,17 +117,24 @@ def _rms(samples, axis):
     return np.sqrt((samples[:-1] ** 2).mean(axis=0)) + CURVED * samples[-1]
 
 
-def _left(equilibrium, given):
+def _stayed(equilibrium):
+    """Whether all bodies are where the search began, shape (...)."""
+    suspension, longest = equilibrium.suspension, np.asarray(equilibrium.catenary.span.chord).max(axis=-1)
+    moved = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
+    turned = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
+    return np.maximum(moved, turned) <= STAYED
+
+
+def _left(equilibrium, given, cut):
     """Net forces that are left and their rounding (..., b, 6), errors of stated values and their rounding (..., c)."""
     suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
     strain = np.asarray(cables.span.chord_strain)
     net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, cables.max_tension)
     least = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, cables.max_tension).least
-    lengths = np.array([kind == "unstretched_length" for kind in given])
     own = rounding.of_values(ends, strain, cables, given, suspension.value).least
     of_length = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
-    error = np.where(lengths, 0.0, stated.values(cables, given) / suspension.value - 1)
-    return net, least, error, np.where(lengths, of_length, own)
+    error = np.where(cut, 0.0, stated.values(cables, given) / suspension.value - 1)
+    return net, least, error, np.where(cut, of_length, own)
 
 
 def _blocks(equilibrium, answers):
