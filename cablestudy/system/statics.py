@@ -68,10 +68,10 @@ def pose(suspension):
     state, record = search_all(flat, start(flat))
     hard = np.flatnonzero(record.reason == UNMET)
     if len(hard):
-        record = copied(record)
         again, last = by_softer_cables(flat.take(hard))
-        put(state, hard, again)
-        put(record, hard, last)
+        good, record = last.converged, copied(record)  # what the first search says of the others is nearer to the scene
+        put(state, hard[good], some(again, good))
+        put(record, hard[good], some(last, good))
     return leave_saddle_points(suspension, flat, state, record)
 
 
@@ -139,8 +139,13 @@ def by_softer_cables(suspension):
     for strain in SOFTENED:
         soft = np.where(own, stiffness, np.minimum(stiffness, tension / strain))
         part = replace(part, axial_stiffness=soft)
-        state, _ = search_all(part, start(part))
-        part = replace(part, position=state.position, rotation=state.rotation)
+        state, record = search_all(part, start(part))
+        found = record.converged[:, None, None]  # another search would wander off from where one has failed
+        part = replace(
+            part,
+            position=np.where(found, state.position, part.position),
+            rotation=np.where(found[..., None], state.rotation, part.rotation),
+        )
         if np.array_equal(soft, stiffness):
             break
     part = replace(part, axial_stiffness=stiffness)
