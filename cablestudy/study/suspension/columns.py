@@ -34,6 +34,8 @@ OF_CABLES = tuple(
     and (not column.key or column.key.startswith("cable.section_"))
     and column.name not in ("iterations", *INSTEAD)
 )
+OF_FORM = ("sag", "sag_ratio", "swing", "lowest_point", "angle_1", "angle_2")  # what its form between the ends decides
+SMALLEST = 1e-250  # what is less is a division of nothing by nothing, as the tension of a slack cable without weight
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
@@ -48,10 +50,22 @@ def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
-        return case.of_cables(column)[case.cable(name)]
+        if column.name in OF_FORM:
+            _refuse_shapeless(case, name)
+        value = case.of_cables(column)[case.cable(name)]
+        return 0.0 if abs(value) < SMALLEST else value
 
     key = column.key.replace("cable.", f"cables.{name}.")
     return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
+
+
+def _refuse_shapeless(case, name):
+    """Raise where a cable is slack and has no weight: it may lie in any form between its ends."""
+    if case.equilibrium.catenary.slack[case.cable(name)]:
+        raise NoSolutionError(
+            f"{name} is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance "
+            "or angles at its ends"
+        )
 
 
 def _end_tension(name, end, word):
@@ -77,6 +91,7 @@ def _clearance(name):
     def compute(case):
         if case.scene.ground is None:
             raise NoSolutionError(f"{name}.clearance needs the key ground, which this case does not have")
+        _refuse_shapeless(case, name)
         found, place = case.equilibrium, case.cable(name)
         return clearance(found.catenary.take(place), found.ends[place, 0], case.scene.ground)
 
