@@ -241,7 +241,7 @@ def examine(seed, every=False, limit=60):
             begin = time.process_time()
             case = SuspensionCase(SuspensionScene.model_validate(data))
             found = case.equilibrium
-            estimate = max(1e-12, float(found.record.correction))
+            estimate = case.statics_error(None)
             spent = time.process_time() - begin
             truth = truth_of(data, found)
             for name, (value, error, doubt) in errors_of_statics(data, case, truth).items():

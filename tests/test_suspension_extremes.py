@@ -128,7 +128,7 @@ EXTREMES = {
 def test_extremes_are_right(name):
     data = EXTREMES[name]
     case = SuspensionCase(SuspensionScene.model_validate(data))
-    estimate = max(1e-12, float(case.equilibrium.record.correction))
+    estimate = case.statics_error(None)
     truth = truth_of(data, case.equilibrium)
     for number, (_, error, doubt) in errors_of_statics(data, case, truth).items():
         assert error <= TIMES * estimate + 3 * doubt, number

@@ -22,15 +22,16 @@ def static(scene, table=None, estimate=False):
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import static_tables
 
-    case = scene.case
-    return _of_tables(
+    case, failures = scene.case, []
+    answer = _of_tables(
         table,
-        static_tables(case, table),
+        static_tables(case, table, failures),
         case,
         lambda: notes_of(case),
         warnings_of(case),
         lambda plots: plots.suspension_views(case),
     )
+    return replace(answer, failures=tuple(dict.fromkeys(failures)))
 
 
 def form(scene, table=None):

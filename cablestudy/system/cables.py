@@ -62,7 +62,7 @@ class Cables:
         """Those from number `first` on, which have this `Catenary`; what all need is computed for all at once."""
         rows = slice(first, first + len(catenary.span.chord))
         some = Cables(catenary, self.damping[rows])
-        for name in ("heavy", "folded", "travel_time", "edges", "end_stiffness"):
+        for name in ("heavy", "shapeless", "folded", "travel_time", "edges", "end_stiffness"):
             some.__dict__[name] = getattr(self, name)[rows]
         return some
 
@@ -70,6 +70,11 @@ class Cables:
     def heavy(self):
         """Which cables move by themselves: those with mass, and no slack segment; shape (c,)."""
         return (np.asarray(self.catenary.span.mass) > 0) & ~self.catenary.slack
+
+    @cached_property
+    def shapeless(self):
+        """Which have mass, and hang slack without weight: nothing says where that mass is; shape (c,)."""
+        return (np.asarray(self.catenary.span.mass) > 0) & self.catenary.slack
 
     @cached_property
     def folded(self):

@@ -51,7 +51,7 @@ class Search:
     Raises
     ------
     ConvergenceError, NoSolutionError
-        There is no equilibrium, or a cable with mass hangs folded.
+        There is no equilibrium, or a cable with mass hangs folded, or slack without weight.
     """
 
     def __init__(self, equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None):
@@ -65,6 +65,9 @@ class Search:
         if self.cables.folded.any():
             name = equilibrium.suspension.cable_names[int(np.argmax(self.cables.folded))]
             raise NoSolutionError(f"{name} hangs folded: somewhere it has no tension, and no definite motion")
+        if self.cables.shapeless.any():
+            names = ", ".join(np.array(equilibrium.suspension.cable_names)[self.cables.shapeless])
+            raise NoSolutionError(f"{names}: slack and without weight, so that nothing determines where its mass is")
 
     def solve(self, models=None):
         """`CoupledModes`.

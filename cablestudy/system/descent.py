@@ -22,28 +22,29 @@ from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
 from cablestudy.system import tangent
 from cablestudy.system.rigid import size, turn
+from cablestudy.system.rounding import UNIT, bounds, over
 from cablestudy.system.tangent import GROUND
 
-CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD = range(5)
+CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED = range(6)
 REASONS = (
     "converged",
     "no step lowers the energy",
     "no convergence in the largest number of steps",
     "no lengths were found for which the cables have what they state",
     "no tensions within the bounds hold the bodies where they shall be",
+    "converged: no step leaves less, and what is left is the rounding of lengths and places",
 )
 MAX_STEPS, HALVINGS = 100, 30
 FEW_STEPS = 12  # of a search straight from the start: those that need more go by softer cables
 SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))  # strains of those: ten times stiffer each is few steps
 SOFT_STEPS, LOOSE = 60, 1e-6  # most steps with each, and net force over the sum of forces that is small enough there
 MOST_LOAD = 10.0  # tension that a soft cable may have, over the loads on all bodies
-BALANCED = 1e-11  # net force over the sum of forces at which a pose has converged,
-STALLED = 1e-8  # and at which it has where rounding stops the iteration; also the size of the last step of either
+SLOW, PATIENCE = 0.5, 4  # a search can go no further where so many steps leave more than this share of the net force
 FARTHEST, WIDEST = 0.5, 0.7  # largest step: over the extent of the suspension, and in radians
 SUFFICIENT = 1e-4  # share of the descent that the slope foretells (Armijo),
 FLAT = 0.1  # and by how much the slope must have changed where the descent is rounding (delta of Hager and Zhang)
 FLATTEST = 1e-13  # scaled eigenvalues below it count as this large in a step
-TINY, EPSILON = 1e-300, 4e-16
+TINY, EPSILON = 1e-300, 2 * UNIT
 NEAREST = 1e-9  # of the unstretched length: ends closer than this are taken as this far apart, one above the other
 
 
@@ -71,7 +72,7 @@ class Record:
     @property
     def converged(self):
         """Shape (...)."""
-        return self.reason == CONVERGED
+        return (self.reason == CONVERGED) | (self.reason == ROUNDED)
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,8 @@ class Point:
         Force and moment of all loads on each body. [N], [N m]
     scale : ndarray, shape (n, b)
         Sum of the sizes of the forces on each body. [N]
+    least, most : ndarray, shape (n, b, 6)
+        Rounding of `net`: `rounding.Bounds`. [N], [N m]
     energy, rounding : ndarray, shape (n,)
         Sum of W, and its rounding. [J]
     end_forces, end_stiffness : ndarray, shape (n, c, 2, 3), (n, c, 3, 3)
@@ -117,6 +120,8 @@ class Point:
 
     net: np.ndarray
     scale: np.ndarray
+    least: np.ndarray
+    most: np.ndarray
     energy: np.ndarray
     rounding: np.ndarray
     end_forces: np.ndarray
@@ -194,14 +199,18 @@ def evaluate(suspension, state):
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
     known = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, known)
+    ends = suspension.ends(state.position, state.rotation)
+    rounding = bounds(suspension, state.rotation, state.arms, ends, state.strain, cables, known)
     q, squared = _along_and_squared(cables)
     length, tension = span.unstretched_length, cables.mean_tension
     strained = squared / (2 * span.axial_stiffness)
-    energy = length * (q * (1 + span.chord_strain) - tension - strained)
+    stretched = q * (1 + span.chord_strain)
+    energy = length * (stretched - tension - strained)
+    terms = length * (np.abs(stretched) + tension + strained)
     solved = cables.record.reason != CABLE_STALLED
     return Point(
-        net, scale, energy.sum(axis=-1), EPSILON * (length * cables.max_tension).sum(axis=-1), forces, stiffness,
-        solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
+        net, scale, rounding.least, rounding.most, energy.sum(axis=-1), EPSILON * terms.sum(axis=-1),
+        forces, stiffness, solved.all(axis=-1) & np.isfinite(net).all(axis=(-1, -2)),
     )  # fmt: skip
 
 
@@ -273,8 +282,7 @@ def newton_step(suspension, state, point):
     largest_step = np.ones((len(force), *free.shape)) * WIDEST
     largest_step[..., :3] = FARTHEST * extent(suspension, state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
-    rounding = BALANCED * np.broadcast_to(point.scale[..., None], largest_step.shape)
-    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), rounding) / largest_step)
+    least = tangent.free_values(suspension, np.maximum(np.abs(point.net), point.least) / largest_step)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least)
     scales = np.sqrt(np.maximum(stiffness, TINY))
     if free.sum() <= tangent.DENSE:
@@ -370,7 +378,7 @@ def line_search(suspension, state, point, step):
     return new_state, new_point, np.where(found, share, 0.0)
 
 
-def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
+def descend(suspension, state, most=MAX_STEPS, enough=0.0):
     """Poses of least energy, from given starts.
 
     Parameters
@@ -381,7 +389,7 @@ def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
     most : int
         Steps.
     enough : float
-        Net force over the sum of forces that counts as none. [-]
+        Net force over the sum of forces that counts as none, beside what is rounding. [-]
 
     Returns
     -------
@@ -396,28 +404,29 @@ def descend(suspension, state, most=MAX_STEPS, enough=BALANCED):
     final, count = copied(state), np.zeros(cases, dtype=int)
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     active, part, point = np.arange(cases), suspension, evaluate(suspension, state)
-    before = imbalance(part, point)
-    for _ in range(most):
+    best, slow = np.full(cases, np.inf), np.zeros(cases, dtype=int)
+    for number in range(most):
         step = newton_step(part, state, point)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, point, share = line_search(part, state, point, step)
-        after = imbalance(part, point)
-        small = change < STALLED
-        rounded = small & (after < STALLED) & ((after >= before / 4) | (share == 0))
-        # along a motion that nothing holds the step has no definite size
-        found = rounded | ((after < enough) & (small | (before < enough)))
-        ended = found | (share == 0)
+        after, left = imbalance(part, point), over(part, point.net, point.least)
+        slow[active] = np.where(left > SLOW * best[active], slow[active] + 1, 0)
+        best[active] = np.minimum(best[active], left)
+        found = (left <= 1) | (after < enough)
+        stuck = (share == 0) | (slow[active] >= PATIENCE) | (number == MAX_STEPS - 1)
+        rounded = stuck & (over(part, point.net, point.most) <= 1)
+        ended = found | rounded | (share == 0)
         count[active] += 1
         residual[active], correction[active] = after, change
-        reason[active] = np.where(found, CONVERGED, np.where(share == 0, NO_DESCENT, TOO_MANY))
+        why = np.where(share == 0, NO_DESCENT, TOO_MANY)
+        reason[active] = np.where(found, CONVERGED, np.where(rounded, ROUNDED, why))
         put(final, active, state)
         if ended.any():
             rest = ~ended
-            active, state, point, after = active[rest], some(state, rest), some(point, rest), after[rest]
+            active, state, point = active[rest], some(state, rest), some(point, rest)
             part = suspension.take(active)
         if not len(active):
             break
-        before = after
     return final, Record(count, residual, correction, reason)
 
 

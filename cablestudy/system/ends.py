@@ -237,6 +237,10 @@ class EndsOfLarge(Ends):
     the inertia and taking off the part of the modes.
     """
 
+    def take(self, rows):
+        """The same: it is one cable."""
+        return self
+
     @cached_property
     def _basis(self):
         omega, shapes = super()._basis

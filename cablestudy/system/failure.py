@@ -4,9 +4,11 @@ import numpy as np
 
 from cablestudy.system import stated, tangent
 from cablestudy.system.descent import REASONS, UNMET
+from cablestudy.system.rigid import size
 
 MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
-DIFFERENT = 1e-8  # relative error of a stated value that counts as one
+DIFFERENT = 1e-8  # relative error of a stated value that counts as one,
+NEARLY = 1e-3  # and up to which its digits would not show it
 
 
 def explain(equilibrium):
@@ -20,7 +22,7 @@ def explain(equilibrium):
     Returns
     -------
     str
-        As "no convergence in the largest number of steps (100 steps): 4.6 kN m about z are left on disk".
+        As "no convergence in the largest number of steps (100 steps): 4600 N m about z are left on disk".
     """
     record = equilibrium.record
     text = f"{REASONS[int(record.reason)]} ({int(record.steps)} steps)"
@@ -29,7 +31,10 @@ def explain(equilibrium):
 
 
 def _left(equilibrium):
-    """The largest force or moment that nothing balances, first of all on bodies that a dead moment turns on and on."""
+    """The largest force or moment that nothing balances, or the dead moment that turns a body on and on.
+
+    What is left there when the search is given up depends on the last digits of its beginning: it is not told.
+    """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
     sizes = np.ones_like(net)
@@ -39,10 +44,13 @@ def _left(equilibrium):
     share = np.nan_to_num(share)
     turning = np.where(suspension.moment.any(axis=-1)[:, None], share, 0.0)
     turning[:, :3] = 0.0
-    body, motion = divmod(int((turning if turning.max() > DIFFERENT else share).argmax()), 6)
+    if turning.max() > DIFFERENT:
+        body = int(turning.max(axis=-1).argmax())
+        moment = f"{size(suspension.moment[body]):.4g} N m on {suspension.body_names[body]}"
+        return f"the dead moment of {moment} may be more than the cables can hold"
+    body, motion = divmod(int(share.argmax()), 6)
     left = f"{abs(net[body, motion]):.4g} {'N' if motion < 3 else 'N m'}"
-    more = ", whose dead moment may be more than the cables can hold" if turning.max() > DIFFERENT else ""
-    return f"{left} {MOTIONS[motion]} are left on {suspension.body_names[body]}{more}"
+    return f"{left} {MOTIONS[motion]} are left on {suspension.body_names[body]}"
 
 
 def _unmet(equilibrium):
@@ -56,6 +64,8 @@ def _unmet(equilibrium):
     kind, value = suspension.given[cable], suspension.value[cable]
     unit = "m" if kind in ("sag", "unstretched_length") else "N"
     text = f"{suspension.cable_names[cable]} has a {kind} of {has[cable]:.4g} {unit} instead of {value:.4g} {unit}"
+    if error[cable] < NEARLY:
+        text = f"the {kind} of {suspension.cable_names[cable]} comes within {error[cable]:.0e} of {value:.4g} {unit}"
     least = stated.least_preload(cables.span)[cable]
     if kind == "preload" and value < least:
         text += f"; its own weight gives it at least {least:.4g} N there"

@@ -102,18 +102,49 @@ def rates(cables, given):
     span, kinds = cables.span, np.asarray(given, dtype=object)
     if span.load_positions.shape[-1]:
         return _rates_with_loads(cables, given)
-    length, stiff = span.unstretched_length[..., None], np.asarray(span.axial_stiffness)[..., None]
+    length, stiffness = span.unstretched_length, cables.global_end_stiffness
+    middle, half, *_ = _at_ends(cables)
+    by_length = -(stiffness @ _outward(cables)[..., None])[..., 0]
+    end_forces = np.stack([by_length - half, -by_length - half], axis=-2)
+    gradients = _gradients(cables, kinds)
+    own = np.where(kinds == "unstretched_length", length, np.nan)
+    across = np.zeros_like(middle)
+    for kind, (gradient, direct) in gradients.items():
+        chosen = kinds == kind
+        own = np.where(chosen, (gradient * by_length).sum(axis=-1) + direct, own)
+        across = np.where(chosen[..., None], (stiffness @ gradient[..., None])[..., 0], across)
+    if (kinds == "sag").any():
+        sag = _differences(span, lambda moved: moved.sag[..., None], _slack_step(span))[..., 0, :]
+        own = np.where(kinds == "sag", sag[..., 0], own)
+        across = np.where((kinds == "sag")[..., None], sag[..., 1:], across)
+    return Rates(end_forces, stiffness, own, across)
+
+
+def _at_ends(cables):
+    """Mean of the tension vectors at the ends, half of their difference, their sizes and directions; global axes."""
     forces = cables.end_forces("global")
-    first, last = forces[..., 0, :], -forces[..., 1, :]  # tension vectors at the ends
-    middle, half = (first + last) / 2, (last - first) / 2
+    first, last = forces[..., 0, :], -forces[..., 1, :]
     t1, t2 = size(first)[..., None], size(last)[..., None]
     tangents = [p / np.maximum(t, TINY) for p, t in ((first, t1), (last, t2))]
-    frame, stiffness = span.frame, cables.global_end_stiffness
-    outward = length * ((tangents[0] + tangents[1]) / 2 + middle / stiff)
-    by_length = -(stiffness @ outward[..., None])[..., 0]
-    end_forces = np.stack([by_length - half, -by_length - half], axis=-2)
-    mean = cables.mean_tension
-    direction = frame[..., 0, :] * (1 + np.asarray(span.chord_strain))[..., None] - middle / stiff
+    return (first + last) / 2, (last - first) / 2, t1, t2, tangents
+
+
+def _outward(cables):
+    """Movement of end 2 from end 1 by dL/L at a given tension vector at mid-length, shape (..., c, 3). [m]"""
+    middle, _, _, _, tangents = _at_ends(cables)
+    stiff = np.asarray(cables.span.axial_stiffness)[..., None]
+    return cables.span.unstretched_length[..., None] * ((tangents[0] + tangents[1]) / 2 + middle / stiff)
+
+
+def _gradients(cables, kinds):
+    """Kind of tension -> its derivatives by the tension vector at mid-length, and by dL/L at given such vector.
+
+    Those of the kinds that occur; without point loads. Shapes (..., c, 3) and (..., c). [-], [N]
+    """
+    span, mean = cables.span, cables.mean_tension
+    stiff = np.asarray(span.axial_stiffness)[..., None]
+    middle, half, t1, t2, tangents = _at_ends(cables)
+    direction = span.frame[..., 0, :] * (1 + np.asarray(span.chord_strain))[..., None] - middle / stiff
     gradients = {
         "preload": (direction, (t1 + t2)[..., 0] / 2 - mean),
         "tension_to": (tangents[1], (tangents[1] * half).sum(axis=-1)),
@@ -126,17 +157,67 @@ def rates(cables, given):
         at_end_2 = t2 > t1
         by_place, by_length_alone = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
         gradients["max_tension"] = np.where(at_end_2, *by_place), np.where(at_end_2[..., 0], *by_length_alone)
-    own = np.where(kinds == "unstretched_length", length[..., 0], np.nan)
-    across = np.zeros_like(middle)
-    for kind, (gradient, direct) in gradients.items():
-        chosen = kinds == kind
-        own = np.where(chosen, (gradient * by_length).sum(axis=-1) + direct, own)
-        across = np.where(chosen[..., None], (stiffness @ gradient[..., None])[..., 0], across)
-    if (kinds == "sag").any():
-        sag = _differences(span, lambda moved: moved.sag[..., None], _slack_step(span))[..., 0, :]
-        own = np.where(kinds == "sag", sag[..., 0], own)
-        across = np.where((kinds == "sag")[..., None], sag[..., 1:], across)
-    return Rates(end_forces, stiffness, own, across)
+    return gradients
+
+
+def kept(cables, given):
+    """How cables answer that keep what they state, their lengths following.
+
+    Parameters
+    ----------
+    cables, given
+        As for `values`; each cable states something.
+
+    Returns
+    -------
+    ndarray, shape (..., c, 2, 3, 4)
+        Change of the force on each end by a movement of end 2 along x, y, z [N/m], and by a relative change of what is
+        stated [N].
+
+    Notes
+    -----
+    Of a cable that keeps a tension the stiffness along it all but vanishes: a difference of its stiffness and what its
+    length takes back has no digits of that. [F, t; g, c] [dN; dL/L] = [d; dv] has them, with F the flexibility, t the
+    movement by dL/L at a given tension vector N, and g and c the derivatives of what is stated.
+    """
+    found, value = rates(cables, given), values(cables, given)
+    own = np.where(np.abs(found.by_length) > TINY, found.by_length, TINY)
+    by_length = (found.end_forces[..., 0, :] - found.end_forces[..., 1, :]) / 2
+    lengthening = np.concatenate([-found.by_end, value[..., None]], axis=-1) / own[..., None]
+    pulled = np.concatenate([found.stiffness, np.zeros_like(value)[..., None, None].repeat(3, axis=-2)], axis=-1)
+    pulled = pulled + by_length[..., None] * lengthening[..., None, :]
+    chosen = np.isin(np.asarray(given, dtype=object), FORCES) & ~cables.slack & ~cables.folded
+    if chosen.any() and not cables.span.load_positions.shape[-1]:
+        exact = _kept_tension(cables, given, value, chosen)
+        pulled = np.where(chosen[..., None, None], exact[..., :3, :], pulled)
+        lengthening = np.where(chosen[..., None], exact[..., 3, :], lengthening)
+    beside = (found.end_forces[..., 0, :] + found.end_forces[..., 1, :]) / 2  # half of the weight on each end
+    beside = beside[..., None] * lengthening[..., None, :]
+    return np.stack([beside + pulled, beside - pulled], axis=-3)
+
+
+def _kept_tension(cables, given, value, chosen):
+    """Changes of tension vector and dL/L of cables that keep a tension, shape (..., c, 4, 4); see `kept`."""
+    span, kinds = cables.span, np.asarray(given, dtype=object)
+    length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]
+    qq, nn, yy, qn, qy, ny = cables.flexibility
+    compliance = np.stack([qq, qn, qy, qn, nn, ny, qy, ny, yy], axis=-1).reshape((*qq.shape, 3, 3))
+    compliance = np.swapaxes(span.frame, -1, -2) @ compliance @ span.frame
+    matrix, right = (np.zeros((*value.shape, 4, 4)) for _ in range(2))  # forces over the tension, places over L
+    matrix[..., :3, :3] = compliance * (tension / length)[..., None]
+    matrix[..., :3, 3] = _outward(cables) / length
+    for kind, (by_force, alone) in _gradients(cables, kinds).items():
+        of_kind = (kinds == kind)[..., None]
+        matrix[..., 3, :3] = np.where(of_kind, by_force, matrix[..., 3, :3])
+        matrix[..., 3, 3:] = np.where(of_kind, alone[..., None] / tension, matrix[..., 3, 3:])
+    right[..., :3, :3], right[..., 3, 3] = np.eye(3) / length[..., None], value / tension[..., 0]
+    matrix = np.where(chosen[..., None, None] & np.isfinite(matrix), matrix, np.eye(4))
+    try:
+        answer = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        answer = np.linalg.pinv(matrix) @ right
+    answer[..., :3, :] *= tension[..., None]
+    return answer
 
 
 def _rates_with_loads(cables, given):

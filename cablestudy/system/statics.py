@@ -8,6 +8,7 @@ from cablestudy.cable import catenary
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import stated, tangent
 from cablestudy.system.descent import (
+    ROUNDED,
     TINY,
     UNMET,
     PoseState,
@@ -21,6 +22,7 @@ from cablestudy.system.descent import (
     some,
     spans,
 )  # fmt: skip
+from cablestudy.system.rounding import Bounds, of_values
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
 
@@ -28,9 +30,7 @@ MAX_STEPS = 30
 HALVINGS = 6
 SLOW, PATIENCE = 0.7, 4  # a search ends where so many steps in a row leave more than this share of the errors
 FEW_STEPS = 25  # from an equilibrium to the next one
-MET = 1e-11  # relative error of stated values at which they count as met,
 SOFTENED = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
-STALLED = 1e-8  # and at which they do where rounding stops the iteration
 MOST_ERROR = 10.0  # relative error that a step shall take away at most
 LARGEST = 0.3  # change of an unstretched length in one step, over the length
 NUDGES = (0.1, -0.1, 0.3, -0.3)  # steps off a saddle: rotation [rad], or share of the extent of the suspension
@@ -68,10 +68,10 @@ def pose(suspension):
     state, record = search_all(flat, start(flat))
     hard = np.flatnonzero(record.reason == UNMET)
     if len(hard):
-        record = copied(record)
         again, last = by_softer_cables(flat.take(hard))
-        put(state, hard, again)
-        put(record, hard, last)
+        good, record = last.converged, copied(record)  # what the first search says of the others is nearer to the scene
+        put(state, hard[good], some(again, good))
+        put(record, hard[good], some(last, good))
     return leave_saddle_points(suspension, flat, state, record)
 
 
@@ -139,8 +139,13 @@ def by_softer_cables(suspension):
     for strain in SOFTENED:
         soft = np.where(own, stiffness, np.minimum(stiffness, tension / strain))
         part = replace(part, axial_stiffness=soft)
-        state, _ = search_all(part, start(part))
-        part = replace(part, position=state.position, rotation=state.rotation)
+        state, record = search_all(part, start(part))
+        found = record.converged[:, None, None]  # another search would wander off from where one has failed
+        part = replace(
+            part,
+            position=np.where(found, state.position, part.position),
+            rotation=np.where(found[..., None], state.rotation, part.rotation),
+        )
         if np.array_equal(soft, stiffness):
             break
     part = replace(part, axial_stiffness=stiffness)
@@ -183,10 +188,22 @@ def lengthened(state, change):
 
 
 def errors(suspension, state, which):
-    """Relative error of what the cables `which` state, shape (n, s), infinite where it is not a number."""
+    """Relative error of what the cables `which` state, infinite where it is not a number, shape (n, s); its rounding.
+
+    Returns
+    -------
+    error : ndarray, shape (n, s)
+    rounding : Bounds
+        Of this shape.
+    cables : Catenary
+        All of them.
+    """
     cables = catenary.solve(spans(suspension, state))
     error = (stated.values(cables, suspension.given) / suspension.value - 1)[:, which]
-    return np.where(np.isfinite(error), error, np.inf), cables
+    ends = suspension.ends(state.position, state.rotation)
+    rounding = of_values(ends, state.strain, cables, suspension.given, suspension.value)
+    rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
+    return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
 
 def meet(suspension, state, record):
@@ -210,19 +227,19 @@ def meet(suspension, state, record):
     final, whole = copied(state), copied(record)
     active, part = np.arange(len(state.length)), suspension
     best, slow = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
-    error, cables = errors(part, state, which)
+    error, rounding, cables = errors(part, state, which)
     for _ in range(MAX_STEPS):
-        before = np.abs(error).max(axis=-1)
         step, change = coupled_step(part, state, cables, which, error)
-        state, error, cables, last = backtrack(part, state, step, change, which, error)
+        state, error, rounding, cables, last = backtrack(part, state, step, change, which, error)
         put(final, active, state)
         put(whole, active, replace(last, steps=whole.steps[active] + last.steps))
-        worst = np.abs(error).max(axis=-1)
-        met = (worst < MET) | ((worst < STALLED) & (worst >= before / 2))
+        met = (np.abs(error) <= rounding.least).all(axis=-1)
         slow[active] = np.where(log_error(error) > SLOW * best[active], slow[active] + 1, 0)
         best[active] = np.minimum(best[active], log_error(error))
-        ended = met | ~last.converged | (slow[active] >= PATIENCE)
-        whole.reason[active] = np.where(met | ~last.converged, last.reason, UNMET)
+        stuck = slow[active] >= PATIENCE
+        rounded = stuck & (np.abs(error) <= rounding.most).all(axis=-1)
+        ended = met | ~last.converged | stuck
+        whole.reason[active] = np.where(met | ~last.converged, last.reason, np.where(rounded, ROUNDED, UNMET))
         if ended.all():
             break
         if ended.any():
@@ -239,12 +256,12 @@ def backtrack(suspension, state, step, change, which, error):
     for _ in range(HALVINGS):
         trial = moved(suspension, state, step * share[:, None, None])
         trial, record = descend(suspension, lengthened(trial, change * share[:, None]), FEW_STEPS)
-        fresh, cables = errors(suspension, trial, which)
-        worse = ~(log_error(fresh) < before) & (np.abs(fresh).max(axis=-1) > STALLED) | ~record.converged
+        fresh, rounding, cables = errors(suspension, trial, which)
+        worse = ~(log_error(fresh) < before) & (np.abs(fresh) > rounding.most).any(axis=-1) | ~record.converged
         if not worse.any():
             break
         share = np.where(worse, share / 4, share)
-    return trial, fresh, cables, record
+    return trial, fresh, rounding, cables, record
 
 
 def log_error(error):

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
-from cablestudy.system import stability, tangent
+from cablestudy.system import stability, tangent, uncertainty
 from cablestudy.system.tangent import GROUND
 
 GIVEN = (
@@ -267,3 +267,8 @@ class Equilibrium:
     def stability(self):
         """Whether the equilibrium is stable, and which motion is not: `stability.Stability`."""
         return stability.judge(self)
+
+    @cached_property
+    def uncertainty(self):
+        """How far rounding moves it: `uncertainty.Uncertainty`."""
+        return uncertainty.judge(self)

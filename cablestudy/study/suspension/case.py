@@ -15,12 +15,11 @@ from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
-from cablestudy.system.rigid import cross_matrix
+from cablestudy.system.rigid import cross_matrix, to_angles
 
 IN_MOTION = {"winches": {}, "actuators": {}, "control": None, "exposure": None, "correction": None}  # not on statics
 STIFFNESS_ROUNDING = 1e-12  # of an entry over the geometric mean of those on the diagonal
 MOST_MODES = 400  # that are searched for the K-th mode of a body
-EPSILON = 4e-16  # rounding of one number
 FIRST = 12  # modes computed at first for all up to a frequency
 MORE = 8  # modes beyond those asked for that are computed at first, for modes of a body
 
@@ -193,21 +192,27 @@ class SuspensionCase:
         """Estimated relative error of a column that needs no motion: none of what the scene states. [-]"""
         if column is not None and column.needs == "scene":
             return 0.0
-        found, span = self.group.equilibrium, self.group.equilibrium.catenary.span
-        tension = np.asarray(found.catenary.mean_tension)[self.place]
-        taut = tension > 0
-        # a relative change of its length by rounding changes a tension by EA/T times as much
-        stiff = np.max(
-            np.broadcast_to(span.axial_stiffness, span.chord.shape)[self.place][taut] / tension[taut], initial=0.0
-        )
-        rounding = max(ROUNDING, EPSILON * float(stiff), float(found.record.correction[self.place]))
-        return max(rounding, self.group.drag_error(self.place))
+        return max(ROUNDING, self.group.rounding_error(self.place), self.group.drag_error(self.place))
 
-    def with_place_error(self, name, axis, value):
-        """A coordinate of a body or free point, and its estimated relative error. [m], [-]"""
-        moved = self.group.drag_movement(self.place)[self.body(name), axis]
-        rounding = self.statics_error(None)
-        return value, max(rounding, moved / abs(value)) if value else rounding
+    def coordinate(self, name, axis):
+        """A coordinate of a body or free point, and its estimated relative error; no more than rounding is zero.
+
+        Parameters
+        ----------
+        name : str
+        axis : int
+            0 to 2: x, y, z [m]; 3 to 5: roll, pitch, yaw [rad].
+        """
+        place, rotation = self.at(name)
+        value = (place if axis < 3 else to_angles(rotation))[axis % 3]
+        unknown = self.group.rounding_movement(self.place)[self.body(name), axis]
+        if abs(value) <= max(unknown, ROUNDING * (self.longest if axis < 3 else 2 * np.pi)):
+            return 0.0, self.statics_error(None)
+        if axis < 3:
+            unknown = unknown + self.group.drag_movement(self.place)[self.body(name), axis]
+        else:
+            unknown = max(unknown, self.group.drag_error(self.place) * abs(value))
+        return value, max(ROUNDING, unknown / abs(value))
 
     @property
     def size(self):

@@ -22,7 +22,6 @@ from cablestudy.study.suspension.wind_columns import (
     tension_columns,
     turn_columns,
 )
-from cablestudy.system.rigid import to_angles
 from cablestudy.system.suspension import AXES
 
 # columns of a single cable -> what cables of a suspension have instead
@@ -39,11 +38,13 @@ INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
     lambda results: np.degrees(chord_angles(results.span)[0]),
 )  # fmt: skip
+OF_FORM = ("sag", "sag_ratio", "swing", "lowest_point", "angle_1", "angle_2")  # what its form between the ends decides
+SMALLEST = 1e-250  # what is less is a division of nothing by nothing, as the tension of a slack cable without weight
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
 UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
-ROUNDING = 1e-12  # of a coordinate over the size of the suspension: what is less is shown as zero
+ROUNDING = 1e-12  # of an angle over a full turn: what is less is shown as zero
 
 
 # ------------------------------------------------------------------------------------------------- of one cable
@@ -53,10 +54,22 @@ def _of_cable(column, name):
     """A column of single cables for one cable of a suspension."""
 
     def compute(case):
-        return case.of_cables(column)[case.cable(name)]
+        if column.name in OF_FORM:
+            _refuse_shapeless(case, name)
+        value = case.of_cables(column)[case.cable(name)]
+        return 0.0 if abs(value) < SMALLEST else value
 
     key = column.key.replace("cable.", f"cables.{name}.")
     return replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
+
+
+def _refuse_shapeless(case, name):
+    """Raise where a cable is slack and has no weight: it may lie in any form between its ends."""
+    if case.equilibrium.catenary.slack[case.cable(name)]:
+        raise NoSolutionError(
+            f"{name} is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance "
+            "or angles at its ends"
+        )
 
 
 def _end_tension(name, end, word):
@@ -70,6 +83,7 @@ def _clearance(name):
     def compute(case):
         if case.scene.ground is None:
             raise NoSolutionError(f"{name}.clearance needs the key ground, which this case does not have")
+        _refuse_shapeless(case, name)
         found, place = case.equilibrium, case.cable(name)
         return clearance(found.catenary.take(place), found.ends[place, 0], case.scene.ground)
 
@@ -88,16 +102,15 @@ def cable_columns(name):
 
 def _coordinate(name, axis):
     def compute(case):
-        value = case.at(name)[0][axis]
-        return case.with_place_error(name, axis, value if abs(value) > ROUNDING * case.longest else 0.0)
+        return case.coordinate(name, axis)
 
     return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics", compute)
 
 
 def _angle(name, axis):
     def compute(case):
-        value = np.degrees(to_angles(case.at(name)[1])[axis])
-        return value if abs(value) > 360 * ROUNDING else 0.0
+        value, error = case.coordinate(name, 3 + axis)
+        return np.degrees(value), error
 
     meaning = f"{ANGLES[axis]} of the attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
     return Column(f"{name}.{ANGLES[axis]}", "deg", meaning, "statics", compute)

@@ -151,6 +151,18 @@ class Group:
         """Estimated error of the places of bodies and points for the same reason, shape (b, 3). [m]"""
         return np.zeros((len(self.body_places), 3)) if self._day is None else self._day.drag_change[1][place]
 
+    def rounding_error(self, place):
+        """Estimated relative error of tensions, places and attitudes of a case by rounding and its search. [-]"""
+        found = [float(self.reference.record.correction[place])] if None in self.reference.suspension.given else []
+        for state in {id(state): state for state in (self.reference, self.equilibrium)}.values():
+            known = state.uncertainty
+            found += [known.tension[place].max(initial=0.0), known.relative[place].max(initial=0.0)]
+        return float(max(found))
+
+    def rounding_movement(self, place):
+        """Estimated error of places [m] and attitudes [rad] of bodies and points by rounding, shape (b, 6)."""
+        return np.maximum(self.reference.uncertainty.place[place], self.equilibrium.uncertainty.place[place])
+
     @cached_property
     def windy(self):
         """`Equilibrium` of all cases in the mean wind, and `Drag`; the calm one, and None, without wind.
@@ -219,7 +231,7 @@ def _failure(found, place, state=""):
     """The error of a case without a stable equilibrium, which names the state, or None."""
     if not found.record.converged[place]:
         return ConvergenceError(f"{state}no equilibrium: {explain(one_of(found, place))}")
-    reason = found.stability.reason(place)
+    reason = found.stability.reason(place) or found.uncertainty.reason(place)
     return NoSolutionError(state + reason) if reason else None
 
 

@@ -7,7 +7,7 @@ from cablestudy.study.notes import long_cables, of_comparison
 from cablestudy.study.ssm import DAMPING_NOTES
 
 LISTED = 12  # cables, or runs of modes, that are named one by one
-LEAST = 1e-16  # net force over the forces: what is less is rounding
+LEAST = 1e-11  # net force over the forces: what is less is rounding
 
 
 def notes_of(case):
@@ -26,12 +26,12 @@ def notes_of(case):
         return ()
     found = case.equilibrium
     record, free = found.record, int(found.suspension.free.sum())
-    residual = float(record.residual)
-    shown = f"{residual:.1e}" if residual > LEAST else f"below {LEAST:g}"
+    residual = max(float(record.residual), LEAST)
+    shown = f"{10.0 ** np.ceil(np.log10(residual)):g}"
     return (
         f"statics: {counted(len(found.suspension.cable_names), 'cable')} in closed form, "
         f"{counted(free, 'free displacement')}; {counted(int(record.steps), 'Newton step')}, "
-        f"net force {shown} of the forces",
+        f"net force below {shown} of the forces",
         *_of_load_case(case),
         *_of_slack(found),
         *_of_wind(case),

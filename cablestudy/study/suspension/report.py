@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, point_columns
@@ -18,7 +18,7 @@ from cablestudy.system.suspension import AXES
 FIRST = ("preload", "max_tension", "unstretched_length", "sag", "utilisation", "clearance")
 
 
-def static_tables(case, only=None):
+def static_tables(case, only=None, failures=None):
     """The tables bodies, points, cables and stiffness of a case.
 
     Parameters
@@ -26,6 +26,8 @@ def static_tables(case, only=None):
     case : SuspensionCase
     only : str, optional
         The name of one of them; the others are not made.
+    failures : list, optional
+        Takes why a cell of them has no value; without it the first such reason is raised.
 
     Returns
     -------
@@ -43,10 +45,13 @@ def static_tables(case, only=None):
     def columns_of_cable(name):
         return [column for column in cable_columns(name) if has_key(case.scene, name, column)]
 
+    def of_cables():
+        return listed(case, suspension.cable_names, columns_of_cable, cable_columns(""), failures)
+
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
         "points": lambda: listed(case, points, lambda name: point_columns(name)[:-1], point_columns("")[:-1]),
-        "cables": lambda: _first_things(listed(case, suspension.cable_names, columns_of_cable, cable_columns(""))),
+        "cables": lambda: _first_things(of_cables()),
         "stiffness": lambda: _stiffness_table(case),
     }
     return {name: make() for name, make in makers.items() if only in (None, name)}
@@ -58,7 +63,7 @@ def _first_things(table):
     return replace(table, fields=tuple(fields))
 
 
-def listed(case, names, columns_of, kinds=()):
+def listed(case, names, columns_of, kinds=(), failures=None):
     """A table with one row for each name.
 
     Parameters
@@ -69,6 +74,8 @@ def listed(case, names, columns_of, kinds=()):
         Name -> columns that it has: list of Column, whose names begin with it and a dot.
     kinds : sequence of Column
         Those of the name "" in the order of the table, in which a name may lack some; by default the first name's.
+    failures
+        As for `static_tables`.
     """
     fields = {kind.header[1:]: _field(kind, "") for kind in kinds}
     rows, errors = [], []
@@ -77,7 +84,13 @@ def listed(case, names, columns_of, kinds=()):
         for column in columns_of(name):
             field = _field(column, name)
             fields.setdefault(field.name, field)
-            cells[field.name], error = value(case, column)
+            cells[field.name], error = None, None
+            try:
+                cells[field.name], error = value(case, column)
+            except NoSolutionError as why:
+                if failures is None:
+                    raise
+                failures.append(str(why))
             if error is not None:
                 stated[field.name] = error
         rows.append(cells)

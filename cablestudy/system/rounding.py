@@ -1,0 +1,103 @@
+"""Bounds on the rounding of net forces: where a search for an equilibrium ends.
+
+A net force is a sum of terms that cancel. Of each cable on a body it has the rounding of its tension T and of the place
+P of its ends, which turns the force: eps T (1 + P/chord); and of its strain e, which the search carries from step to
+step: eps K L e, with the end stiffness K and the length L. Moments have these times their arms. A search cannot go
+below that: `Bounds.least`.
+
+Values that cables state have the rounding of their tension, a sag that of the place of the cable too.
+
+Where lengths and places of ends are changed by their own rounding, the force changes by eps K (L + P). A state with
+net forces up to that is the exact equilibrium of a suspension that differs by rounding from the one described:
+`Bounds.most`. No search needs to go below that, and one that can go no further has found its answer there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.system import tangent
+from cablestudy.system.rigid import size
+
+UNIT = 2.0**-52  # rounding of a number
+SUMS = 8.0  # rounding of a sum of some terms, over that of one: a residual that does not cancel further
+TINY = 1e-300
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Rounding of what a search brings to zero.
+
+    Attributes
+    ----------
+    least, most : ndarray
+        Of the sums, and of the lengths and places they are computed from: of net forces and moments, shape
+        (..., b, 6) [N], [N m]; or of values, shape (..., c) [-].
+    """
+
+    least: np.ndarray
+    most: np.ndarray
+
+
+def bounds(suspension, rotation, arms, ends, strain, cables, tension):
+    """`Bounds` of the net forces of a suspension.
+
+    Parameters
+    ----------
+    suspension : Suspension
+    rotation : ndarray, shape (..., b, 3, 3)
+    arms, ends : ndarray, shape (..., c, 2, 3)
+        Of the cable ends, from their owners and from the origin. [m]
+    strain : ndarray, shape (..., c)
+        Distance of the ends over the unstretched length less 1. [-]
+    cables : Catenary
+        Of shape (..., c).
+    tension : ndarray, shape (..., c)
+        Largest one of each cable, or what is known of it. [N]
+    """
+    least, most = _of_tensions(ends, strain, cables, tension)
+    center, weight = tangent.weights(suspension, rotation)
+    dead = np.stack([
+        size(weight) + size(suspension.force), size(weight) * size(center) + size(suspension.moment)
+    ], axis=-1)  # fmt: skip
+    cable, end = np.nonzero(suspension.owner != tangent.GROUND)
+    body, arm = suspension.owner[cable, end], size(arms)[..., cable, end]
+
+    def summed(of_cables):
+        force = of_cables[..., cable]
+        total = np.zeros((*force.shape[:-1], *dead.shape[-2:])) + dead
+        np.add.at(total, (..., body, slice(None)), np.stack([force, force * arm], axis=-1))
+        return SUMS * UNIT * np.repeat(total, 3, axis=-1)
+
+    return Bounds(summed(least), summed(most))
+
+
+def of_values(ends, strain, cables, given, value):
+    """Relative rounding of what cables state: `Bounds` of shape (..., c), infinite where a cable has no tension.
+
+    Parameters
+    ----------
+    ends, strain, cables
+        As for `bounds`.
+    given : sequence of (str or None), one per cable
+    value : ndarray, shape (..., c)
+    """
+    sags = np.array([kind == "sag" for kind in given])
+    tension = np.where(sags, cables.mean_tension, value)
+    deep = np.where(sags, cables.span.chord / np.maximum(value, TINY), 0.0)
+    parts = (part / np.maximum(tension, TINY) + deep for part in _of_tensions(ends, strain, cables, cables.max_tension))
+    return Bounds(*(SUMS * UNIT * part for part in parts))
+
+
+def _of_tensions(ends, strain, cables, tension):
+    """Rounding of the force of each cable over that of a number: least and most, shape (..., c). [N]"""
+    length, place = cables.span.unstretched_length, np.abs(ends).max(axis=(-1, -2))
+    stiffness = np.sqrt((cables.end_stiffness**2).sum(axis=(-1, -2)))
+    least = tension * (1 + place / cables.span.chord) + stiffness * length * np.abs(strain)
+    return least, least + stiffness * (length + place)
+
+
+def over(suspension, net, bound):
+    """Largest net force on a free degree of freedom over its bound, shape (...). [-]"""
+    share = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, TINY)
+    return share.max(axis=(-1, -2))

@@ -1,0 +1,174 @@
+"""How well an equilibrium is determined: what the rounding of forces, lengths and stated values moves it by.
+
+With K the stiffness on the free degrees of freedom of cables that keep what they state (a length, or a tension that
+their length follows), g what is left of the net forces, and b changes by rounding, the place is known to K^-1 (g + b).
+The sum of all b is sampled: each has its size and a random sign, and the root mean square of some samples is taken.
+
+Where bodies stay where the description puts them, since what it states balances there, lengths are cut for these places
+and the places are known with them, also where the tensions would balance in other places too.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.system import rounding, stated, tangent
+from cablestudy.system.rigid import at_attachments, size
+
+SAMPLES = 16  # of the signs: the root mean square of as many is good to a fifth
+SEED = 1
+CURVED = 2.0  # what is left moves the place by so many times its linear estimate at most
+LENGTH = 2 * rounding.UNIT  # rounding of a length, relative
+# What rounding moves by more than this share of the longest cable, or turns by as many radians, is not determined by
+# what is stated: hardly two digits of it would be known
+UNDETERMINED = 5e-3
+STAYED = 1e-9  # movement from the described place, over the longest cable, that is none
+MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
+UNKNOWN = 1e30  # in place of what is not finite
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What rounding changes; all of it UNKNOWN where there is no equilibrium.
+
+    Attributes
+    ----------
+    place : ndarray, shape (..., b, 6)
+        Displacement [m] and rotation [rad] of each body.
+    tension : ndarray, shape (..., c)
+        Change of the tension of each cable over its largest tension; 0 without tension. [-]
+    longest : ndarray, shape (...)
+        Longest chord. [m]
+    body_names : tuple of str
+    """
+
+    place: np.ndarray
+    tension: np.ndarray
+    longest: np.ndarray
+    body_names: tuple
+
+    @property
+    def relative(self):
+        """Displacements over the longest chord, and rotations, shape (..., b, 6). [-], [rad]"""
+        lengths = np.ones((*self.longest.shape, 6))
+        lengths[..., :3] = self.longest[..., None]
+        return self.place / lengths[..., None, :]
+
+    def reason(self, case=()):
+        """Why the place of one case is no answer; an empty string where it is one."""
+        relative = self.relative[case]
+        if not relative.size or relative.max() <= UNDETERMINED:
+            return ""
+        body, motion = divmod(int(relative.argmax()), 6)
+        return (
+            f"nothing determines {self.body_names[body]} {MOTIONS[motion]}: with what the cables state the forces "
+            "balance in other places too, but for rounding; state an unstretched_length of a cable that leads there"
+        )
+
+
+def judge(equilibrium):
+    """`Uncertainty` of an equilibrium or a batch."""
+    suspension, cables = equilibrium.suspension, equilibrium.catenary
+    longest = np.asarray(cables.span.chord).max(axis=-1)
+    with np.errstate(all="ignore"):  # of cases that have no equilibrium
+        place, tension = _sampled(equilibrium)
+    solved = np.asarray(equilibrium.record.converged)[..., None]
+    tension = np.where(cables.max_tension > 0, tension, 0.0)
+    place = np.where(solved[..., None], np.minimum(np.nan_to_num(place, nan=UNKNOWN), UNKNOWN), UNKNOWN)
+    tension = np.where(solved, np.minimum(np.nan_to_num(tension, nan=UNKNOWN), UNKNOWN), UNKNOWN)
+    return Uncertainty(place, tension, longest, suspension.body_names)
+
+
+def _sampled(equilibrium):
+    """Root mean square of the samples, with what is left added: of places (..., b, 6), and of tensions (..., c)."""
+    suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
+    given = tuple(kind or "unstretched_length" for kind in suspension.given)
+    lengths = np.array([kind == "unstretched_length" for kind in given])
+    cut, answers = _stayed(equilibrium)[..., None] | lengths, stated.kept(cables, given)
+    if (cut & ~lengths).any():
+        fixed = stated.kept(cables, ("unstretched_length",) * len(given))
+        answers = np.where(cut[..., None, None, None], fixed, answers)
+    net, bounds, error, rounded = _left(equilibrium, given, cut)
+    free = suspension.free
+    signs = np.random.default_rng(SEED)
+    on_bodies = signs.choice([-1.0, 1.0], size=(SAMPLES, *free.shape))
+    on_cables = signs.choice([-1.0, 1.0], size=(SAMPLES, len(given)))
+    changes = np.concatenate([on_cables * rounded[..., None, :], -error[..., None, :]], axis=-2)
+    pulled = answers[..., None, :, :, :, 3] * changes[..., None, None]  # (..., samples, c, 2, 3)
+    forces = np.concatenate([on_bodies * bounds[..., None, :, :], net[..., None, :, :]], axis=-3)
+    cable, end = np.nonzero(suspension.owner != tangent.GROUND)
+    body = suspension.owner[cable, end]
+    acting = tangent.wrenches(arms[..., None, cable, end, :], pulled[..., cable, end, :])
+    np.add.at(forces, (..., body, slice(None)), acting)
+    moved, pulled = np.zeros(forces.shape), pulled[..., 1, :]
+    if free.any():
+        moved[..., free] = _solved(suspension, _blocks(equilibrium, answers), tangent.free_values(suspension, forces))
+        ends = moved[..., suspension.owner, :3] + np.cross(moved[..., suspension.owner, 3:], arms[..., None, :, :, :])
+        ends = np.where((suspension.owner == tangent.GROUND)[..., None], 0.0, ends)
+        along = (ends[..., 1, :] - ends[..., 0, :])[..., None]
+        pulled = pulled + (answers[..., None, :, 1, :, :3] @ along)[..., 0]
+    change = size(pulled) / np.maximum(cables.max_tension, rounding.TINY)[..., None, :]
+    return _rms(moved, -3), _rms(change, -2)
+
+
+def _rms(samples, axis):
+    """Root mean square of all samples but the last along an axis, and what is left, the last one."""
+    samples = np.moveaxis(np.abs(samples), axis, 0)
+    return np.sqrt((samples[:-1] ** 2).mean(axis=0)) + CURVED * samples[-1]
+
+
+def _stayed(equilibrium):
+    """Whether all bodies are where the search began, shape (...)."""
+    suspension, longest = equilibrium.suspension, np.asarray(equilibrium.catenary.span.chord).max(axis=-1)
+    moved = np.abs(equilibrium.position - suspension.position).max(axis=(-1, -2), initial=0.0) / longest
+    turned = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
+    return np.maximum(moved, turned) <= STAYED
+
+
+def _left(equilibrium, given, cut):
+    """Net forces that are left and their rounding (..., b, 6), errors of stated values and their rounding (..., c)."""
+    suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
+    strain = np.asarray(cables.span.chord_strain)
+    net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, cables.max_tension)
+    least = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, cables.max_tension).least
+    own = rounding.of_values(ends, strain, cables, given, suspension.value).least
+    of_length = LENGTH * (1 + np.abs(ends).max(axis=(-1, -2)) / cables.span.chord)
+    error = np.where(cut, 0.0, stated.values(cables, given) / suspension.value - 1)
+    return net, least, error, np.where(cut, of_length, own)
+
+
+def _blocks(equilibrium, answers):
+    """`tangent.Blocks` of cables that keep what they state."""
+    suspension, arms, blocks = equilibrium.suspension, equilibrium.arms, equilibrium.blocks
+    cable, row, column = tangent.pairs(suspension)
+    sign = np.where(column == 1, -1.0, 1.0)[:, None, None]
+    stiffness = sign * answers[..., cable, row, :, :3]
+    between = at_attachments(stiffness, arms[..., cable, row, :], arms[..., cable, column, :])
+    matrices = np.concatenate([between, blocks.matrices[..., len(cable) :, :, :]], axis=-3)
+    return tangent.Blocks(blocks.rows, blocks.columns, matrices, blocks.leverage)
+
+
+def _solved(suspension, blocks, forces):
+    """Displacements of the free degrees of freedom by forces on them, both of shape (..., samples, d)."""
+    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), rounding.TINY))
+    right = np.swapaxes(forces / scales[..., None, :], -1, -2)
+    solution = np.full(right.shape, np.inf)
+    if scales.shape[-1] <= tangent.DENSE:
+        matrices = tangent.scaled_dense(blocks, suspension, scales)
+        usable = np.isfinite(matrices).all(axis=(-1, -2)) & np.isfinite(right).all(axis=(-1, -2))
+        for case in np.argwhere(usable):
+            solution[tuple(case)] = _one(matrices[tuple(case)], right[tuple(case)], np.linalg.solve)
+    else:
+        from scipy.sparse.linalg import splu
+
+        for case in np.ndindex(scales.shape[:-1]):
+            matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
+            solution[case] = _one(matrix, right[case], lambda m, r: splu(m).solve(r))
+    return np.swapaxes(solution, -1, -2) / scales[..., None, :]
+
+
+def _one(matrix, right, solve):
+    try:
+        return solve(matrix, right)
+    except (np.linalg.LinAlgError, RuntimeError):  # singular: nothing holds some motion
+        return np.full(right.shape, np.inf)
