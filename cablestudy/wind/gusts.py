@@ -40,6 +40,8 @@ class Gusts:
         Centres of pressure of these bodies. [m]
     areas : ndarray, shape (b,)
         For the admittance of these bodies. [m^2]
+    held : int
+        How many shapes the strips have beyond the coordinates: the gusts do work on them, and they do not move.
     """
 
     wind: object
@@ -48,6 +50,7 @@ class Gusts:
     forces: np.ndarray
     places: np.ndarray
     areas: np.ndarray
+    held: int = 0
 
     def variance_spectra(self, frequency, response):
         """One-sided spectra of some outputs.
@@ -63,12 +66,15 @@ class Gusts:
         -------
         ndarray, shape (f, o)
         """
-        response = np.swapaxes(self.into, -1, -2) @ response
+        return self.input_spectra(frequency, np.swapaxes(self.into, -1, -2) @ response)
+
+    def input_spectra(self, frequency, response):
+        """The same by the response to each of the inputs of `into`, shape (f, m + t + 3 b, o)."""
         pushed = self.matrix_times(frequency, response)
         return (pushed.real * response.real + pushed.imag * response.imag).sum(axis=1)
 
     def matrix_times(self, frequency, columns):
-        """The one-sided spectral matrix of the inputs of `into` at frequencies, times columns (f, m + 3 b, o)."""
+        """The one-sided spectral matrix of the inputs of `into` at frequencies, times columns (f, i, o)."""
         speed, shares = self._functions(frequency)
         root = np.ones((len(frequency), columns.shape[1], 1))
         for part, share in zip(self.parts, shares, strict=True):
@@ -80,14 +86,23 @@ class Gusts:
 
     @cached_property
     def into(self):
-        """Forces on the coordinates by the forces of the cables on each, and by the speeds at bodies, (m, m + 3 b)."""
+        """Forces on the coordinates by those of the cables on each and on the t held shapes, and by the speeds at bodies.
+
+        Shape (m, i) with i = m + t + 3 b inputs.
+        """
         count = self.forces.shape[-1]
-        return np.concatenate([np.eye(count), (self.directions @ self.forces).reshape(-1, count).T], axis=1)
+        of_bodies = (self.directions @ self.forces).reshape(-1, count).T
+        return np.concatenate([np.eye(count), np.zeros((count, self.held)), of_bodies], axis=1)
+
+    @property
+    def _shapes(self):
+        """How many shapes the strips have, m + t."""
+        return self.forces.shape[-1] + self.held
 
     @property
     def parts(self):
         """Those of the cables among these inputs, then the three of each body: list of slice."""
-        count = self.forces.shape[-1]
+        count = self._shapes
         return [slice(count), *(slice(count + 3 * k, count + 3 * k + 3) for k in range(len(self.areas)))]
 
     def noise(self, frequency):
@@ -132,9 +147,9 @@ class Gusts:
 
         Returns
         -------
-        ndarray, shape (f, m + 3 b, m + 3 b)
+        ndarray, shape (f, i, i)
         """
-        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self.forces.shape[-1], None)
+        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self._shapes, None)
         found = np.tensordot(cables, matrices, axes=(0, 0))
         found[:, of_bodies, of_bodies] = np.tensordot(bodies, matrices[:, of_bodies, of_bodies], axes=(0, 0))
         return found
@@ -177,7 +192,7 @@ class Gusts:
 
     def _at(self, kappa):
         """`_covariance` computed directly."""
-        count, rms = self.forces.shape[-1], np.array(self.wind.turbulence)
+        count, rms = self._shapes, np.array(self.wind.turbulence)
         blown = np.flatnonzero(rms)
         found = np.zeros((len(kappa), count + 3 * len(self.areas), count + 3 * len(self.areas)))
         found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
@@ -196,7 +211,7 @@ class Gusts:
         return found
 
     def _of_cables(self, kappa, components):
-        """Covariance of the forces of the cables on the coordinates, shape (f, m, m).
+        """Covariance of the forces of the cables on the coordinates and on held shapes, shape (f, m + t, m + t).
 
         Parameters
         ----------
@@ -204,7 +219,7 @@ class Gusts:
         components : ndarray, shape (c, 3)
             Directions of the turbulence times its RMS.
         """
-        count = self.forces.shape[-1]
+        count = self._shapes
         own, between = np.zeros((2, len(kappa), count, count))
         points, point_forces = np.zeros((0, 3)), np.zeros((0, len(components), count))
         for strip in self.strips:
@@ -230,14 +245,14 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     shapes : ndarray, shape (n, m)
         Combinations of its coordinates.
     strips : list of Strip
-        With these shapes.
+        With these shapes, and perhaps with t held ones.
     areas : ndarray, shape (b,)
         Of all bodies and junctions, for their admittance. [m^2]
 
     Returns
     -------
     Gusts
-    damping : ndarray, shape (m, m)
+    damping : ndarray, shape (m + t, m)
 
     Notes
     -----
@@ -254,9 +269,12 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     moved = moved[:, :3] - cross_matrix(arm) @ moved[:, 3:]
     blown = np.flatnonzero((drag.bodies > 0).any(axis=-1))
     forces = np.swapaxes(linear, -1, -2)[blown] @ moved[blown]
-    damping = sum(strip.damping for strip in strips) + np.zeros((shapes.shape[-1],) * 2)
-    damping = damping + (np.swapaxes(moved[blown], -1, -2) @ linear[blown] @ moved[blown]).sum(axis=0)
+    count = shapes.shape[-1]
+    held = strips[0].shapes.shape[-1] - count if strips else 0
+    damping = sum((strip.damping for strip in strips), np.zeros((count + held,) * 2))[:, :count]
+    damping[:count] += (np.swapaxes(moved[blown], -1, -2) @ linear[blown] @ moved[blown]).sum(axis=0)
     along = drag.velocity / speed
     up = np.array([0.0, 0.0, 1.0])
     directions = np.stack([along, np.cross(up, along), up])
-    return Gusts(wind, directions, strips, forces, (equilibrium.position + arm)[blown], areas[blown]), damping
+    found = Gusts(wind, directions, strips, forces, (equilibrium.position + arm)[blown], areas[blown], held)
+    return found, damping

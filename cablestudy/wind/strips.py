@@ -112,7 +112,7 @@ class Strip:
         return 2 * forces.reshape(-1, count).T @ moved.reshape(len(kappa), -1, count)
 
 
-def strips(solution, layout, shapes, drag):
+def strips(solution, layout, shapes, drag, held=None):
     """The `Strip` of each cable that the wind acts on.
 
     Parameters
@@ -124,15 +124,21 @@ def strips(solution, layout, shapes, drag):
         Combinations of the coordinates.
     drag : Drag
         Of one case.
+    held : ndarray, shape (c, 6, t), optional
+        Displacements of the ends of the cables in further shapes, static ones, in which no body moves.
 
     Returns
     -------
     list of Strip
+        Of m shapes, or of m + t.
     """
     equilibrium = layout.equilibrium
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
     ends = layout.ends(layout.bodies(shapes))
+    if held is not None:
+        ends = np.concatenate([ends, held], axis=-1)
+        shapes = np.concatenate([shapes, np.zeros((len(shapes), held.shape[-1]))], axis=-1)
     nodes = solution.models.nodes(solution.coordinates.amplitudes(shapes), ends)
     tangents, meshes = _tangents(solution.models), solution.models.meshes
     stretch = 1 + equilibrium.catenary.mean_tension / equilibrium.catenary.span.axial_stiffness

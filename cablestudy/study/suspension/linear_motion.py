@@ -11,7 +11,7 @@ import numpy as np
 from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.residues import beside, residues
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, outward, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -103,6 +103,16 @@ def actuators_of(scene):
             one = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
         found.append(one)
     return found
+
+
+def along_ends(equilibrium):
+    """Displacements of the ends of all cables, each end moved by one along its tangent, shape (c, 6, 2 c). [-]"""
+    direction, _ = outward(equilibrium)
+    count = len(direction)
+    found = np.zeros((count, 2, 3, count, 2))
+    cable, end = np.meshgrid(np.arange(count), np.arange(2), indexing="ij")
+    found[cable, end, :, cable, end] = direction
+    return found.reshape(count, 6, 2 * count)
 
 
 def modes_among(modes, chosen):
@@ -237,13 +247,24 @@ class LinearMotion:
         forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
         forces[: len(into)] = into
         forces = forces if space is None else space.T @ forces
-        driven = motion, forces, loop, self.actuators
+        driven = motion, forces, loop, self.actuators, self._direct
         found = residues((loop or motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
         if loop is None or not loop.law.delay:
             return found
         exact = ExactResponse(*driven)
         response, fast = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
         return beside(response, found, fast, loop.right_up_to)
+
+    @property
+    def _direct(self):
+        """Change of each output by the inputs of `Gusts.into` where nothing moves, shape (o, i).
+
+        The tensions are the last outputs: each is less by the force of the gusts that reaches its end statically.
+        """
+        count, held = len(self.gusts.into), self.gusts.held
+        found = np.zeros((len(self.outputs), self.gusts.into.shape[1]))
+        found[len(found) - held :, count : count + held] = -np.eye(held)
+        return found
 
     @cached_property
     def residues(self):
@@ -257,11 +278,11 @@ class LinearMotion:
 
     @cached_property
     def _blown(self):
-        """`Gusts` and aerodynamic damping; None and 0 without wind."""
+        """`Gusts` and aerodynamic damping; None without wind."""
         if self.drag is None:
-            return None, 0.0
+            return None, None
         _, shapes = self._basis
-        along = strips(self.modes.solution, self.layout, shapes, self.drag)
+        along = strips(self.modes.solution, self.layout, shapes, self.drag, along_ends(self.equilibrium))
         along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
         own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ along_wind[:, None])[..., 0]
         scene, names = self.scene, self.equilibrium.suspension.body_names
@@ -270,7 +291,7 @@ class LinearMotion:
             table = scene.bodies[name].wind if name in scene.bodies else None
             areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
         found, damping = gusts(scene.wind, self.drag, self.layout, shapes, along, areas)
-        return found, damping if scene.wind.aerodynamic_damping else 0.0
+        return found, damping if scene.wind.aerodynamic_damping else None
 
     @property
     def gusts(self):

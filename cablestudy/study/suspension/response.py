@@ -87,15 +87,14 @@ class Response:
     # ------------------------------------------------------------------------------------------------ frequencies
 
     def responses(self, frequency):
-        """All outputs per force on each coordinate, shape (2, f, m, o), or (1, f, m, o) without a loop.
+        """All outputs by the inputs of `Gusts.into`, shape (2, f, i, o), or (1, f, i, o) without a loop.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
         """
-        forced = len(self.movement.gusts.into)
-        found = [one.response(2j * np.pi * frequency)[..., :forced] for one in self.movement.residues]
+        found = [one.response(2j * np.pi * frequency) for one in self.movement.residues]
         return np.swapaxes(np.stack(found), -1, -2)
 
     def spectra(self, frequency):
@@ -103,7 +102,7 @@ class Response:
         at_once = max(1, AT_ONCE // len(self.movement.motion) ** 2)
         parts = np.split(frequency, range(at_once, len(frequency), at_once))
         gusts = self.movement.gusts
-        found = [[gusts.variance_spectra(part, one).T for one in self.responses(part)] for part in parts]
+        found = [[gusts.input_spectra(part, one).T for one in self.responses(part)] for part in parts]
         return np.concatenate(found, axis=-1)
 
     # -------------------------------------------------------------------------------------------------- integrals
