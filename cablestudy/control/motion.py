@@ -197,9 +197,8 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     winches : int
         How many of the inputs of `whole`, the first ones, are winches.
     actuators : sequence of Actuator
-    damping : ndarray, shape (m + t, m)
-        Aerodynamic, of the coordinates, and of the force along t ends of cables, of which the tensions are the last
-        outputs of `whole`.
+    damping : ndarray, shape (m + 2 c, m)
+        Aerodynamic, of the coordinates, and of the tensions, which are the last outputs of `whole`.
     """
     strokes = [one for one in actuators if not one.wheel]
     count, size = len(omega), len(omega) + len(strokes)

@@ -263,3 +263,22 @@ class Equilibrium:
     def stability(self):
         """Whether the equilibrium is stable, and which motion is not: `stability.Stability`."""
         return stability.judge(self)
+
+
+def outward(equilibrium):
+    """Unit tangents at the ends of the cables that point out of them, and the tensions there.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+
+    Returns
+    -------
+    direction : ndarray, shape (c, 2, 3)
+        Zero where a cable has no tension.
+    tension : ndarray, shape (c, 2)
+        [N]
+    """
+    forces = equilibrium.end_forces
+    tension = np.sqrt((forces**2).sum(axis=-1))
+    return -forces / np.where(tension > 0, tension, 1.0)[..., None], tension

@@ -40,8 +40,6 @@ class Gusts:
         Centres of pressure of these bodies. [m]
     areas : ndarray, shape (b,)
         For the admittance of these bodies. [m^2]
-    held : int
-        How many shapes the strips have beyond the coordinates: the gusts do work on them, and they do not move.
     """
 
     wind: object
@@ -50,7 +48,6 @@ class Gusts:
     forces: np.ndarray
     places: np.ndarray
     areas: np.ndarray
-    held: int = 0
 
     def variance_spectra(self, frequency, response):
         """One-sided spectra of some outputs.
@@ -86,23 +83,32 @@ class Gusts:
 
     @cached_property
     def into(self):
-        """Forces on the coordinates by those of the cables on each and on the t held shapes, and by the speeds at bodies.
+        """Forces on the coordinates by the i inputs, shape (m, i).
 
-        Shape (m, i) with i = m + t + 3 b inputs.
+        These are the forces of the cables on each coordinate; two of each cable, by `Strip.pulled`, which move nothing;
+        and the three components of the speed at each body.
         """
         count = self.forces.shape[-1]
         of_bodies = (self.directions @ self.forces).reshape(-1, count).T
-        return np.concatenate([np.eye(count), np.zeros((count, self.held)), of_bodies], axis=1)
+        return np.concatenate([np.eye(count), np.zeros((count, self._work - count)), of_bodies], axis=1)
 
     @property
-    def _shapes(self):
-        """How many shapes the strips have, m + t."""
-        return self.forces.shape[-1] + self.held
+    def _work(self):
+        """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable."""
+        return self.forces.shape[-1] + 2 * len(self.strips)
+
+    def _among(self, place, forces):
+        """Forces of strip number `place`, shape (..., m + 2), in columns for all of them, shape (..., m + 2 c)."""
+        count = self.forces.shape[-1]
+        found = np.zeros((*forces.shape[:-1], self._work))
+        found[..., :count] = forces[..., :count]
+        found[..., count + 2 * place : count + 2 * place + 2] = forces[..., count:]
+        return found
 
     @property
     def parts(self):
         """Those of the cables among these inputs, then the three of each body: list of slice."""
-        count = self._shapes
+        count = self._work
         return [slice(count), *(slice(count + 3 * k, count + 3 * k + 3) for k in range(len(self.areas)))]
 
     def noise(self, frequency):
@@ -149,7 +155,7 @@ class Gusts:
         -------
         ndarray, shape (f, i, i)
         """
-        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self._shapes, None)
+        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self._work, None)
         found = np.tensordot(cables, matrices, axes=(0, 0))
         found[:, of_bodies, of_bodies] = np.tensordot(bodies, matrices[:, of_bodies, of_bodies], axes=(0, 0))
         return found
@@ -192,13 +198,13 @@ class Gusts:
 
     def _at(self, kappa):
         """`_covariance` computed directly."""
-        count, rms = self._shapes, np.array(self.wind.turbulence)
+        count, rms = self._work, np.array(self.wind.turbulence)
         blown = np.flatnonzero(rms)
         found = np.zeros((len(kappa), count + 3 * len(self.areas), count + 3 * len(self.areas)))
         found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
         decay = -kappa[:, None, None]
         points = np.concatenate([strip.points for strip in self.strips] or [np.zeros((0, 3))])
-        of_strips = [strip.point_forces for strip in self.strips] or [np.zeros((3, 0, count))]
+        of_strips = [self._among(k, strip.point_forces) for k, strip in enumerate(self.strips)] or [np.zeros((3, 0, count))]
         point_forces = np.concatenate(of_strips, axis=1)
         towards = np.exp(decay * size(points[:, None] - self.places))
         between = np.exp(decay * size(self.places[:, None] - self.places))
@@ -211,7 +217,7 @@ class Gusts:
         return found
 
     def _of_cables(self, kappa, components):
-        """Covariance of the forces of the cables on the coordinates and on held shapes, shape (f, m + t, m + t).
+        """Covariance of the inputs that are works of the gusts on cables, shape (f, w, w).
 
         Parameters
         ----------
@@ -219,12 +225,12 @@ class Gusts:
         components : ndarray, shape (c, 3)
             Directions of the turbulence times its RMS.
         """
-        count = self._shapes
+        count = self._work
         own, between = np.zeros((2, len(kappa), count, count))
         points, point_forces = np.zeros((0, 3)), np.zeros((0, len(components), count))
-        for strip in self.strips:
-            own += strip.coherent(np.einsum("ck,kpm->pcm", components, strip.forces), kappa)
-            forces = np.einsum("ck,kpm->pcm", components, strip.point_forces)
+        for place, strip in enumerate(self.strips):
+            own += strip.coherent(np.einsum("ck,kpm->pcm", components, self._among(place, strip.forces)), kappa)
+            forces = np.einsum("ck,kpm->pcm", components, self._among(place, strip.point_forces))
             # with the cables before it
             coherence = np.exp(-kappa[:, None, None] * size(strip.points[:, None] - points))
             moved = coherence @ point_forces.reshape(len(points), len(components) * count)
@@ -245,14 +251,15 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     shapes : ndarray, shape (n, m)
         Combinations of its coordinates.
     strips : list of Strip
-        With these shapes, and perhaps with t held ones.
+        With these shapes.
     areas : ndarray, shape (b,)
         Of all bodies and junctions, for their admittance. [m^2]
 
     Returns
     -------
     Gusts
-    damping : ndarray, shape (m + t, m)
+    damping : ndarray, shape (m + 2 c, m)
+        Of the coordinates, and what their motion adds to the tension at both ends of each cable.
 
     Notes
     -----
@@ -270,11 +277,14 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     blown = np.flatnonzero((drag.bodies > 0).any(axis=-1))
     forces = np.swapaxes(linear, -1, -2)[blown] @ moved[blown]
     count = shapes.shape[-1]
-    held = strips[0].shapes.shape[-1] - count if strips else 0
-    damping = sum((strip.damping for strip in strips), np.zeros((count + held,) * 2))[:, :count]
+    damping = np.zeros((count + 2 * len(equilibrium.suspension.cable_names), count))
+    for strip in strips:
+        own, end = strip.damping, count + 2 * strip.cable
+        damping[:count] += own[:count]
+        damping[end : end + 2] = own[count:]
     damping[:count] += (np.swapaxes(moved[blown], -1, -2) @ linear[blown] @ moved[blown]).sum(axis=0)
     along = drag.velocity / speed
     up = np.array([0.0, 0.0, 1.0])
     directions = np.stack([along, np.cross(up, along), up])
-    found = Gusts(wind, directions, strips, forces, (equilibrium.position + arm)[blown], areas[blown], held)
+    found = Gusts(wind, directions, strips, forces, (equilibrium.position + arm)[blown], areas[blown])
     return found, damping

@@ -11,7 +11,7 @@ import numpy as np
 from cablestudy.control.motion import Actuator, basis, motion
 from cablestudy.control.pose_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.residues import beside, residues
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, outward, second_order
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
@@ -103,16 +103,6 @@ def actuators_of(scene):
             one = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
         found.append(one)
     return found
-
-
-def along_ends(equilibrium):
-    """Displacements of the ends of all cables, each end moved by one along its tangent, shape (c, 6, 2 c). [-]"""
-    direction, _ = outward(equilibrium)
-    count = len(direction)
-    found = np.zeros((count, 2, 3, count, 2))
-    cable, end = np.meshgrid(np.arange(count), np.arange(2), indexing="ij")
-    found[cable, end, :, cable, end] = direction
-    return found.reshape(count, 6, 2 * count)
 
 
 def modes_among(modes, chosen):
@@ -259,11 +249,15 @@ class LinearMotion:
     def _direct(self):
         """Change of each output by the inputs of `Gusts.into` where nothing moves, shape (o, i).
 
-        The tensions are the last outputs: each is less by the force of the gusts that reaches its end statically.
+        The tensions are the last outputs, two of each cable: each is less by the force of the gusts that reaches its
+        end statically.
         """
-        count, held = len(self.gusts.into), self.gusts.held
-        found = np.zeros((len(self.outputs), self.gusts.into.shape[1]))
-        found[len(found) - held :, count : count + held] = -np.eye(held)
+        gusts = self.gusts
+        found = np.zeros((len(self.outputs), gusts.into.shape[1]))
+        tensions = len(found) - 2 * len(self.layout.equilibrium.suspension.cable_names)
+        for place, strip in enumerate(gusts.strips):
+            for end in range(2):
+                found[tensions + 2 * strip.cable + end, len(gusts.into) + 2 * place + end] = -1.0
         return found
 
     @cached_property
@@ -282,7 +276,7 @@ class LinearMotion:
         if self.drag is None:
             return None, None
         _, shapes = self._basis
-        along = strips(self.modes.solution, self.layout, shapes, self.drag, along_ends(self.equilibrium))
+        along = strips(self.modes.solution, self.layout, shapes, self.drag)
         along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
         own = (np.swapaxes(self.equilibrium.rotation, -1, -2) @ along_wind[:, None])[..., 0]
         scene, names = self.scene, self.equilibrium.suspension.body_names

@@ -23,6 +23,7 @@ SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, 
 EXCITED = 1e-6  # share with that damping ratio from which it is refused: what is less is rounding, or not seen
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
+TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
 DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
 STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
@@ -231,6 +232,8 @@ class Response:
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
+        tension = np.array([".tension_" in name for name in self.names])
+        added = np.where(tension, _of_tensions(value, added, tension), added)
         error = added + INTERPOLATED * value
         error[:, CLOSED] += self._late_error
 
@@ -264,6 +267,16 @@ class Response:
 def _damped(system):
     """Which poles of `Residues` are damped."""
     return -system.poles.real >= UNDAMPED * np.abs(system.poles)
+
+
+def _of_tensions(value, added, tension):
+    """Estimated errors of the variances of tensions, shape (w, states, o).
+
+    What the highest modes add is a chance of single modes: so the largest of all tensions counts, relative or absolute.
+    """
+    added = np.where(tension, added, 0.0)
+    relative = np.where(value > 0, added / np.where(value > 0, value, 1.0), 0.0)
+    return TENSION * np.minimum(added.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
 
 
 def _groups(names):
