@@ -204,7 +204,9 @@ class Gusts:
         found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
         decay = -kappa[:, None, None]
         points = np.concatenate([strip.points for strip in self.strips] or [np.zeros((0, 3))])
-        of_strips = [self._among(k, strip.point_forces) for k, strip in enumerate(self.strips)] or [np.zeros((3, 0, count))]
+        of_strips = [self._among(k, strip.point_forces) for k, strip in enumerate(self.strips)] or [
+            np.zeros((3, 0, count))
+        ]
         point_forces = np.concatenate(of_strips, axis=1)
         towards = np.exp(decay * size(points[:, None] - self.places))
         between = np.exp(decay * size(self.places[:, None] - self.places))

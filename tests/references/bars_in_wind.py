@@ -8,7 +8,7 @@ the end node of a cable, along the tangent there: its row of M, C and K times al
 
 import numpy as np
 
-from . import bar_suspension, bars
+from . import bar_suspension
 
 
 def von_karman(frequency, speed, rms, length):
@@ -92,8 +92,8 @@ class BarsInWind:
         suspension = state.suspension
         free = np.flatnonzero(suspension.free.ravel())
         names = [f"{suspension.body_names[i // 6]}.{('x', 'y', 'z', 'rx', 'ry', 'rz')[i % 6]}" for i in free]
-        parts = [[row] for row in np.eye(size)[size - len(free) :]]
-        outputs = {name: (row[0], 0 * row[0], 0 * row[0], np.zeros((sites, 3))) for name, row in zip(names, parts)}
+        still, unmoved, places = np.zeros(size), np.zeros((sites, 3)), np.eye(size)[size - len(free) :]
+        outputs = {name: (row, still, still, unmoved) for name, row in zip(names, places, strict=True)}
         forces = state.end_forces
         for cable, ((k, m, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
             for end, node, rows in (("from", 0, slice(0, 3)), ("to", n, slice(-3, None))):

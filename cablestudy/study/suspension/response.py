@@ -24,6 +24,7 @@ EXCITED = 1e-6  # share with that damping ratio from which it is refused: what i
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
 TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
+ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
 DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
 STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
@@ -276,7 +277,8 @@ def _of_tensions(value, added, tension):
     """
     added = np.where(tension, added, 0.0)
     relative = np.where(value > 0, added / np.where(value > 0, value, 1.0), 0.0)
-    return TENSION * np.minimum(added.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
+    seen = np.minimum(added.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
+    return TENSION * seen + ABOVE * value
 
 
 def _groups(names):
