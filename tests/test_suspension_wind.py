@@ -9,7 +9,7 @@ import scipy.linalg
 import scipy.signal
 import suspensions
 from command import CONFIGS
-from references import bar_suspension, bars
+from references.bars_in_wind import BarsInWind, von_karman
 from references.straight_suspension import Straight
 from scenes import PAPER, cells
 from scipy.spatial.transform import Rotation
@@ -29,7 +29,7 @@ from straight_scenes import (
 
 from cablestudy.control.pose_loop import PoseLoop
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.scene import load_scene
+from cablestudy.scene.scene import Scene, load_scene
 from cablestudy.study.suspension import response
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
@@ -363,12 +363,6 @@ def test_the_force_of_gusts_on_a_body_does_not_depend_on_coherence(on, decay):
         assert found == pytest.approx(expected, rel=1e-4)
 
 
-def von_karman(frequency, speed, rms, length):
-    """The paper's spectrum, one-sided."""
-    x = frequency * length / speed
-    return 4 * rms**2 * length / speed / (1 + 70.7 * x**2) ** (5 / 6)
-
-
 def side_by_side(apart=6.0, **changes):
     """Two equal bodies, free along x on cables of their own, a taut cable along y between them."""
     text = one_axis(time=2e-3)
@@ -584,65 +578,166 @@ def test_a_record_of_200000_steps_has_these_variances():
         assert abs(found - variance(case, output)) < 4 * error, output
 
 
-def test_wind_on_sagging_cables_and_a_body_against_dense_bars():
+@pytest.mark.parametrize("mean", [False, True])
+def test_wind_on_sagging_cables_and_a_body_against_dense_bars(mean):
     """All nodes and the body at once: drag and aerodynamic damping of each, exp(-C f d/U) between any two."""
-    n, viscous, decay, speed, turbulence = 8, 0.05, 1.0, 12.0, np.array([0.2, 0.15, 0.1])
+    n, viscous, speed, turbulence = 8, 0.05, 12.0, np.array([0.2, 0.15, 0.1])
     text = heavy(("x", "y", "z"), cable__damping={"viscous": viscous}, bodies__gondola__wind=BODY_WIND)
     text = with_changes(
         text, model={"elements": n, "order": 1, "mass": "lumped"},
         wind={"speed": speed, "direction": 0.5, "turbulence_intensity": turbulence.tolist(), "length_scale": 25.0,
-              "coherence_decay": decay, "mean": False, "cable_drag_coefficient": 3.0},
+              "coherence_decay": 1.0, "mean": mean, "cable_drag_coefficient": 3.0},
     )  # fmt: skip
     for cable, longer in (("west", 1.013), ("east", 1.02)):
         text["cables"][cable]["unstretched_length"] *= longer
     case = case_of(text)
-    state = case.equilibrium
-    dense = bar_suspension.dense(state, n)
-    size, rate = len(dense.K), viscous / 0.15
-    along = np.array([np.cos(0.5), np.sin(0.5), 0.0])
-    directions = np.array([along, [-along[1], along[0], 0.0], [0, 0, 1.0]])
-    # places, matrices of force per speed on them, and how they move, of all nodes and the body
-    places, drags, moves = [], [], []
-    C = np.zeros((size, size))
-    ends = state.suspension.ends(state.position, state.rotation)
-    for cable, ((_, inert, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
-        C += rate * move.T @ inert @ move
-        length = float(state.lengths[cable])
-        chain = bars.solve_spatial(ends[cable, 1] - ends[cable, 0], length, EA, 0.15 * G, n)
-        unit = chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
-        stretched = length * (1 + float(state.catenary.mean_tension[cable]) / EA) / n
-        for node in range(n + 1):
-            tangent = unit[max(node - 1, 0)] + unit[min(node, n - 1)]
-            tangent /= np.linalg.norm(tangent)
-            normal = along - tangent * (tangent @ along)
-            across = np.linalg.norm(normal)
-            matrix = across * (np.eye(3) - np.outer(tangent, tangent)) + np.outer(normal, normal) / across
-            width = stretched * (0.5 if node in (0, n) else 1.0)
-            places.append(ends[cable, 0] + chain.nodes[node])
-            drags.append(RHO / 2 * 3.0 * np.sqrt(4e-4 / np.pi) * speed * width * matrix)
-            moves.append(move[3 * node : 3 * node + 3])
     areas = np.array(BODY_WIND["area"])
-    places.append(state.position[0] + BODY_WIND["center_of_pressure"])
-    drags.append(RHO / 2 * 1.17 * speed * areas[:, None] * (np.eye(3) + np.outer(along, along)))
-    moves.append(np.eye(size)[-3:])
-    places, moves, drags = np.array(places), np.array(moves), np.array(drags)
-    C += np.einsum("kin,kij,kjm->nm", moves, drags, moves)
-    forces = np.einsum("kin,kij,cj->ckn", moves, drags, directions)
-    apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
-    frequency = np.geomspace(1e-4, 60.0, 2500)
-    s = (2j * np.pi * frequency)[:, None, None]
-    area = areas @ along**2
-    admitted = np.ones((len(frequency), len(places)))
-    admitted[:, -1] = 1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
-    seen = np.linalg.solve(np.swapaxes(s**2 * dense.M + s * C + dense.K, 1, 2), np.eye(size)[:, -3:])
-    coherence = np.exp(-decay * frequency[:, None, None] * apart / speed)
-    spectrum = np.zeros((len(frequency), 3))
-    for component in range(3):
-        pushed = np.einsum("kn,fno->fko", forces[component], seen) * admitted[:, :, None]
-        spectrum += turbulence[component] ** 2 * ((coherence @ pushed) * pushed.conj()).real.sum(axis=1)
-    spectrum *= (von_karman(frequency, speed, 1.0, 25.0) * speed**2)[:, None]
-    expected = np.trapezoid(spectrum * frequency[:, None], np.log(frequency), axis=0) + spectrum[0] * frequency[0]
-    assert [variance(case, f"gondola.{axis}") for axis in "xyz"] == pytest.approx(expected, rel=1e-3)
+    bars = BarsInWind(
+        case.in_wind.movement.equilibrium,
+        n,
+        {"speed": speed, "direction": 0.5, "turbulence": turbulence * speed, "length_scale": 25.0,
+         "coherence_decay": 1.0, "density": RHO},
+        cables=[3.0 * np.sqrt(4e-4 / np.pi)] * 2,
+        bodies={"gondola": (1.17 * areas, areas, BODY_WIND["center_of_pressure"])},
+        rate=[viscous / 0.15] * 2,
+    )  # fmt: skip
+    for name, (expected, rate) in bars.variances(np.geomspace(1e-4, 60.0, 2500)).items():
+        assert variance(case, name) == pytest.approx(expected, rel=1e-3), name
+        # of tensions the highest frequencies are not those of the bars, which end at 60 Hz
+        assert variance(case, name, kind="rate") == pytest.approx(rate, rel=0.05 if "tension" in name else 1e-3), name
+
+
+# ------------------------------------------------------------------------------------------------ tensions in the wind
+
+SLOW = {"length_scale": 1e9, "coherence_decay": 0.0, "admittance": "none", "turbulence_intensity": 0.02}
+ON = ("cables", "bodies", "both")
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    """Next to no turbulence moves what can move: its spectrum falls with the square of the frequency."""
+
+    def spectrum(frequency, speed, rms, length, *_):
+        return 2 / np.pi * rms**2 * (speed / length) / (frequency**2 + (speed / length) ** 2)
+
+    monkeypatch.setattr(gusts, "speed_spectrum", spectrum)
+
+
+def hung(seed, on="both"):
+    """A body on three to six cables at random: taut ones for an even number, else sagging ones."""
+    rng = np.random.default_rng([seed, 22])
+    count = int(rng.integers(3, 7))
+    angle = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
+    anchors = np.stack([60 * np.cos(angle), 60 * np.sin(angle), rng.uniform(15, 40, count)], axis=-1)
+    inside = np.stack([np.cos(angle), np.sin(angle), rng.uniform(0.2, 0.8, count)], axis=-1)
+    longer = rng.uniform(0.003, 0.02, count) if seed % 2 else rng.uniform(-2e-3, -1e-3, count)
+    lengths = np.linalg.norm(anchors - inside, axis=-1) * (1 + longer)
+    body = {"at": [0.0, 0.0, 0.0], "mass": float(rng.uniform(50, 400)), "center_of_mass": [0, 0, -0.3],
+            "inertia": [80.0, 90.0, 100.0], "attachments": {f"a{i}": at.tolist() for i, at in enumerate(inside)},
+            "free": ["x", "y", "z"], "wind": BODY_WIND}  # fmt: skip
+    return {
+        "gravity": G,
+        "cable": {"elastic_modulus": 7e10, "density": 7850.0, "area": 1.5e-5, "damping": {"viscous": 0.02}},
+        "bodies": {"b": body},
+        "cables": {
+            f"c{i}": {"from": anchor.tolist(), "to": f"b.a{i}", "unstretched_length": float(length)}
+            for i, (anchor, length) in enumerate(zip(anchors, lengths, strict=True))
+        },
+        "wind": SLOW | {"speed": float(rng.uniform(3, 12)), "direction": float(rng.uniform(0, 6)), "on": on},
+    }
+
+
+def rms_tensions(case):
+    """RMS tension at both ends of all cables, shape (2 c,)."""
+    return np.sqrt([variance(case, f"{name}.{end}") for name in case.scene.cables for end in TENSIONS])
+
+
+def by_statics(text, step=1e-3):
+    """The same for slow gusts, by two mean equilibria."""
+    found = []
+    for sign in (-1, 1):
+        case = case_of(with_changes(text, wind__speed=text["wind"]["speed"] * (1 + sign * step)))
+        found.append(np.concatenate([case.in_wind.mean_tensions(name) for name in text["cables"]]))
+    return np.abs(found[1] - found[0]) / (2 * step) * text["wind"]["turbulence_intensity"]
+
+
+TENSIONS = ("tension_from", "tension_to")
+
+
+@pytest.mark.usefixtures("slow")
+@pytest.mark.parametrize("on", ON)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_tension_in_slow_gusts_is_the_change_of_the_mean_tension(seed, on):
+    """By bars that stand still, which have the drag along each cable; and by the mean equilibrium at two speeds."""
+    text = hung(seed, on) | {"model": {"elements": 8}}
+    case, wind, scene = case_of(text), text["wind"], text["cable"]
+    areas, offered = np.array(BODY_WIND["area"]), 1.2 * np.sqrt(4 * scene["area"] / np.pi)
+    bars = BarsInWind(
+        case.in_wind.movement.equilibrium,
+        8,
+        {"speed": wind["speed"], "direction": wind["direction"], "turbulence": [0.02 * wind["speed"], 0.0, 0.0],
+         "length_scale": wind["length_scale"], "coherence_decay": 0.0, "density": RHO},
+        cables=[offered * (on != "bodies")] * len(text["cables"]),
+        bodies={"b": (1.17 * areas, areas, BODY_WIND["center_of_pressure"])} if on != "cables" else {},
+    )  # fmt: skip
+    found = rms_tensions(case)
+    expected = bars.slow()
+    expected = np.array([expected[f"{name}.{end}"] for name in text["cables"] for end in TENSIONS])
+    # what is left of the spectrum at resonances
+    assert found == pytest.approx(expected, rel=1e-5, abs=2e-4 * expected.max())
+    # the mean wind acts as if each cable lay along its chord, and turns with it: some percent of the largest
+    assert rms_tensions(case_of(text | {"model": {}})) == pytest.approx(by_statics(text), abs=0.02 * expected.max())
+
+
+@pytest.mark.usefixtures("slow")
+def test_the_tension_of_three_cables_in_slow_gusts_along_them():
+    """A body of 215 kg on cables of 60 to 73 m: 0.0043, 0.0171 and 0.0650 N by statics, not 0.058, 0.080 and 0.084."""
+    text = hung(0, "cables")
+    anchors = [[63.826, 12.379, 35.528], [-30.783, 56.381, 29.361], [-29.813, -48.495, 23.547]]
+    inside = [[0.9035, 0.3313, 0.4975], [-0.0744, 0.9141, 0.379], [-0.9038, -1.146, 0.2799]]
+    text["bodies"]["b"] |= {"mass": 214.578, "attachments": {f"a{i}": at for i, at in enumerate(inside)}}
+    text["cables"] = {
+        f"c{i}": {"from": anchor, "to": f"b.a{i}", "unstretched_length": length}
+        for i, (anchor, length) in enumerate(zip(anchors, (72.8493, 69.5864, 60.0136), strict=True))
+    }
+    text = with_changes(
+        text, cable__area=1.43287e-5, cable__elastic_modulus=7e10, wind__speed=5.0456, wind__direction=1.15128,
+        wind__turbulence_intensity=0.01,
+    )  # fmt: skip
+    expected = by_statics(text)
+    assert expected[::2] == pytest.approx([0.0043, 0.0171, 0.0650], rel=0.02)
+    assert rms_tensions(case_of(text)) == pytest.approx(expected, rel=0.03)
+
+
+@pytest.mark.parametrize(("to", "length"), [([40.0, 0.0, 0.0], 40.3), ([40.0, 0.0, 15.0], 42.75)])
+def test_one_cable_with_fixed_ends_has_the_tension_of_a_scene_of_one_cable(to, length):
+    """In wind across and along its plane, the larger one of both; equal turbulence of all components, coherent."""
+    cable = {"elastic_modulus": 70.3e9, "density": 7850.0, "area": 1.5e-5, "damping": {"viscous": 0.05}}
+    wind = {"speed": 9.0, "length_scale": 25.0}
+    one = Scene.model_validate({
+        "cable": cable | {"ends": [[0.0, 0.0, 0.0], to], "unstretched_length": length},
+        "wind": wind | {"turbulence_intensity": 0.15, "coherence_length": 1e8}, "model": {"accuracy": 1e-6},
+    })  # fmt: skip
+    many = {
+        "cable": cable, "points": {"a": [0.0, 0.0, 0.0], "b": to}, "model": {"accuracy": 1e-6},
+        "cables": {"c": {"from": "a", "to": "b", "unstretched_length": length}},
+        "wind": wind | {"turbulence_intensity": [0.15] * 3, "coherence_decay": 0.0, "mean": False, "on": "cables"},
+    }  # fmt: skip
+    found = [value(case_of(with_changes(many, wind__direction=turn)), "c.rms_tension") for turn in (0.0, np.pi / 2)]
+    assert max(found) == pytest.approx(cells(one, "tension_rms")["tension_rms"], rel=2e-5)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_stated_error_of_a_tension_is_true(seed):
+    """Of 64 modes against 160, in gusts that excite all modes."""
+    gusty = {"length_scale": 25.0, "coherence_decay": 10.0, "turbulence_intensity": [0.15, 0.12, 0.08]}
+    text = hung(seed)
+    text["wind"] |= gusty
+    in_wind = case_of(text).in_wind
+    few, many = (response.Response(in_wind.movement_of(count), in_wind.scene).variances for count in (64, 160))
+    rows = [row for name, row in few.rows.items() if "tension" in name]
+    assert (np.abs(few.value - many.value)[:, rows] <= few.error["value"][:, rows]).all()
+    assert (few.error["value"][:, rows] < 0.01 * few.value[:, rows]).all()
 
 
 # ------------------------------------------------------------------------------------------------------------- limits

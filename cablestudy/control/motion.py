@@ -184,7 +184,7 @@ def basis(modes, loads):
     return np.concatenate([solution.omega, more[order]]), np.concatenate([modes.shapes, added[:, order]], axis=1)
 
 
-def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(), damping=0.0):
+def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(), damping=None):
     """The `Motion` of a suspension.
 
     Parameters
@@ -197,15 +197,16 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     winches : int
         How many of the inputs of `whole`, the first ones, are winches.
     actuators : sequence of Actuator
-    damping : ndarray, shape (m, m)
-        Aerodynamic.
+    damping : ndarray, shape (m + 2 c, m)
+        Aerodynamic, of the coordinates, and of the tensions, which are the last outputs of `whole`.
     """
     strokes = [one for one in actuators if not one.wheel]
     count, size = len(omega), len(omega) + len(strokes)
     mass, damping_matrix, stiffness = np.zeros((3, size, size))
     kept = slice(count)
+    damping = np.zeros((count, count)) if damping is None else damping
     mass[kept, kept], stiffness[kept, kept] = np.eye(count), np.diag(omega**2)
-    damping_matrix[kept, kept] = shapes.T @ whole.damping @ shapes + damping
+    damping_matrix[kept, kept] = shapes.T @ whole.damping @ shapes + damping[:count]
     feedback, place = [], count
     for one in actuators:
         along, about, weight = _movements(layout, one, shapes)
@@ -227,13 +228,15 @@ def motion(layout, whole: SecondOrderSystem, omega, shapes, winches, actuators=(
     def widened(part):
         return np.concatenate([part, np.zeros((part.shape[0], len(strokes)))], axis=1)
 
+    moved = [part @ shapes for part in whole.moved]
+    moved[1][len(moved[1]) - len(damping) + count :] += damping[count:]
     return Motion(
         np.concatenate([omega, [one.omega for one in strokes]]),
         mass,
         damping_matrix,
         stiffness,
         tuple(widened((shapes.T @ part[:, :winches]).T).T for part in whole.driven),
-        tuple(widened(part @ shapes) for part in whole.moved),
+        tuple(widened(part) for part in moved),
         tuple(part[:, :winches] for part in whole.follow),
         tuple(feedback),
         shapes,

@@ -80,16 +80,17 @@ def state_space(motion, forces, labels, loop=None, actuators=()):
     )
 
 
-def by_forces(motion, forces, loop=None, actuators=()):
+def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     """B, C and D with the forces as the only inputs, and without the lengths of the winches among the outputs.
 
-    Arguments are those of `state_space`. A is that of `PoseLoop.eigen`, or of `Motion.eigen` without a loop.
+    Arguments are those of `state_space`, and `direct`, shape (o, j): how much of each force is in each output of the
+    motion at once. A is that of `PoseLoop.eigen`, or of `Motion.eigen` without a loop.
     """
-    _, whole, _, shown = _rows(motion, forces, loop, actuators)
+    _, whole, _, shown = _rows(motion, forces, loop, actuators, direct)
     return _by_forces(whole, shown, forces)
 
 
-def winch_speeds(motion, forces, loop, actuators=()):
+def winch_speeds(motion, forces, loop, actuators=(), direct=None):
     """B, C and D as of `by_forces`, with the speeds of the winches as the outputs."""
     _, whole, reeled, _ = _rows(motion, forces, loop, actuators)
     return _by_forces(whole, reeled[1], forces)
@@ -102,8 +103,8 @@ class ExactResponse:
     v = -gain C1 A N (I + L)^-1 y.
     """
 
-    def __init__(self, motion, forces, loop, actuators=()):
-        found, whole, reeled, shown = _rows(motion, forces, None, actuators)
+    def __init__(self, motion, forces, loop, actuators=(), direct=None):
+        found, whole, reeled, shown = _rows(motion, forces, None, actuators, direct)
         size, winches = len(whole), len(reeled[0])
         inputs = (whole.shape[1] - size) // 3
         parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
@@ -158,7 +159,7 @@ def _by_forces(whole, shown, forces):
     return whole[:, inputs], shown[:, :size], shown[:, inputs]
 
 
-def _rows(motion, forces, loop, actuators):
+def _rows(motion, forces, loop, actuators, direct=None):
     """`Equations`, and as rows over x, u, u', u'': x', what winches reel in and its derivatives, outputs of motion and
     actuators."""
     found = equations(motion, *((loop.allocation, loop.notches, loop.law_space) if loop else ()), forces=forces)
@@ -184,6 +185,8 @@ def _rows(motion, forces, loop, actuators):
     moving = found.places, found.speeds, whole[m : 2 * m]
     shown = sum(part @ rows for part, rows in zip(motion.moved, moving, strict=True))
     shown += sum(part @ rows for part, rows in zip(motion.follow, reeled, strict=True))
+    if direct is not None:
+        shown[:, size + inputs - forces.shape[1] : size + inputs] += direct
     outputs = [shown]
     strokes = iter(found.places[m - sum(not one.wheel for one in actuators) :])
     for one, (moved, speed) in zip(actuators, found.feedback, strict=True):

@@ -14,7 +14,7 @@ from cablestudy.control.second_order import SecondOrderSystem
 from cablestudy.control.statespace import MODAL, SecondOrder
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.rigid import cross_matrix
-from cablestudy.system.suspension import AXES
+from cablestudy.system.suspension import AXES, outward
 
 MOST = 2000  # coordinates of a state space: matrices of 128 MB
 FROM, TO = 0, 1
@@ -52,25 +52,6 @@ class Marker:
     name: str
     body: int
     place: tuple
-
-
-def outward(equilibrium):
-    """Unit tangents at the ends of the cables that point out of them, and the tensions there.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-
-    Returns
-    -------
-    direction : ndarray, shape (c, 2, 3)
-        Zero where a cable has no tension.
-    tension : ndarray, shape (c, 2)
-        [N]
-    """
-    forces = equilibrium.end_forces
-    tension = np.sqrt((forces**2).sum(axis=-1))
-    return -forces / np.where(tension > 0, tension, 1.0)[..., None], tension
 
 
 def reeled(equilibrium, winches):

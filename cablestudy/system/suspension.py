@@ -272,3 +272,21 @@ class Equilibrium:
     def uncertainty(self):
         """How far rounding moves it: `uncertainty.Uncertainty`."""
         return uncertainty.judge(self)
+
+def outward(equilibrium):
+    """Unit tangents at the ends of the cables that point out of them, and the tensions there.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+
+    Returns
+    -------
+    direction : ndarray, shape (c, 2, 3)
+        Zero where a cable has no tension.
+    tension : ndarray, shape (c, 2)
+        [N]
+    """
+    forces = equilibrium.end_forces
+    tension = np.sqrt((forces**2).sum(axis=-1))
+    return -forces / np.where(tension > 0, tension, 1.0)[..., None], tension

@@ -63,12 +63,15 @@ class Gusts:
         -------
         ndarray, shape (f, o)
         """
-        response = np.swapaxes(self.into, -1, -2) @ response
+        return self.input_spectra(frequency, np.swapaxes(self.into, -1, -2) @ response)
+
+    def input_spectra(self, frequency, response):
+        """The same by the response to each of the inputs of `into`, shape (f, m + t + 3 b, o)."""
         pushed = self.matrix_times(frequency, response)
         return (pushed.real * response.real + pushed.imag * response.imag).sum(axis=1)
 
     def matrix_times(self, frequency, columns):
-        """The one-sided spectral matrix of the inputs of `into` at frequencies, times columns (f, m + 3 b, o)."""
+        """The one-sided spectral matrix of the inputs of `into` at frequencies, times columns (f, i, o)."""
         speed, shares = self._functions(frequency)
         root = np.ones((len(frequency), columns.shape[1], 1))
         for part, share in zip(self.parts, shares, strict=True):
@@ -80,14 +83,32 @@ class Gusts:
 
     @cached_property
     def into(self):
-        """Forces on the coordinates by the forces of the cables on each, and by the speeds at bodies, (m, m + 3 b)."""
+        """Forces on the coordinates by the i inputs, shape (m, i).
+
+        These are the forces of the cables on each coordinate; two of each cable, by `Strip.pulled`, which move nothing;
+        and the three components of the speed at each body.
+        """
         count = self.forces.shape[-1]
-        return np.concatenate([np.eye(count), (self.directions @ self.forces).reshape(-1, count).T], axis=1)
+        of_bodies = (self.directions @ self.forces).reshape(-1, count).T
+        return np.concatenate([np.eye(count), np.zeros((count, self._work - count)), of_bodies], axis=1)
+
+    @property
+    def _work(self):
+        """How many inputs are works of the gusts on cables: one for each coordinate, and two of each cable."""
+        return self.forces.shape[-1] + 2 * len(self.strips)
+
+    def _among(self, place, forces):
+        """Forces of strip number `place`, shape (..., m + 2), in columns for all of them, shape (..., m + 2 c)."""
+        count = self.forces.shape[-1]
+        found = np.zeros((*forces.shape[:-1], self._work))
+        found[..., :count] = forces[..., :count]
+        found[..., count + 2 * place : count + 2 * place + 2] = forces[..., count:]
+        return found
 
     @property
     def parts(self):
         """Those of the cables among these inputs, then the three of each body: list of slice."""
-        count = self.forces.shape[-1]
+        count = self._work
         return [slice(count), *(slice(count + 3 * k, count + 3 * k + 3) for k in range(len(self.areas)))]
 
     def noise(self, frequency):
@@ -132,9 +153,9 @@ class Gusts:
 
         Returns
         -------
-        ndarray, shape (f, m + 3 b, m + 3 b)
+        ndarray, shape (f, i, i)
         """
-        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self.forces.shape[-1], None)
+        (cables, bodies), matrices, of_bodies = self._shares(kappa), self._known[1], slice(self._work, None)
         found = np.tensordot(cables, matrices, axes=(0, 0))
         found[:, of_bodies, of_bodies] = np.tensordot(bodies, matrices[:, of_bodies, of_bodies], axes=(0, 0))
         return found
@@ -177,13 +198,15 @@ class Gusts:
 
     def _at(self, kappa):
         """`_covariance` computed directly."""
-        count, rms = self.forces.shape[-1], np.array(self.wind.turbulence)
+        count, rms = self._work, np.array(self.wind.turbulence)
         blown = np.flatnonzero(rms)
         found = np.zeros((len(kappa), count + 3 * len(self.areas), count + 3 * len(self.areas)))
         found[:, :count, :count] = self._of_cables(kappa, (rms[:, None] * self.directions)[blown])
         decay = -kappa[:, None, None]
         points = np.concatenate([strip.points for strip in self.strips] or [np.zeros((0, 3))])
-        of_strips = [strip.point_forces for strip in self.strips] or [np.zeros((3, 0, count))]
+        of_strips = [self._among(k, strip.point_forces) for k, strip in enumerate(self.strips)] or [
+            np.zeros((3, 0, count))
+        ]
         point_forces = np.concatenate(of_strips, axis=1)
         towards = np.exp(decay * size(points[:, None] - self.places))
         between = np.exp(decay * size(self.places[:, None] - self.places))
@@ -196,7 +219,7 @@ class Gusts:
         return found
 
     def _of_cables(self, kappa, components):
-        """Covariance of the forces of the cables on the coordinates, shape (f, m, m).
+        """Covariance of the inputs that are works of the gusts on cables, shape (f, w, w).
 
         Parameters
         ----------
@@ -204,12 +227,12 @@ class Gusts:
         components : ndarray, shape (c, 3)
             Directions of the turbulence times its RMS.
         """
-        count = self.forces.shape[-1]
+        count = self._work
         own, between = np.zeros((2, len(kappa), count, count))
         points, point_forces = np.zeros((0, 3)), np.zeros((0, len(components), count))
-        for strip in self.strips:
-            own += strip.coherent(np.einsum("ck,kpm->pcm", components, strip.forces), kappa)
-            forces = np.einsum("ck,kpm->pcm", components, strip.point_forces)
+        for place, strip in enumerate(self.strips):
+            own += strip.coherent(np.einsum("ck,kpm->pcm", components, self._among(place, strip.forces)), kappa)
+            forces = np.einsum("ck,kpm->pcm", components, self._among(place, strip.point_forces))
             # with the cables before it
             coherence = np.exp(-kappa[:, None, None] * size(strip.points[:, None] - points))
             moved = coherence @ point_forces.reshape(len(points), len(components) * count)
@@ -237,7 +260,8 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     Returns
     -------
     Gusts
-    damping : ndarray, shape (m, m)
+    damping : ndarray, shape (m + 2 c, m)
+        Of the coordinates, and what their motion adds to the tension at both ends of each cable.
 
     Notes
     -----
@@ -254,9 +278,15 @@ def gusts(wind, drag, layout, shapes, strips, areas):
     moved = moved[:, :3] - cross_matrix(arm) @ moved[:, 3:]
     blown = np.flatnonzero((drag.bodies > 0).any(axis=-1))
     forces = np.swapaxes(linear, -1, -2)[blown] @ moved[blown]
-    damping = sum(strip.damping for strip in strips) + np.zeros((shapes.shape[-1],) * 2)
-    damping = damping + (np.swapaxes(moved[blown], -1, -2) @ linear[blown] @ moved[blown]).sum(axis=0)
+    count = shapes.shape[-1]
+    damping = np.zeros((count + 2 * len(equilibrium.suspension.cable_names), count))
+    for strip in strips:
+        own, end = strip.damping, count + 2 * strip.cable
+        damping[:count] += own[:count]
+        damping[end : end + 2] = own[count:]
+    damping[:count] += (np.swapaxes(moved[blown], -1, -2) @ linear[blown] @ moved[blown]).sum(axis=0)
     along = drag.velocity / speed
     up = np.array([0.0, 0.0, 1.0])
     directions = np.stack([along, np.cross(up, along), up])
-    return Gusts(wind, directions, strips, forces, (equilibrium.position + arm)[blown], areas[blown]), damping
+    found = Gusts(wind, directions, strips, forces, (equilibrium.position + arm)[blown], areas[blown])
+    return found, damping

@@ -22,6 +22,7 @@ import numpy as np
 from cablestudy.cable.assembly import add_elements
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.cable.plane_modes import nodal_tangent
+from cablestudy.system.suspension import outward
 from cablestudy.wind.drag import drag_matrices
 
 MORE = 4  # points of an element than its order: an error of 1e-6 of the RMS on six cables that meet
@@ -34,6 +35,7 @@ class Strip:
 
     Attributes
     ----------
+    cable : int
     mesh : Mesh
     length : float
         Stretched. [m]
@@ -41,14 +43,19 @@ class Strip:
         Of the nodes, global axes. [m]
     shapes : ndarray, shape (p, 3, m)
         Displacements per coordinate.
+    pulled : ndarray, shape (p, 3, 2)
+        Static displacements where either end is moved out of the cable along its tangent by one, and nothing else: the
+        work of a load on them is what it takes off the tension there.
     drag : ndarray, shape (p, 3, 3)
         Force per length and speed, symmetric, see `drag.drag_matrices`. [N s/m^2]
     """
 
+    cable: int
     mesh: Mesh
     length: float
     places: np.ndarray
     shapes: np.ndarray
+    pulled: np.ndarray
     drag: np.ndarray
 
     @property
@@ -56,10 +63,17 @@ class Strip:
         """Stretched length that belongs to each node, shape (p,). [m]"""
         return self.length * self.mesh.node_weights
 
-    @property
+    @cached_property
     def forces(self):
-        """Force on each coordinate by a unit speed of the turbulence along x, y, z at each node, shape (3, p, m)."""
-        return np.moveaxis(self.drag @ self.shapes * self.lengths[:, None, None], 1, 0)
+        """Work by a unit speed of the turbulence along x, y, z at each node on each of `shapes`, then of `pulled`.
+
+        Shape (3, p, m + 2).
+        """
+        return np.moveaxis(self.drag @ self._whole * self.lengths[:, None, None], 1, 0)
+
+    @property
+    def _whole(self):
+        return np.concatenate([self.shapes, self.pulled], axis=-1)
 
     @cached_property
     def points(self):
@@ -68,11 +82,11 @@ class Strip:
 
     @cached_property
     def point_forces(self):
-        """As `forces` at each point, shape (3, q, m)."""
+        """As `forces` at each point, shape (3, q, m + 2)."""
         mesh = self.mesh
         shares = mesh.node_weights if mesh.order == 1 else (mesh.sizes[:, None] * _points(mesh.order)[1]).ravel()
         lengths = self.length * shares
-        forces = self._at_points(self.drag) @ self._at_points(self.shapes)
+        forces = self._at_points(self.drag) @ self._at_points(self._whole)
         return np.moveaxis(forces * lengths[:, None, None], 1, 0)
 
     def _at_points(self, values):
@@ -86,9 +100,9 @@ class Strip:
 
     @property
     def damping(self):
-        """Aerodynamic damping of the coordinates, shape (m, m)."""
+        """Aerodynamic damping of the coordinates, and what their motion does on `pulled`, shape (m + 2, m)."""
         count = self.shapes.shape[-1]
-        return self.shapes.reshape(-1, count).T @ np.moveaxis(self.forces, 0, 1).reshape(-1, count)
+        return np.moveaxis(self.forces, 0, 1).reshape(-1, count + 2).T @ self.shapes.reshape(-1, count)
 
     def coherent(self, forces, kappa):
         """Covariance of forces by c components of turbulence of unit variance with the coherence exp(-kappa r).
@@ -133,6 +147,11 @@ def strips(solution, layout, shapes, drag):
     speed = float(np.sqrt((drag.velocity**2).sum()))
     begin = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
     ends = layout.ends(layout.bodies(shapes))
+    pulled = np.zeros((len(ends), 2, 3, 2))
+    for end in range(2):
+        pulled[:, end, :, end] = outward(equilibrium)[0][:, end]
+    ends = np.concatenate([ends, pulled.reshape(-1, 6, 2)], axis=-1)
+    shapes = np.concatenate([shapes, np.zeros((len(shapes), 2))], axis=-1)
     nodes = solution.models.nodes(solution.coordinates.amplitudes(shapes), ends)
     tangents, meshes = _tangents(solution.models), solution.models.meshes
     stretch = 1 + equilibrium.catenary.mean_tension / equilibrium.catenary.span.axial_stiffness
@@ -148,7 +167,7 @@ def strips(solution, layout, shapes, drag):
         length = float(equilibrium.lengths[cable] * stretch[cable])
         matrices = drag_matrices(np.broadcast_to(tangent, places.shape), drag.velocity / speed)
         matrices = float(drag.density) * drag.cables[cable] * speed * matrices
-        found.append(Strip(mesh, length, begin[cable] + places, moved, matrices))
+        found.append(Strip(cable, mesh, length, begin[cable] + places, moved[..., :-2], moved[..., -2:], matrices))
     return found
 
 

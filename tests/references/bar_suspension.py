@@ -28,6 +28,7 @@ class Dense:
         Of each cable K, M and the elastic part of K of its nodes, shape (3 (n + 1), 3 (n + 1)).
     maps : list of ndarray, shape (3 (n + 1), n)
         Displacements of these nodes.
+    chains : list of Chain
     """
 
     K: np.ndarray
@@ -35,6 +36,7 @@ class Dense:
     elastic: np.ndarray
     cables: list
     maps: list
+    chains: list
 
     def modes(self):
         """Frequencies and mass-normalised shapes. [Hz]"""
@@ -56,11 +58,13 @@ def dense(equilibrium, n):
     inner = 3 * (n - 1)
     size = cables * inner + 6 * bodies
     K, M, elastic = np.zeros((3, size, size))
-    found, maps = [], []
+    found, maps, chains = [], [], []
     places = model.ends(equilibrium.position, equilibrium.rotation)
     for cable in range(cables):
         L, EA, m = (float(a[cable]) for a in (span.unstretched_length, span.axial_stiffness, span.mass))
-        chain = bars.solve_spatial(places[cable, 1] - places[cable, 0], L, EA, m * float(model.gravity), n)
+        wind = model.cable_wind[cable] * L / n if model.cable_wind is not None else np.zeros(3)
+        pushed = [(node, wind) for node in range(1, n)] if wind.any() else ()
+        chain = bars.solve_spatial(places[cable, 1] - places[cable, 0], L, EA, m * float(model.gravity), n, pushed)
         k, mass = bars.matrices(chain, L, EA, m)
         turn = np.zeros((3 * n + 3, size))
         turn[3:-3, cable * inner : (cable + 1) * inner] = np.eye(inner)
@@ -76,6 +80,7 @@ def dense(equilibrium, n):
         elastic += turn.T @ stretched @ turn
         found.append((k, np.diag(mass), stretched))
         maps.append(turn)
+        chains.append(chain)
     forces = equilibrium.catenary.end_forces("global")
     for body in range(bodies):
         place = slice(cables * inner + 6 * body, cables * inner + 6 * body + 6)
@@ -90,4 +95,4 @@ def dense(equilibrium, n):
         K[place, place][3:, 3:] += (geometric + geometric.T) / 2
     free = np.concatenate([np.ones(cables * inner, dtype=bool), model.free.ravel()])
     parts = (matrix[np.ix_(free, free)] for matrix in (K, M, elastic))
-    return Dense(*parts, found, [turn[:, free] for turn in maps])
+    return Dense(*parts, found, [turn[:, free] for turn in maps], chains)

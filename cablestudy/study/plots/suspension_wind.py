@@ -151,13 +151,12 @@ def _of(response, names, place, frequency):
         if name in known:
             sums[known.index(name), axis] = 1.0
             sums[known.index(name), [3 + k for k, pair in enumerate(PAIRS) if axis in pair]] = 1.0
-    forced = response.movement.motion.shapes.shape[1]
     at_once, found = max(1, AT_ONCE // len(response.movement.motion) ** 2), []
     for begin in range(0, len(frequency), at_once):
         part = frequency[begin : begin + at_once]
-        moved = response.responses(part)[:, :, :forced, rows]
+        moved = response.responses(part)[..., rows]
         moved = np.concatenate([moved, moved @ sums], axis=-1)
-        found.append([response.movement.gusts.variance_spectra(part, one).T for one in moved])
+        found.append([response.movement.gusts.input_spectra(part, one).T for one in moved])
     drawn = []
     for state, spectra in enumerate(np.concatenate(found, axis=-1)):
         variance = np.trapezoid(spectra[len(known) :], frequency)

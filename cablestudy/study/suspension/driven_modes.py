@@ -185,7 +185,7 @@ def _candidates(linear, count):
     lost = lost + (shapes * (system.stiffness.imag @ shapes)).sum(axis=0) / omega
     if linear.drag is not None and linear.scene.wind.aerodynamic_damping:
         for strip in strips(modes.solution, layout, shapes, linear.drag):
-            lost = lost + (np.moveaxis(strip.forces, 0, 1) * strip.shapes).sum(axis=(0, 1))
+            lost = lost + (np.moveaxis(strip.forces, 0, 1)[..., :-2] * strip.shapes).sum(axis=(0, 1))
     for begin, end in _clusters(omega):
         lost[begin:end] = lost[begin:end].min()
     return Candidates(modes, driven, lost)

@@ -237,13 +237,28 @@ class LinearMotion:
         forces = np.zeros((len(self.motion), into.shape[1]))  # strokes are not blown
         forces[: len(into)] = into
         forces = forces if space is None else space.T @ forces
-        driven = motion, forces, loop, self.actuators
+        driven = motion, forces, loop, self.actuators, self._direct
         found = residues((loop or motion).eigen, *(winch_speeds if speeds else by_forces)(*driven))
         if loop is None or not loop.law.delay:
             return found
         exact = ExactResponse(*driven)
         response, fast = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
         return beside(response, found, fast, loop.right_up_to)
+
+    @property
+    def _direct(self):
+        """Change of each output by the inputs of `Gusts.into` where nothing moves, shape (o, i).
+
+        The tensions are the last outputs, two of each cable: each is less by the force of the gusts that reaches its
+        end statically.
+        """
+        gusts = self.gusts
+        found = np.zeros((len(self.outputs), gusts.into.shape[1]))
+        tensions = len(found) - 2 * len(self.layout.equilibrium.suspension.cable_names)
+        for place, strip in enumerate(gusts.strips):
+            for end in range(2):
+                found[tensions + 2 * strip.cable + end, len(gusts.into) + 2 * place + end] = -1.0
+        return found
 
     @cached_property
     def residues(self):
@@ -257,9 +272,9 @@ class LinearMotion:
 
     @cached_property
     def _blown(self):
-        """`Gusts` and aerodynamic damping; None and 0 without wind."""
+        """`Gusts` and aerodynamic damping; None without wind."""
         if self.drag is None:
-            return None, 0.0
+            return None, None
         _, shapes = self._basis
         along = strips(self.modes.solution, self.layout, shapes, self.drag)
         along_wind = self.drag.velocity / np.sqrt((self.drag.velocity**2).sum())
@@ -270,7 +285,7 @@ class LinearMotion:
             table = scene.bodies[name].wind if name in scene.bodies else None
             areas[place] = (np.array(table.areas) * own[place] ** 2).sum() if table else 0.0
         found, damping = gusts(scene.wind, self.drag, self.layout, shapes, along, areas)
-        return found, damping if scene.wind.aerodynamic_damping else 0.0
+        return found, damping if scene.wind.aerodynamic_damping else None
 
     @property
     def gusts(self):

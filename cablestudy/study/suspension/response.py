@@ -23,6 +23,8 @@ SAME = 1e-6  # relative distance of such a pole from the frequency of its mode, 
 EXCITED = 1e-6  # share with that damping ratio from which it is refused: what is less is rounding, or not seen
 ACCURACY = 1e-4  # where the scene has a fixed model
 INTERPOLATED = 6e-6  # error of a variance by the covariances between known ones, see `wind.gusts`
+TENSION = 6.0  # what modes left out add to a tension over what the highest ones add: with fewer of them it falls slowly
+ABOVE = 1e-3  # of the variance of a tension: by waves along the cables, far above the modes of the model
 ROUNDING = 1e-16  # of the energy of an output over the largest of all: what is less is shown as zero
 DELAYED = 4.0  # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
 STEP, TURNS = 2.0, 40  # of a delay in a panel [rad], and how many panels are made for it
@@ -87,15 +89,14 @@ class Response:
     # ------------------------------------------------------------------------------------------------ frequencies
 
     def responses(self, frequency):
-        """All outputs per force on each coordinate, shape (2, f, m, o), or (1, f, m, o) without a loop.
+        """All outputs by the inputs of `Gusts.into`, shape (2, f, i, o), or (1, f, i, o) without a loop.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             [Hz]
         """
-        forced = len(self.movement.gusts.into)
-        found = [one.response(2j * np.pi * frequency)[..., :forced] for one in self.movement.residues]
+        found = [one.response(2j * np.pi * frequency) for one in self.movement.residues]
         return np.swapaxes(np.stack(found), -1, -2)
 
     def spectra(self, frequency):
@@ -103,7 +104,7 @@ class Response:
         at_once = max(1, AT_ONCE // len(self.movement.motion) ** 2)
         parts = np.split(frequency, range(at_once, len(frequency), at_once))
         gusts = self.movement.gusts
-        found = [[gusts.variance_spectra(part, one).T for one in self.responses(part)] for part in parts]
+        found = [[gusts.input_spectra(part, one).T for one in self.responses(part)] for part in parts]
         return np.concatenate(found, axis=-1)
 
     # -------------------------------------------------------------------------------------------------- integrals
@@ -232,6 +233,8 @@ class Response:
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
         value = np.where(energy > ROUNDING * energy.max(axis=-1, keepdims=True), value, 0.0)
+        tension = np.array([".tension_" in name for name in self.names])
+        added = np.where(tension, _of_tensions(value, added, tension), added)
         error = added + INTERPOLATED * value
         error[:, CLOSED] += self._late_error
 
@@ -265,6 +268,17 @@ class Response:
 def _damped(system):
     """Which poles of `Residues` are damped."""
     return -system.poles.real >= UNDAMPED * np.abs(system.poles)
+
+
+def _of_tensions(value, added, tension):
+    """Estimated errors of the variances of tensions, shape (w, states, o).
+
+    What the highest modes add is a chance of single modes: so the largest of all tensions counts, relative or absolute.
+    """
+    added = np.where(tension, added, 0.0)
+    relative = np.where(value > 0, added / np.where(value > 0, value, 1.0), 0.0)
+    seen = np.minimum(added.max(axis=-1, keepdims=True), relative.max(axis=-1, keepdims=True) * value)
+    return TENSION * seen + ABOVE * value
 
 
 def _groups(names):

@@ -14,6 +14,7 @@ PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 MM, UM = 1e3, 1e6
 STATES = {"": "", "_open_loop": ", the winches at rest"}
 ENDS = ("tension_from", "tension_to")
+CROSSINGS = 0.2  # relative error of the rate at which a tension crosses its mean: motions above the model's modes count
 
 
 # ------------------------------------------------------------------------------------ RMS of outputs, by their names
@@ -24,13 +25,19 @@ def _rms(case, names, variance="value", state=""):
     return case.in_wind.rms(names, variance, open_loop=bool(state))
 
 
-def _peak(case, names, mean):
-    """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error."""
+def _peak(case, names, mean, crossings=0.0):
+    """Mean and peak factor times RMS of the size of some outputs, and its estimated relative error.
+
+    `crossings` is the least relative error of the rate at which the mean is crossed.
+    """
     size, error = _rms(case, names)
     if not size:
         return abs(mean), error
-    rate, _ = _rms(case, names, "rate")
-    return abs(mean) + peak_factor(rate / (TURN * size), case.scene.wind.duration) * size, error
+    (rate, wrong), duration = _rms(case, names, "rate"), case.scene.wind.duration
+    crossed = rate / (TURN * size)
+    factor = peak_factor(crossed, duration)
+    more = peak_factor(crossed * (1 + max(wrong + error, crossings)), duration)
+    return abs(mean) + factor * size, error + more / factor - 1
 
 
 # ------------------------------------------------------------------------------------------- of bodies and markers
@@ -113,7 +120,7 @@ def tension_columns(name):
 
     def least(case):
         means = case.in_wind.mean_tensions(name)
-        parts = [(mean, *_peak(case, [output], 0.0)) for mean, output in zip(means, outputs, strict=True)]
+        parts = [(mean, *_peak(case, [output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)]
         mean, drop, error = min(parts, key=lambda part: part[0] - part[1])
         value = mean - drop
         return value, error * drop / abs(value) if value else error

@@ -1,0 +1,155 @@
+"""A suspension in gusts as bars: spectra of its bodies and of the tensions by dense matrices of all nodes.
+
+The wind pushes each node with the drag of half a bar on either side, and each body at its centre of pressure; it and
+their own motion enter as the speed of the air that passes. Two places a distance r apart have the coherence
+exp(-C f r/U). Displacements follow from (s^2 M + s C + K)^-1 and from nothing else; a tension is the force that holds
+the end node of a cable, along the tangent there: its row of M, C and K times all displacements, less the drag on it.
+"""
+
+import numpy as np
+
+from . import bar_suspension
+
+
+def von_karman(frequency, speed, rms, length):
+    """The paper's spectrum, one-sided."""
+    x = frequency * length / speed
+    return 4 * rms**2 * length / speed / (1 + 70.7 * x**2) ** (5 / 6)
+
+
+class BarsInWind:
+    """The bars of an equilibrium, in gusts about it.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    n : int
+        Bars for each cable.
+    wind : dict
+        speed [m/s], direction [rad], turbulence (along, across, vertical) [m/s], length_scale [m], coherence_decay [-],
+        density [kg/m^3].
+    cables : sequence of float
+        Drag coefficient times diameter of each. [m]
+    bodies : dict
+        Body -> drag areas C_d A along its axes, areas without C_d, and centre of pressure, body axes.
+    rate : sequence of float
+        Viscous damping of each cable over its mass. [1/s]
+    admitted : bool
+        With Vickery's admittance of the bodies.
+    """
+
+    def __init__(self, equilibrium, n, wind, cables=None, bodies=None, rate=None, admitted=True):
+        self.wind, state = wind, equilibrium
+        dense = bar_suspension.dense(state, n)
+        self.M, self.K, size = dense.M, dense.K, len(dense.K)
+        along = np.array([np.cos(wind["direction"]), np.sin(wind["direction"]), 0.0])
+        self.directions = np.array([along, [-along[1], along[0], 0.0], [0, 0, 1.0]])
+        count = len(dense.cables)
+        rate, cables = np.zeros(count) if rate is None else rate, np.zeros(count) if cables is None else cables
+        self.C = np.zeros((size, size))
+        places, moves, drags, areas = [], [], [], []  # of the nodes, then of the bodies
+        ends = state.suspension.ends(state.position, state.rotation)
+        for cable, ((_, inert, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
+            self.C += rate[cable] * move.T @ inert @ move
+            chain = dense.chains[cable]
+            unit = chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]
+            span = state.catenary.span
+            strain = float(state.catenary.mean_tension[cable] / span.axial_stiffness[cable])
+            stretched = float(state.lengths[cable]) * (1 + strain) / n
+            for node in range(n + 1):
+                tangent = unit[max(node - 1, 0)] + unit[min(node, n - 1)]
+                tangent /= np.linalg.norm(tangent)
+                normal = along - tangent * (tangent @ along)
+                across = np.linalg.norm(normal)
+                matrix = across * (np.eye(3) - np.outer(tangent, tangent)) + np.outer(normal, normal) / across
+                width = stretched * (0.5 if node in (0, n) else 1.0)
+                places.append(ends[cable, 0] + chain.nodes[node])
+                drags.append(wind["density"] / 2 * cables[cable] * wind["speed"] * width * matrix)
+                moves.append(move[3 * node : 3 * node + 3])
+        names = list(state.suspension.body_names)
+        free = np.flatnonzero(state.suspension.free.ravel())
+        for name, (offered, bare, center) in (bodies or {}).items():
+            body, R = names.index(name), state.rotation[names.index(name)]
+            arm, own = R @ np.array(center), R.T @ along
+            moved = np.zeros((3, 6 * len(names)))
+            moved[:, 6 * body : 6 * body + 6] = np.concatenate([np.eye(3), -bar_suspension.cross(arm)], axis=1)
+            whole = np.zeros((3, size))
+            whole[:, size - len(free) :] = moved[:, free]
+            places.append(state.position[body] + arm)
+            moves.append(whole)
+            linear = np.array(offered)[:, None] * (np.eye(3) + np.outer(own, own))
+            drags.append(wind["density"] / 2 * wind["speed"] * R @ linear @ R.T)
+            areas.append(np.array(bare) @ own**2)
+        self.places, self.moves, self.drags = np.array(places), np.array(moves), np.array(drags)
+        self.areas = areas if admitted else [0.0] * len(areas)
+        drag = np.einsum("kin,kij,kjm->nm", self.moves, self.drags, self.moves)
+        self.C += drag
+        self._rows(dense, state, n, rate)
+
+    def _rows(self, dense, state, n, rate):
+        """Outputs by z, z', z'' and by the force on each place: displacements of bodies, tensions at both ends."""
+        size, sites = len(self.K), len(self.places)
+        suspension = state.suspension
+        free = np.flatnonzero(suspension.free.ravel())
+        names = [f"{suspension.body_names[i // 6]}.{('x', 'y', 'z', 'rx', 'ry', 'rz')[i % 6]}" for i in free]
+        still, unmoved, places = np.zeros(size), np.zeros((sites, 3)), np.eye(size)[size - len(free) :]
+        outputs = {name: (row, still, still, unmoved) for name, row in zip(names, places, strict=True)}
+        forces = state.end_forces
+        for cable, ((k, m, _), move) in enumerate(zip(dense.cables, dense.maps, strict=True)):
+            for end, node, rows in (("from", 0, slice(0, 3)), ("to", n, slice(-3, None))):
+                tangent = -forces[cable, 0 if end == "from" else 1]
+                tangent = tangent / np.linalg.norm(tangent)
+                site = cable * (n + 1) + node
+                direct = np.zeros((sites, 3))
+                direct[site] = -tangent
+                damped = tangent @ (rate[cable] * m[rows] @ move + self.drags[site] @ self.moves[site])
+                name = f"{suspension.cable_names[cable]}.tension_{end}"
+                outputs[name] = (tangent @ k[rows] @ move, damped, tangent @ m[rows] @ move, direct)
+        self.names = list(outputs)
+        self.rows = [np.array(part) for part in zip(*outputs.values(), strict=True)]
+
+    def spectra(self, frequency):
+        """Name of each output -> one-sided spectrum at frequencies [Hz]."""
+        n, wind = len(self.K), self.wind
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(self.M, np.hstack([self.K, self.C]))]])
+        eigenvalues, vectors = np.linalg.eig(A)
+        place, speed, acceleration, direct = self.rows
+        inverse = np.linalg.inv(self.M)
+        B = np.concatenate([np.zeros((n, n)), inverse])
+        shown = np.hstack([place, speed]) + acceleration @ A[n:]
+        given, shown = np.linalg.solve(vectors, B), shown @ vectors
+        pushes = np.einsum("kij,kin->kjn", self.drags, self.moves)  # on z by speeds at each place
+        straight = np.einsum("oki,kij->okj", direct, self.drags)
+        apart = np.linalg.norm(self.places[:, None] - self.places[None], axis=-1)
+        admitted = np.ones(len(self.places))
+        found = np.zeros((len(self.names), len(frequency)))
+        for step, f in enumerate(frequency):
+            response = (shown / (2j * np.pi * f - eigenvalues)) @ given + acceleration @ inverse
+            by_speeds = np.einsum("on,kjn->okj", response, pushes) + straight
+            for place_, area in enumerate(self.areas):
+                admitted[len(self.places) - len(self.areas) + place_] = 1 / np.sqrt(
+                    1 + (f * 2 * np.sqrt(area) / wind["speed"]) ** (4 / 3)
+                )
+            coherence = np.exp(-wind["coherence_decay"] * f * apart / wind["speed"])
+            for direction, rms in zip(self.directions, wind["turbulence"], strict=True):
+                pushed = (by_speeds @ direction) * admitted
+                found[:, step] += rms**2 * ((pushed @ coherence) * pushed.conj()).real.sum(axis=1)
+        found *= von_karman(frequency, wind["speed"], 1.0, wind["length_scale"])
+        return dict(zip(self.names, found, strict=True))
+
+    def variances(self, frequency):
+        """Name of each output -> its variance and that of its rate, by the trapezoid rule, flat below the lowest."""
+        found = {}
+        for name, spectrum in self.spectra(frequency).items():
+            both = [spectrum, (2 * np.pi * frequency) ** 2 * spectrum]
+            whole = [np.trapezoid(part * frequency, np.log(frequency)) for part in both]
+            found[name] = whole[0] + spectrum[0] * frequency[0], whole[1]
+        return found
+
+    def slow(self):
+        """Name of each output -> its RMS in gusts that are slow, the same everywhere and along the mean wind."""
+        place, *_, direct = self.rows
+        push = np.einsum("kij,kin,j->n", self.drags, self.moves, self.directions[0])
+        straight = np.einsum("oki,kij,j->o", direct, self.drags, self.directions[0])
+        changed = place @ np.linalg.solve(self.K, push) + straight
+        return dict(zip(self.names, self.wind["turbulence"][0] * np.abs(changed), strict=True))
