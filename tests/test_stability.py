@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from references.continuous_cable import dynamic_end_stiffness
 from scenes import scene
 
 from cablestudy.control.stability import NEGLIGIBLE, UNDAMPED, driven_up_to
@@ -136,12 +137,39 @@ def test_the_largest_gain_has_the_error_that_it_states():
 
 
 def test_a_gain_from_a_margin_is_refused_where_undamped_modes_decide_and_has_the_margin_otherwise():
-    auto = {"auto": {"gain_margin": 6}}
+    auto = {"auto": {"gain_margin": 6, "sensitivity": 1e6}}
     column = [find("gain_margin"), find("gondola_rms")]
     assert "cable.damping.viscous" in evaluate(short(auto), column).cells["status"]
     cells = evaluate(short(auto, viscous=2e-6), column).cells
     assert cells["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
     assert cells["gondola_rms_mm"] > 0
+
+
+@pytest.mark.parametrize("viscous", [2e-6, 2e-5])
+def test_an_automatic_gain_bounds_the_sensitivity_of_the_continuous_cable(viscous):
+    """L from the dynamic stiffness of the continuous cable; a mode near 90 Hz decides, far above those of the RMS."""
+    scene = short({"auto": 6.0}, viscous=viscous)
+    names = "gain", "largest_gain", "sensitivity_peak", "sensitivity_frequency"
+    gain, limit, stated, place = (evaluate(scene, [find(name)]).cells[find(name).header] for name in names)
+    w1, w2, turn = Case(scene).refined(1, 16).plant.notch.omega, 90.9 * 2 * np.pi, 2 * np.pi
+    span, mass = (1.009 * np.cos(0.392), 1.009 * np.sin(0.392)), 825 * 1.54e-6
+
+    def sensitivity(omega):
+        lossy = omega * np.sqrt(1 - 1j * viscous / (mass * omega))  # m s^2 + c s
+        stiffness = dynamic_end_stiffness(
+            *span, 1.009, 2.36e9 * 1.54e-6, mass, 9.81, lossy, n=80, eta=omega * 3.81e-4
+        )[0, 0]
+        passed = (w1**2 - omega**2 + 2j * 0.158 * w1 * omega) / w1**2
+        passed *= w2**2 / (w2**2 - omega**2 + 2j * 0.766 * w2 * omega)
+        return 1 / abs(1 + gain / (1j * omega) * passed * stiffness / (stiffness - 4.96 * omega**2))
+
+    near = turn * place * np.linspace(1 - 1e-3, 1 + 1e-3, 9)
+    everywhere = turn * np.geomspace(0.3, 200, 40)
+    peak = max(sensitivity(omega) for omega in [*near, *everywhere])
+    assert peak <= 2 * (1 + 1e-3)
+    assert peak == pytest.approx(2, rel=1e-3)
+    assert stated == pytest.approx(2, rel=1e-4)
+    assert 20 * np.log10(limit / gain) >= 6
 
 
 def test_the_bound_on_what_can_be_driven_holds_for_every_mode_above_it():

@@ -1,5 +1,6 @@
 """The loop of several winches, reaction masses and wheels against dense matrices made here, and closed forms."""
 
+from copy import deepcopy
 from types import SimpleNamespace
 
 import numpy as np
@@ -245,10 +246,33 @@ def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
 
 
 def test_an_automatic_gain_has_the_margin_that_it_was_asked_for():
-    text = everything(control__gain={"auto": {"gain_margin": 8.0}})
+    text = everything(control__gain={"auto": {"gain_margin": 8.0, "sensitivity": 1e6}})
     limit = limit_of(Straight(text))
     assert value(text, "gain") == pytest.approx(limit / 10 ** (8 / 20), rel=1e-6)
     assert value(text, "largest_gain") == pytest.approx(limit, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "two bodies"])
+@pytest.mark.parametrize("peak", [1.2, 2.0])
+def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_the_margin(name, peak):
+    text = deepcopy(CASES[name])
+    text["control"]["gain"] = {"auto": {"gain_margin": 6.0, "sensitivity": peak}}
+    own = Straight(CASES[name])
+    most, gain = limit_of(own) / 10 ** (6 / 20), value(text, "gain")
+    poles = np.concatenate([np.linalg.eigvals(own.closed(one)) for one in (0.0, gain)])
+    beside = [abs(p.imag) + step * abs(p.real) for p in poles for step in np.linspace(-4, 4, 41)]
+    grid = np.unique(np.concatenate([np.geomspace(1e-3, 1e3, 2000), np.clip(beside, 1e-3, 1e3)]))
+    unit = own.unit_gain(1j * grid)
+
+    def largest(gain):
+        return (1 / np.linalg.svd(np.eye(len(own.measured)) + gain * unit, compute_uv=False)[:, -1]).max()
+
+    assert largest(gain) <= peak * (1 + 1e-6)
+    assert value(text, "sensitivity_peak") <= peak * (1 + 1e-5)
+    assert gain <= most * (1 + 1e-6)
+    assert gain == pytest.approx(most, rel=1e-6) or largest(gain) == pytest.approx(peak, rel=1e-3)
+    above = np.linspace(gain, most, 40)[1:] if gain < most * (1 - 1e-4) else []
+    assert all(largest(one) > peak for one in above)
 
 
 # ------------------------------------------------------------------------------------------------------ what grows

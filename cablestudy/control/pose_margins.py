@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.control.margins import gain_of_peak, highest_of
 from cablestudy.control.pose_frequencies import ASIDE, CLOSER, beside, by_parts, eigenvalues
 from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
@@ -16,9 +17,9 @@ from cablestudy.errors import NoSolutionError
 BESIDE = 0.03  # relative distance of the gains on either side of a candidate that eigenvalues judge
 SIMILAR = 0.1  # logarithm of the ratio of two frequencies up to which they belong to one crossing
 SETTLED = 1e-12  # relative, of a frequency or gain that is found
-PEAKS = 4  # of the sensitivity: the highest on the grid
+HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
 STEPS = 50  # of bisection, to rounding
-POINTS, REFINEMENTS = 15, 4  # by which a peak or crossing is refined, and how often
+POINTS, REFINEMENTS = 15, 4  # by which a crossing is refined, and how often
 
 
 def grid(loop):
@@ -214,18 +215,29 @@ def sensitivity_peak(loop):
     """Largest singular value of (I + L)^-1 over all frequencies. [-]"""
 
     def size(omega):
-        value = np.linalg.norm(by_parts(loop.sensitivity, omega.ravel()), ord=2, axis=(-2, -1))
-        return value.reshape(omega.shape)
+        return np.linalg.norm(by_parts(loop.sensitivity, omega), ord=2, axis=(-2, -1))
 
-    omega = grid(loop)
-    value = size(omega)
-    higher = np.diff(value, prepend=-np.inf, append=-np.inf)
-    tops = np.flatnonzero((higher[:-1] >= 0) & (higher[1:] <= 0))
-    tops = tops[np.argsort(value[tops])[-PEAKS:]]
-    low, high = omega[np.maximum(tops - 1, 0)], omega[np.minimum(tops + 1, len(omega) - 1)]
-    for _ in range(REFINEMENTS):
-        omega = np.linspace(low, high, POINTS, axis=1)
-        value = size(omega)
-        place, rows = value.argmax(axis=1), np.arange(len(tops))
-        low, high = omega[rows, np.maximum(place - 1, 0)], omega[rows, np.minimum(place + 1, POINTS - 1)]
-    return float(value.max())
+    return highest_of(size, grid(loop))[0]
+
+
+def sensitive_gain(loop, peak, most):
+    """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
+
+    Parameters
+    ----------
+    loop : PoseLoop
+    peak : float
+        Above 1. [-]
+    most : float or None
+        Up to which the loop is stable; None where it always is. [rad/s]
+
+    Returns
+    -------
+    float or None
+        None where every gain has a lower peak.
+    """
+    gain, omega, reached = most or HIGHEST * np.abs(loop.open_poles).max(), loop.frequencies, False
+    for _ in range(2):  # beside the poles without the loop, then beside those with that gain
+        gain, found = gain_of_peak(lambda s: by_parts(loop.unit_gain, s.imag), omega, peak, gain)
+        omega, reached = np.union1d(omega, grid(loop.with_gain(gain))), reached or found is not None
+    return gain if most or reached else None

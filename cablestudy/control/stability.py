@@ -30,7 +30,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.law import SMALL
-from cablestudy.control.margins import crossing_gains, frequencies
+from cablestudy.control.margins import crossing_gains, curve, frequencies, gain_of_peak
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
 
@@ -53,6 +53,7 @@ WIDER, NARROWER = 4, 3  # factors from one range of gains to the next, upwards a
 BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing lacks modes that hardly matter
 STEPS, SETTLED = 60, 1e-12  # most steps of the secant method, and the relative step that ends it
 HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1  # distance of a crossing from its pole and from the gain
+AROUND = np.linspace(-1.5, 1.5, 13)  # places beside the frequency where the sensitivity decides, in half-widths
 FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # of the search for a crossing, relative to its frequency
 
 
@@ -428,6 +429,53 @@ def _crossing(plant, cable, pole, gain):
         if not abs(here - begin) <= farthest:
             return None
     return None
+
+
+def sensitive_gain(plant, peak, most):
+    """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
+
+    Parameters
+    ----------
+    plant : Plant
+    peak : float
+        Above 1; infinite for none. [-]
+    most : float or None
+        Up to which the loop is stable; None where it always is. [rad/s]
+
+    Returns
+    -------
+    float or None
+        None where every gain has a lower peak.
+
+    Raises
+    ------
+    NoSolutionError
+        A mode as good as undamped decides, or the gain could drive too many modes.
+    """
+    if peak == np.inf:
+        return most
+    found = _resolved(plant, 0.0, MOST * plant.main if most is None else most)
+    frequency, _ = curve(plant, found.cable, found.open_poles)
+    gain, omega = gain_of_peak(_matrix_of(plant, found.cable), frequency, peak, found.gain)
+    if omega is None:
+        return most
+    pole = complex(found.open_poles[np.argmin(np.abs(found.open_poles - 1j * omega))])
+    if (ratio := found.open_ratio(pole)) < UNDAMPED:
+        said = plant.said(gain, 4).removeprefix("a gain of ")
+        raise undamped(pole, ratio, f"no gain with a sensitivity of at most {peak:g}: at {said} ")
+    around = omega + min(abs(pole.real), BESIDE_GAIN * omega) * AROUND  # with every mode that matters there
+    most = min(found.gain, (1 + BEYOND) * gain)
+    return gain_of_peak(_matrix_of(plant, found.exact(1j * omega)), around, peak, most)[0]
+
+
+def _matrix_of(plant, cable):
+    """L over the gain with a model of the cable, as a function of s, shape (f,) -> (f, 1, 1)."""
+
+    def unit_gain(s):
+        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
+            return plant.unit_gain_of(cable, s)[:, None, None]
+
+    return unit_gain
 
 
 def undamped(pole, ratio, begin=""):

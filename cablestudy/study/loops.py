@@ -82,7 +82,8 @@ def loop_of(case):
     gain = law_of(case)[1]
     if gain is not None:
         return Loop.of(case.plant, gain)
-    return Loop.of(case.plant, 0.0).with_margin(controller.gain.auto.gain_margin)
+    auto = controller.gain.auto
+    return Loop.of(case.plant, 0.0).with_margins(auto.gain_margin, auto.sensitivity)
 
 
 def plant_of(case, rate=0.0):

@@ -208,17 +208,21 @@ def gain_error(movement):
 
 
 def _gains(movement, candidates):
-    """Gain from which each mode alone would grow, infinite where none does, shape (k,). [rad/s]"""
+    """Gain from which each mode alone would grow, infinite where none does, shape (k,). [rad/s]
+
+    Where the peak of the sensitivity bounds the gain, as if the phase of each were the worst one.
+    """
     omega = candidates.modes.solution.omega
     s = 1j * omega[:, None]
     pulled = sum(s**order * part for order, part in enumerate(candidates.driven))
     measured = movement.measured_of(candidates.modes.shapes)
     shares = movement.allocation.shares[None] * _filtered(movement, omega)[:, None, :]
     made = (shares @ measured.T[..., None])[..., 0]  # of the winches by each mode
-    driven = np.zeros(len(omega))
+    driven, bounded = np.zeros(len(omega)), not isinstance(movement.scene.control.gain, int | float)
     for begin, end in _clusters(omega):
         own = slice(begin, end)
-        driven[own] = np.linalg.eigvals(pulled[own] @ made[own].T).real.max()
+        values = np.linalg.eigvals(pulled[own] @ made[own].T)
+        driven[own] = (np.abs(values) if bounded else values.real).max()
     return np.where(driven > 0, candidates.lost * omega**2 / np.where(driven > 0, driven, 1.0), np.inf)
 
 

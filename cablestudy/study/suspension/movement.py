@@ -8,7 +8,13 @@ import numpy as np
 from cablestudy.control import margins
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.pose_margins import gain_crossovers, largest_gain, sensitivity_peak, single_limits
+from cablestudy.control.pose_margins import (
+    gain_crossovers,
+    largest_gain,
+    sensitive_gain,
+    sensitivity_peak,
+    single_limits,
+)
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
@@ -184,9 +190,12 @@ class Movement:
             return None
         if isinstance(control.gain, (int, float)):
             return self._given_loop
-        if self.largest_gain is None:
+        auto, limit = control.gain.auto, self.largest_gain
+        most = limit and limit / 10 ** (auto.gain_margin / 20)
+        gain = sensitive_gain(self._given_loop, auto.sensitivity, most)
+        if gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
-        return self._given_loop.with_gain(self.largest_gain / 10 ** (control.gain.auto.gain_margin / 20))
+        return self._given_loop.with_gain(gain)
 
     @cached_property
     def _given_loop(self):
