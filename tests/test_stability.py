@@ -214,7 +214,7 @@ def test_the_largest_gain_followed_from_another_level_is_that_of_a_search():
 
 
 def dense_loop(cable, plant, gain):
-    """Eigenvalues of gondola, all modes of a cable with damped strain, notch and winch on the ground, assembled here."""
+    """Poles of gondola, all modes of a cable with damped strain, notch and winch on the ground, assembled here."""
     n, strain = len(cable.omega), cable.strain
     mass, stiff, damped = (
         np.eye(n + 1),

@@ -46,6 +46,36 @@ def crossing_gains(plant, cable, poles):
     return np.sort(-1 / real[real < 0])
 
 
+def crossing_near(needed_gain, begin, step, farthest, settled):
+    """Gain and frequency at which a pole crosses the imaginary axis near a frequency [rad/s]; None if not found.
+
+    Parameters
+    ----------
+    needed_gain : callable
+        Frequency [rad/s] -> -1/L of a gain of 1 rad/s, complex: where it is real it is that gain.
+    begin, step, farthest : float
+        First frequency, distance of the second one, and largest distance of the crossing. [rad/s]
+    settled : float
+        Step that ends the search. [rad/s]
+
+    Notes
+    -----
+    The imaginary part is about linear in the frequency, so that the secant method needs few steps.
+    """
+    before, here, last = begin, begin + step, needed_gain(begin).imag
+    for _ in range(STEPS):
+        found = needed_gain(here)
+        if found.imag == last:
+            return None
+        change = found.imag * (here - before) / (found.imag - last)
+        if abs(change) <= settled:
+            return found.real, here
+        before, last, here = here, found.imag, here - change
+        if not abs(here - begin) <= farthest:
+            return None
+    return None
+
+
 def curve(plant, cable, poles):
     """Frequencies that show how L passes the negative real axis [rad/s], and L there for a gain of 1 rad/s.
 

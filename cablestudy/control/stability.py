@@ -30,7 +30,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.law import SMALL
-from cablestudy.control.margins import crossing_gains, curve, frequencies, gain_of_peak
+from cablestudy.control.margins import crossing_gains, crossing_near, curve, frequencies, gain_of_peak
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
 
@@ -436,28 +436,15 @@ def _polished(found, pole, gain):
 
 
 def _crossing(plant, cable, pole, gain):
-    """The gain near another one at which a pole crosses the imaginary axis: a `Limit`, or None if not found.
-
-    There -1/L is real. It is about linear in the frequency, and the secant method needs few steps.
-    """
+    """The gain near another one at which a pole crosses the imaginary axis: a `Limit`, or None if not found."""
 
     def needed_gain(omega):
         return -1 / complex(plant.unit_gain_of(cable, np.array([1j * omega]))[0])
 
-    begin = before = abs(pole)
-    farthest = HALF_WIDTHS * abs(pole.real) + BESIDE_POLE * begin
-    here, last = begin + max(0.1 * abs(pole.real), FIRST_STEP * begin), needed_gain(begin).imag
-    for _ in range(STEPS):
-        found = needed_gain(here)
-        if found.imag == last:
-            return None
-        step = found.imag * (here - before) / (found.imag - last)
-        if abs(step) <= max(LAST_STEP * begin, SETTLED * abs(pole.real)):
-            return Limit(found.real, 1j * here) if abs(found.real - gain) <= BESIDE_GAIN * gain else None
-        before, last, here = here, found.imag, here - step
-        if not abs(here - begin) <= farthest:
-            return None
-    return None
+    begin, width = abs(pole), abs(pole.real)
+    step, farthest = max(0.1 * width, FIRST_STEP * begin), HALF_WIDTHS * width + BESIDE_POLE * begin
+    found = crossing_near(needed_gain, begin, step, farthest, max(LAST_STEP * begin, SETTLED * width))
+    return Limit(found[0], 1j * found[1]) if found and abs(found[0] - gain) <= BESIDE_GAIN * gain else None
 
 
 def sensitive_gain(plant, peak, most):

@@ -11,6 +11,7 @@ from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_w
 from cablestudy.control.pose_margins import (
     gain_crossovers,
     largest_gain,
+    limit_near,
     sensitive_gain,
     sensitivity_peak,
     single_limits,
@@ -206,11 +207,38 @@ class Movement:
 
     @cached_property
     def limit(self):
-        """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
+        """`Limit` of the gain, or None: that of all loops that differ in the gain alone.
+
+        Where modes were chosen it is that with all from which they were.
+        """
+        chosen, wide = self._limits
+        return wide or chosen
+
+    @property
+    def limit_change(self):
+        """By how much, relative, the modes that were not chosen change the largest gain; None where it is not known.
+
+        [-]
+        """
+        chosen, wide = self._limits
+        return wide and abs(wide.factor / chosen.factor - 1)
+
+    @cached_property
+    def _limits(self):
+        """`Limit`, or None, with the modes of the model, and with those from which they were chosen."""
         key = repr((self.scene.control.model_copy(update={"gain": None}), self._given_loop.law))
-        if key not in self.linear.limits:
-            self.linear.limits[key] = largest_gain(self._given_loop)
-        return self.linear.limits[key]
+        limits = self.linear.limits
+        if key not in limits:
+            found = largest_gain(self._given_loop)
+            wide = found and self.linear.wide and limit_near(self._wide_loop, found)
+            limits[key] = found, wide
+        return limits[key]
+
+    @property
+    def _wide_loop(self):
+        """The loop with all modes from which those of the model were chosen."""
+        linear = self.linear
+        return Movement(self.scene, linear.with_modes(linear.wide, range(len(linear.wide)), 0))._given_loop
 
     @property
     def largest_gain(self):
