@@ -293,6 +293,7 @@ def test_a_key_without_a_value_is_refused_in_a_study(folder, text, message):
         ("winch.controller={gain: 1, notch: {frequency: 1e160}}", "must be from 1e-09 to 1e+09 Hz, got 1e+160"),
         ("winch.controller={gain: 1, notch: {frequency: 1e-303}}", "must be from 1e-09 to 1e+09 Hz, got 1e-303"),
         ("winch.controller.gain={auto: {gain_margin: 1e5 dB}}", 'must be from 1e-06 to 300 dB, got "1e5 dB"'),
+        ("winch.controller.gain={auto: {gain_margin: 6 dB, sensitivity: 1}}", "sensitivity: must be from 1.001 to"),
         ("wind={speed: 1e308, turbulence_rms: 1, length_scale: 1}", "must be from 1e-06 to 1e+06 m/s, got 1e+308"),
         ("<<=1", "--set <<: unknown key (allowed: gravity, "),
     ],

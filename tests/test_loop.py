@@ -86,7 +86,7 @@ def test_a_delay_of_the_margin_is_where_the_curve_begins_to_encircle(name):
 @pytest.mark.parametrize("which", [("carlina", "ground"), ("carlina", "gondola"), ("slack", "ground", "coupled")])
 @pytest.mark.parametrize("margin", [1.0, 20.0])
 def test_the_peak_of_the_sensitivity_is_that_of_a_fine_scan(which, margin):
-    loop = loop_of(*which).with_margin(margin)
+    loop = loop_of(*which).with_margins(margin)
     poles = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0])
     poles = poles[poles.imag > 1e-6]
     parts = [abs(p) + abs(p.real) * np.linspace(-3, 3, 601) for p in poles]
@@ -124,7 +124,7 @@ def test_a_step_of_the_winch_without_loop_in_closed_form():
 
 @pytest.mark.parametrize("which", [("carlina", "ground"), ("slack", "gondola", "coupled"), ("carlina", "ground", "")])
 def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_integration(which):
-    loop = loop_of(*which).with_margin(10.0)
+    loop = loop_of(*which).with_margins(10.0)
     A, B = loop_matrix.matrices(loop, loop.gain)
     size, length, time = 3.0, 1.7, np.linspace(0, 6, 25)  # no point of time is the end of the gust
 
@@ -141,7 +141,7 @@ def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_integration(which)
 
 
 def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back():
-    loop = loop_of("carlina", "ground").with_margin(30.0)
+    loop = loop_of("carlina", "ground").with_margins(30.0)
     time = np.linspace(0, 3000 / loop.gain, 11)
     for place, gondola, winch in ((loop_response.REFERENCE, 1.0, 1.0), (loop_response.WINCH, 0.0, -1.0)):
         found = loop_response.loop_response(loop, place, time_response.step(1.0), time)

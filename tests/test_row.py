@@ -170,10 +170,10 @@ def test_a_column_that_cannot_be_had_leaves_the_others(model, sets, reason, gone
 
 
 def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
-    def no_limit(self, margin):
+    def no_limit(self, margin, peak):
         raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
 
-    monkeypatch.setattr("cablestudy.control.winch.Loop.with_margin", no_limit)
+    monkeypatch.setattr("cablestudy.control.winch.Loop.with_margins", no_limit)
     row = row_of(scene("winch.controller.gain={auto: {gain_margin: 6 dB}}"), *OPEN_LOOP, "gondola_rms", "gain_margin")
     assert row.cells["status"].startswith("no gain follows from a gain margin")
     assert [row.cells[name] for name in ("gondola_rms_mm", "gain_margin_dB")] == [None, None]

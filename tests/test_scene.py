@@ -332,6 +332,7 @@ BESIDE = {
     **{f"materials.day.{key}": ("materials={day: {elastic_modulus: 1}}",) for key in ("mass_per_length", "density")},
     "winch.controller.gain.auto": (AUTO,),
     "winch.controller.gain.auto.gain_margin": (AUTO,),
+    "winch.controller.gain.auto.sensitivity": (AUTO,),
     "correction.delay": ("correction.bandwidth=1",),
     "cable.inclination": ("cable.chord=100 m", "cable.loads=null"),
 }

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from references.continuous_cable import dynamic_end_stiffness
 from scenes import scene
 
 from cablestudy.control.stability import NEGLIGIBLE, UNDAMPED, driven_up_to
@@ -136,12 +137,39 @@ def test_the_largest_gain_has_the_error_that_it_states():
 
 
 def test_a_gain_from_a_margin_is_refused_where_undamped_modes_decide_and_has_the_margin_otherwise():
-    auto = {"auto": {"gain_margin": 6}}
+    auto = {"auto": {"gain_margin": 6, "sensitivity": 1e6}}
     column = [find("gain_margin"), find("gondola_rms")]
     assert "cable.damping.viscous" in evaluate(short(auto), column).cells["status"]
     cells = evaluate(short(auto, viscous=2e-6), column).cells
     assert cells["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
     assert cells["gondola_rms_mm"] > 0
+
+
+@pytest.mark.parametrize("viscous", [2e-6, 2e-5])
+def test_an_automatic_gain_bounds_the_sensitivity_of_the_continuous_cable(viscous):
+    """L from the dynamic stiffness of the continuous cable; a mode near 90 Hz decides, far above those of the RMS."""
+    scene = short({"auto": 6.0}, viscous=viscous)
+    names = "gain", "largest_gain", "sensitivity_peak", "sensitivity_frequency"
+    gain, limit, stated, place = (evaluate(scene, [find(name)]).cells[find(name).header] for name in names)
+    w1, w2, turn = Case(scene).refined(1, 16).plant.notch.omega, 90.9 * 2 * np.pi, 2 * np.pi
+    span, mass = (1.009 * np.cos(0.392), 1.009 * np.sin(0.392)), 825 * 1.54e-6
+
+    def sensitivity(omega):
+        lossy = omega * np.sqrt(1 - 1j * viscous / (mass * omega))  # m s^2 + c s
+        stiffness = dynamic_end_stiffness(*span, 1.009, 2.36e9 * 1.54e-6, mass, 9.81, lossy, n=80, eta=omega * 3.81e-4)[
+            0, 0
+        ]
+        passed = (w1**2 - omega**2 + 2j * 0.158 * w1 * omega) / w1**2
+        passed *= w2**2 / (w2**2 - omega**2 + 2j * 0.766 * w2 * omega)
+        return 1 / abs(1 + gain / (1j * omega) * passed * stiffness / (stiffness - 4.96 * omega**2))
+
+    near = turn * place * np.linspace(1 - 1e-3, 1 + 1e-3, 9)
+    everywhere = turn * np.geomspace(0.3, 200, 40)
+    peak = max(sensitivity(omega) for omega in [*near, *everywhere])
+    assert peak <= 2 * (1 + 1e-3)
+    assert peak == pytest.approx(2, rel=1e-3)
+    assert stated == pytest.approx(2, rel=1e-4)
+    assert 20 * np.log10(limit / gain) >= 6
 
 
 def test_the_bound_on_what_can_be_driven_holds_for_every_mode_above_it():
@@ -183,3 +211,56 @@ def test_the_largest_gain_followed_from_another_level_is_that_of_a_search():
     searched = Case(scene).refined(1, 16).plant
     assert not searched.known
     assert finer.largest_gain == pytest.approx(searched.largest_gain, rel=0.1 * accuracy)
+
+
+def dense_loop(cable, plant, gain):
+    """Poles of gondola, all modes of a cable with damped strain, notch and winch on the ground, assembled here."""
+    n, strain = len(cable.omega), cable.strain
+    mass, stiff, damped = (
+        np.eye(n + 1),
+        np.diag(np.append(cable.omega**2, cable.stiffness[3, 3])),
+        np.zeros((n + 1,) * 2),
+    )
+    mass[n, :n] = mass[:n, n] = cable.coupling[:, 3]
+    mass[n, n] = plant.mass + cable.inertia[3, 3]
+    damped[:n, :n], damped[n, :n], damped[:n, n] = strain.modes, strain.coupling[:, 3], strain.coupling[:, 3]
+    damped[n, n] = strain.ends[3, 3]
+    reeled = [np.append(np.zeros(n), cable.stiffness[3, 0]), np.append(strain.coupling[:, 0], strain.ends[3, 0]),
+              np.append(cable.coupling[:, 0], cable.inertia[3, 0])]  # fmt: skip
+    if strain.law == "hysteretic":
+        stiff, lossy = stiff + 1j * strain.amount * damped, 0 * damped
+        by = [reeled[0] + 1j * strain.amount * reeled[1], 0 * reeled[1], reeled[2]]
+    else:
+        lossy, by = strain.amount * damped, [reeled[0], strain.amount * reeled[1], reeled[2]]
+    w1, z1, w2, z2 = (getattr(plant.notch, name) for name in
+                      ("omega", "damping_ratio", "rolloff_omega", "rolloff_damping_ratio"))  # fmt: skip
+    z, speed, (first, slope, y) = np.split(np.eye(2 * n + 5), [n + 1, 2 * n + 2])
+    bend = z[n] - 2 * z2 * w2 * slope - w2**2 * first
+    jerk = speed[n] - 2 * z2 * w2 * bend - w2**2 * slope
+    passed, rate = ((w2 / w1) ** 2 * (a + 2 * z1 * w1 * b + w1**2 * c)
+                    for a, b, c in ((bend, slope, first), (jerk, bend, slope)))  # fmt: skip
+    force = stiff @ z + lossy @ speed - gain * sum(np.outer(b, u) for b, u in zip(by, (y, passed, rate), strict=True))
+    return np.linalg.eigvals(np.concatenate([speed, -np.linalg.solve(mass, force), [slope, bend, passed]]))
+
+
+@pytest.mark.parametrize("diameter", np.linspace(1.5, 6.0, 23).tolist())
+@pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0.02}", "{model: kelvin_voigt, time: 1 ms}"])
+def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, damping):
+    """Of a thick cable the pole that grows fastest crosses at twice the gain at which another one does."""
+    sets = "model.accuracy=1e-4", f"cable.diameter={diameter} mm", f"cable.damping={damping}"
+    case = Case(scene(*sets)).refined(1, 20)
+    try:
+        limit = case.plant.largest_gain
+    except NoSolutionError as error:
+        limit = float(re.search(r"no largest gain: at (\S+) rad/s", str(error))[1])
+        with pytest.raises(NoSolutionError, match="good as undamped"):
+            Loop.of(case.plant, limit).check_stable()
+        return
+    cable, crossing = case.refined(2, 32).end_model_along_x, 2j * np.pi * case.plant.limit_frequency
+    for factor in (0.3, 0.6, 0.9, 0.995, 1.005):
+        poles = dense_loop(cable, case.plant, factor * limit)
+        poles = poles[poles.imag > 0]
+        stable = (poles.real / np.abs(poles)).max() < NEGLIGIBLE
+        nearest = poles[np.argmin(np.abs(poles - crossing))]
+        assert stable if factor < 1 else nearest.real > 0, factor
+        assert case.plant.verdict(factor * limit).stable == (factor < 1)

@@ -94,8 +94,11 @@ def test_two_equal_cables_have_the_numbers_of_one(name):
         assert found == pytest.approx(expected[column], rel=1e-6), column
 
 
-def test_two_equal_cables_have_the_automatic_gain_of_one():
-    law = {"gain": {"auto": 9.0}, "delay": 0.05, "bandwidth": 8.0}
+@pytest.mark.parametrize(
+    "auto", [9.0, {"gain_margin": 9.0, "sensitivity": 1e6}, {"gain_margin": 6, "sensitivity": 1.2}]
+)
+def test_two_equal_cables_have_the_automatic_gain_of_one(auto):
+    law = {"gain": {"auto": auto}, "delay": 0.05, "bandwidth": 8.0}
     expected = cells(one_cable(law), "gain")["gain"]
     assert value(case_of(both_sides(law)), find("gain"))[0] == pytest.approx(expected, rel=1e-8)
 

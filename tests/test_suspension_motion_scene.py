@@ -148,10 +148,11 @@ def test_one_area_is_seen_from_all_sides():
 @pytest.mark.parametrize(
     ("text", "gain"), [(GOOD, "control.gain"), (ONE_CABLE + "gondola: {mass: 5}\n", "winch.controller.gain")]
 )
-@pytest.mark.parametrize("auto", ["6 dB", "{gain_margin: 6 dB}"])
+@pytest.mark.parametrize("auto", ["6 dB", "{gain_margin: 6 dB}", "{gain_margin: 6 dB, sensitivity: 2}"])
 def test_an_automatic_gain_has_two_forms(text, gain, auto):
     scene = scene_of(text, f"{gain}={{auto: {auto}}}")
     assert scene.value_at((*gain.split("."), "auto", "gain_margin")) == 6
+    assert scene.value_at((*gain.split("."), "auto", "sensitivity")) == 2
 
 
 def test_the_notch_can_be_switched_off():

@@ -67,7 +67,7 @@ def test_the_utilisation_is_that_at_rest_where_the_strength_is_known(scene):
 
 
 def test_a_loop_that_makes_the_motion_larger_is_told(scene):
-    loud = ("--set", "control.notch=none", "--set", "control.gain={auto: {gain_margin: 0.2 dB}}")
+    loud = ("--set", "control.notch=none", "--set", "control.gain={auto: {gain_margin: 0.2 dB, sensitivity: 1000}}")
     closed, at_rest = (table_of("windrms", scene, *loud, "--table", table)[0] for table in ("motion", "open_loop"))
     assert closed["rms_mm"] > 1.2 * at_rest["rms_mm"]
     both = f"{closed['rms_mm']:.3g} mm, not {at_rest['rms_mm']:.3g} mm"
@@ -96,10 +96,20 @@ def test_tables_of_a_scene_with_loop(scene):
     assert all(f"## {name}\n" in text for name in tables)
 
 
-def test_automatic_gain_leaves_its_margin(scene):
-    row = table_of("windrms", scene, "--table", "loop", "--set", "control.gain={auto: 8 dB}")[0]
-    assert row["gain_margin_dB"] == pytest.approx(8, abs=1e-6)
-    assert row["largest_gain_rad_per_s"] == pytest.approx(row["gain_rad_per_s"] * 10 ** (8 / 20))
+@pytest.mark.parametrize(("auto", "peak", "margin"), [
+    ("8 dB", 2, None), ("{gain_margin: 8 dB}", 2, None), ("{gain_margin: 8 dB, sensitivity: 1.3}", 1.3, None),
+    ("{gain_margin: 8 dB, sensitivity: 1000}", None, 8),
+])  # fmt: skip
+def test_automatic_gain_leaves_its_margin_and_bounds_the_sensitivity(scene, auto, peak, margin):
+    row = table_of("windrms", scene, "--table", "loop", "--set", f"control.gain={{auto: {auto}}}")[0]
+    margin = margin or 20 * math.log10(row["largest_gain_rad_per_s"] / row["gain_rad_per_s"])
+    assert row["gain_margin_dB"] == pytest.approx(margin, abs=1e-6)
+    assert margin >= 8 - 1e-6
+    reached = [margin == pytest.approx(8, abs=1e-6)]
+    if peak:
+        assert row["sensitivity_peak"] <= peak * (1 + 1e-4)
+        reached.append(row["sensitivity_peak"] == pytest.approx(peak, rel=1e-3))
+    assert any(reached)
 
 
 def test_gain_beyond_the_largest_is_refused_with_the_motion_that_grows(scene):

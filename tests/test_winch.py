@@ -32,10 +32,10 @@ each_loop = pytest.mark.parametrize("which", LOOPS, ids=["-".join(filter(None, w
 
 @cache
 def loop_of(name, where="ground", notch="static", *more):
-    """A loop of 40 bars, with only the modes that it feels."""
+    """A loop of 40 bars, with only the modes that it feels, and judged by these."""
     filtered = f"winch.controller.notch.frequency={notch}" if notch else "winch.controller.notch=none"
     loop = Case(scene(*CABLES[name], f"winch.location={where}", filtered, *more)).loop
-    return replace(loop, cable=loop.excited)
+    return replace(loop, cable=loop.excited, plant=None)
 
 
 def rigid(mass, stiffness, location="ground", gain=0.0, notch=None, time=0.0):
@@ -193,7 +193,7 @@ def test_modes_that_are_not_excited_change_nothing(name):
 @each_loop
 @pytest.mark.parametrize("margin", [6.0, 0.5, 40.0])
 def test_a_gain_chosen_for_a_margin_has_it(which, margin):
-    loop = loop_of(*which).with_margin(margin)
+    loop = loop_of(*which).with_margins(margin)
     assert loop.gain_margin == pytest.approx(margin, abs=1e-9)
     assert loop.gain == pytest.approx(loop.largest_gain * 10 ** (-margin / 20), rel=1e-12)
     assert loop_matrix.unstable(loop, loop.gain) == 0
@@ -218,7 +218,7 @@ def loop_gain(loop, omega):
 
 @each_loop
 def test_phase_margin_and_bandwidth_are_those_of_a_fine_scan(which):
-    for loop in (loop_of(*which).with_margin(6.0), loop_of(*which).with_margin(1.0)):
+    for loop in (loop_of(*which).with_margins(6.0), loop_of(*which).with_margins(1.0)):
         poles = np.linalg.eigvals(loop_matrix.matrices(loop, 0.0)[0])
         poles = poles[poles.imag > 1e-6]
         parts = [np.geomspace(1e-3 * loop.gain, 2 * np.abs(poles).max(), 6000)]
@@ -238,6 +238,30 @@ def test_phase_margin_and_bandwidth_are_those_of_a_fine_scan(which):
         first = np.flatnonzero((closed[:-1] > 0) & (closed[1:] <= 0))[0]
         assert omega[first] <= 2 * np.pi * loop.bandwidth * (1 + 1e-9)
         assert 2 * np.pi * loop.bandwidth <= omega[first + 1] * (1 + 1e-9)
+
+
+@each_loop
+@pytest.mark.parametrize("peak", [1.3, 2.0])
+def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_the_margin(which, peak):
+    rest = loop_of(*which)
+    loop = rest.with_margins(6.0, peak)
+    poles = np.concatenate([np.linalg.eigvals(loop_matrix.matrices(loop, gain)[0]) for gain in (0.0, loop.gain)])
+    poles = poles[poles.imag > 1e-6]
+    parts = [abs(p) + abs(p.real) * np.linspace(-6, 6, 121) for p in poles]
+    omega = np.concatenate([np.geomspace(1e-3 * loop.gain, 2 * np.abs(poles).max(), 6000), *parts])
+    unit = loop_gain(replace(loop, gain=1.0), omega[omega > 0])
+
+    def largest(gain):
+        return np.abs(1 / (1 + gain * unit)).max()
+
+    most = rest.largest_gain / 10 ** (6 / 20)
+    assert largest(loop.gain) <= peak * (1 + 1e-6)
+    assert loop.sensitivity_peak[0] <= peak * (1 + 1e-6)
+    assert loop.gain <= most * (1 + 1e-12)
+    # one of both is attained, and no gain between it and that of the margin has a lower peak
+    assert loop.gain == pytest.approx(most, rel=1e-12) or largest(loop.gain) == pytest.approx(peak, rel=1e-3)
+    above = np.linspace(loop.gain, most, 60)[1:] if loop.gain < most * (1 - 1e-6) else []
+    assert all(largest(gain) > peak for gain in above)
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])

@@ -19,7 +19,7 @@ from cablestudy.study.case import Case
 
 SPEED, LENGTH_SCALE, AREA, DRAG, AIR, INTENSITY = 6.0, 25.0, 0.6, 1.17, 1.2, 0.15  # configs/carlina.yaml
 CORNER = SPEED / LENGTH_SCALE
-AUTO = "winch.controller.gain={auto: {gain_margin: 6 dB}}"
+AUTO = "winch.controller.gain={auto: {gain_margin: 6 dB, sensitivity: 1000}}"
 
 
 @cache

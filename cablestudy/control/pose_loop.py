@@ -157,6 +157,12 @@ class PoseLoop:
         response = sum(s[:, None] ** order * (fractions @ part) for order, part in enumerate(self._unit_residues))
         return response.reshape(len(s), *[len(self.notches)] * 2) * self.controller(s)[:, None, :]
 
+    def exact_unit_gain(self, s):
+        """The same from the dynamic stiffness, where few frequencies do not pay for all poles."""
+        pulled = self.motion.pulled(s) @ self.allocation.shares
+        moved = self.allocation.measured @ np.linalg.solve(self.motion.dynamic_stiffness(s), pulled)
+        return moved * self.controller(s)[:, None, :]
+
     def sensitivity(self, s):
         """(I + L)^-1 at the measured coordinates, shape (f, k, k)."""
         return np.linalg.inv(np.eye(len(self.notches)) + self.gain * self.unit_gain(s))

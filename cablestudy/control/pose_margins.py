@@ -9,16 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.control.margins import crossing_near, gain_of_peak, highest_of
 from cablestudy.control.pose_frequencies import ASIDE, CLOSER, beside, by_parts, eigenvalues
 from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
 
 BESIDE = 0.03  # relative distance of the gains on either side of a candidate that eigenvalues judge
-SIMILAR = 0.1  # logarithm of the ratio of two frequencies up to which they belong to one crossing
+SIMILAR = 0.1  # relative distance of two frequencies up to which they belong to one crossing
+NEAR = 0.5  # relative distance of an eigenvalue from -1 over a gain up to which it may cross near that gain
+FIRST_STEP = 1e-6  # relative, of the search for a crossing near another one
 SETTLED = 1e-12  # relative, of a frequency or gain that is found
-PEAKS = 4  # of the sensitivity: the highest on the grid
+HIGHEST = 1e3  # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
 STEPS = 50  # of bisection, to rounding
-POINTS, REFINEMENTS = 15, 4  # by which a peak or crossing is refined, and how often
+POINTS, REFINEMENTS = 15, 4  # by which a crossing is refined, and how often
 
 
 def grid(loop):
@@ -61,13 +64,34 @@ def largest_gain(loop):
     return limit(lambda gain: growth_of(loop.poles_with(gain * same)), _eigenvalues(loop), at)
 
 
-def gain_beside(loop, known):
-    """The gain at which a similar loop has the crossing nearest to a known `Limit`; None where it has none. [rad/s]"""
-    omega = loop.frequencies
-    omega = omega[np.abs(np.log(omega / known.omega)) < SIMILAR]
-    values = _eigenvalues(loop)
-    found = [refined(values, one).factor for one in crossings(omega, values(omega))]
-    return min(found, key=lambda gain: abs(gain - known.factor), default=None)
+def limit_near(loop, known):
+    """The least `Limit` of a loop of all winches near that of a similar loop; None where it has none there."""
+    omega = known.omega
+    needed = -1 / eigenvalues(loop.exact_unit_gain(np.array([1j * omega])))[0]
+    near = needed[np.abs(needed - known.factor) < NEAR * known.factor]
+    span = FIRST_STEP * omega, SIMILAR * omega, SETTLED * omega
+    found = [crossing_near(_followed(loop, one), omega, *span) for one in near]
+    found = [Limit(*map(float, one)) for one in found if one and one[0] > 0]
+    return min(found, key=lambda one: one.factor, default=None)
+
+
+def _followed(loop, begin):
+    """-1 over one eigenvalue of the loop gain over the gain, as a function of frequency [rad/s], from its first value.
+
+    Of several that are alike it is the one nearest to the line through the last two.
+    """
+    known = []
+
+    def needed_gain(omega):
+        values = -1 / eigenvalues(loop.exact_unit_gain(np.array([1j * omega])))[0]
+        expected = known[-1][1] if known else begin
+        if len(known) > 1:
+            (before, first), (last, second) = known[-2:]
+            expected = second + (second - first) * (omega - last) / (last - before)
+        known.append((omega, values[np.argmin(np.abs(values - expected))]))
+        return known[-1][1]
+
+    return needed_gain
 
 
 def gain_crossovers(loop):
@@ -214,18 +238,29 @@ def sensitivity_peak(loop):
     """Largest singular value of (I + L)^-1 over all frequencies. [-]"""
 
     def size(omega):
-        value = np.linalg.norm(by_parts(loop.sensitivity, omega.ravel()), ord=2, axis=(-2, -1))
-        return value.reshape(omega.shape)
+        return np.linalg.norm(by_parts(loop.sensitivity, omega), ord=2, axis=(-2, -1))
 
-    omega = grid(loop)
-    value = size(omega)
-    higher = np.diff(value, prepend=-np.inf, append=-np.inf)
-    tops = np.flatnonzero((higher[:-1] >= 0) & (higher[1:] <= 0))
-    tops = tops[np.argsort(value[tops])[-PEAKS:]]
-    low, high = omega[np.maximum(tops - 1, 0)], omega[np.minimum(tops + 1, len(omega) - 1)]
-    for _ in range(REFINEMENTS):
-        omega = np.linspace(low, high, POINTS, axis=1)
-        value = size(omega)
-        place, rows = value.argmax(axis=1), np.arange(len(tops))
-        low, high = omega[rows, np.maximum(place - 1, 0)], omega[rows, np.minimum(place + 1, POINTS - 1)]
-    return float(value.max())
+    return highest_of(size, grid(loop))[0]
+
+
+def sensitive_gain(loop, peak, most):
+    """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
+
+    Parameters
+    ----------
+    loop : PoseLoop
+    peak : float
+        Above 1. [-]
+    most : float or None
+        Up to which the loop is stable; None where it always is. [rad/s]
+
+    Returns
+    -------
+    float or None
+        None where every gain has a lower peak.
+    """
+    gain, omega, reached = most or HIGHEST * np.abs(loop.open_poles).max(), loop.frequencies, False
+    for _ in range(2):  # beside the poles without the loop, then beside those with that gain
+        gain, found = gain_of_peak(lambda s: by_parts(loop.unit_gain, s.imag), omega, peak, gain)
+        omega, reached = np.union1d(omega, grid(loop.with_gain(gain))), reached or found is not None
+    return gain if most or reached else None

@@ -30,7 +30,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.law import SMALL
-from cablestudy.control.margins import crossing_gains, frequencies
+from cablestudy.control.margins import crossing_gains, crossing_near, curve, frequencies, gain_of_peak
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import upper
 
@@ -51,8 +51,10 @@ TAKEN, FEW = 0.5, 8  # a pole that lost this share of its damping is recomputed 
 LEAST, MOST = 1e-4, 1e9  # range of gains, relative to the gondola's frequency
 WIDER, NARROWER = 4, 3  # factors from one range of gains to the next, upwards and downwards
 BEYOND = 0.03  # a gain this much above a crossing is judged, since the crossing lacks modes that hardly matter
+CLOSE = 1e-4  # a gain this much below a crossing is judged, since another pole may have crossed before
 STEPS, SETTLED = 60, 1e-12  # most steps of the secant method, and the relative step that ends it
 HALF_WIDTHS, BESIDE_POLE, BESIDE_GAIN = 3, 1e-5, 0.1  # distance of a crossing from its pole and from the gain
+AROUND = np.linspace(-1.5, 1.5, 13)  # places beside the frequency where the sensitivity decides, in half-widths
 FIRST_STEP, LAST_STEP = 1e-9, 1e-15  # of the search for a crossing, relative to its frequency
 
 
@@ -109,6 +111,11 @@ class Verdict:
     stable: bool
     pole: complex
     open_ratio: float
+
+    @property
+    def growth(self):
+        """Of the pole over its frequency. [-]"""
+        return self.pole.real / max(abs(self.pole), np.finfo(float).tiny)
 
     @property
     def undamped(self):
@@ -266,7 +273,16 @@ class ResolvedLoop:
         return np.where(every.imag >= 0, every, -1.0)  # of hysteretic damping only the upper half plane counts
 
     def verdict(self, gain):
-        """See `Verdict`."""
+        """`Verdict` on a gain: the pole that grows most, or is nearest to growing."""
+        verdicts = self._verdicts(gain)
+        return max([part for part in verdicts if not part.stable] or verdicts, key=lambda part: part.growth)
+
+    def growing(self, gain):
+        """A `Verdict` for each pole that grows with a gain: list."""
+        return [part for part in self._verdicts(gain) if not part.stable]
+
+    def _verdicts(self, gain):
+        """A `Verdict` for each of the poles that grow most relative to their frequency: list."""
         poles = self.poles([gain])[0] if self._own else self.plant.closed_poles(gain)
         ratio = poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
         verdicts = []
@@ -276,9 +292,8 @@ class ResolvedLoop:
             if pole.imag > 0 and growth > -TAKEN * open_ratio:  # with all modes that matter
                 pole = self.plant.pole_near(pole, self.exact(pole), gain)
                 growth = pole.real / abs(pole)
-            verdicts.append((growth, Verdict(bool(growth <= allowed(open_ratio)), pole, open_ratio)))
-        growing = [part for part in verdicts if not part[1].stable]
-        return max(growing or verdicts, key=lambda part: part[0])[1]
+            verdicts.append(Verdict(bool(growth <= allowed(open_ratio)), pole, open_ratio))
+        return verdicts
 
     def open_ratio(self, pole):
         """Damping ratio without control of the mode that a pole belongs to. [-]"""
@@ -332,15 +347,30 @@ def largest_gain(plant):
         gain, crossings = found.gain, crossing_gains(plant, found.cable, found.open_poles)
         tried = [crossing for crossing in (1 + BEYOND) * crossings if low < crossing < gain]
         for higher in [*tried, gain]:
-            verdict = found.verdict(higher)
-            if verdict.stable:
-                continue
-            if verdict.undamped:
-                said = plant.said(higher, 4).removeprefix("a gain of ")
-                raise undamped(verdict.pole, verdict.open_ratio, f"no largest gain: at {said} ")
-            return _polished(found, verdict.pole, higher)
+            if growing := found.growing(higher):
+                return _smallest(found, higher, growing)
         low, gain = gain, WIDER * gain
     return None
+
+
+def _smallest(found, gain, growing):
+    """`Limit` with the smallest gain at which a pole becomes unstable, from a gain with which some grow.
+
+    The pole that grows fastest there may have crossed later than another one.
+    """
+    while True:
+        damped = [one for one in growing if not one.undamped]
+        if not damped:
+            one = max(growing, key=lambda part: part.growth)
+            said = found.plant.said(gain, 4).removeprefix("a gain of ")
+            raise undamped(one.pole, one.open_ratio, f"no largest gain: at {said} ")
+        limits = [_polished(found, one.pole, gain) for one in damped]
+        limit = min((one for one in limits if one.gain < gain), key=lambda one: one.gain, default=limits[0])
+        below = (1 - CLOSE) * limit.gain
+        growing = found.growing(below)
+        if not growing or limit.gain >= gain:
+            return limit
+        gain = below
 
 
 def _resolved(plant, low, gain):
@@ -406,28 +436,62 @@ def _polished(found, pole, gain):
 
 
 def _crossing(plant, cable, pole, gain):
-    """The gain near another one at which a pole crosses the imaginary axis: a `Limit`, or None if not found.
-
-    There -1/L is real. It is about linear in the frequency, and the secant method needs few steps.
-    """
+    """The gain near another one at which a pole crosses the imaginary axis: a `Limit`, or None if not found."""
 
     def needed_gain(omega):
         return -1 / complex(plant.unit_gain_of(cable, np.array([1j * omega]))[0])
 
-    begin = before = abs(pole)
-    farthest = HALF_WIDTHS * abs(pole.real) + BESIDE_POLE * begin
-    here, last = begin + max(0.1 * abs(pole.real), FIRST_STEP * begin), needed_gain(begin).imag
-    for _ in range(STEPS):
-        found = needed_gain(here)
-        if found.imag == last:
-            return None
-        step = found.imag * (here - before) / (found.imag - last)
-        if abs(step) <= max(LAST_STEP * begin, SETTLED * abs(pole.real)):
-            return Limit(found.real, 1j * here) if abs(found.real - gain) <= BESIDE_GAIN * gain else None
-        before, last, here = here, found.imag, here - step
-        if not abs(here - begin) <= farthest:
-            return None
-    return None
+    begin, width = abs(pole), abs(pole.real)
+    step, farthest = max(0.1 * width, FIRST_STEP * begin), HALF_WIDTHS * width + BESIDE_POLE * begin
+    found = crossing_near(needed_gain, begin, step, farthest, max(LAST_STEP * begin, SETTLED * width))
+    return Limit(found[0], 1j * found[1]) if found and abs(found[0] - gain) <= BESIDE_GAIN * gain else None
+
+
+def sensitive_gain(plant, peak, most):
+    """The largest gain up to `most` with which the peak of the sensitivity is at most a value. [rad/s]
+
+    Parameters
+    ----------
+    plant : Plant
+    peak : float
+        Above 1; infinite for none. [-]
+    most : float or None
+        Up to which the loop is stable; None where it always is. [rad/s]
+
+    Returns
+    -------
+    float or None
+        None where every gain has a lower peak.
+
+    Raises
+    ------
+    NoSolutionError
+        A mode as good as undamped decides, or the gain could drive too many modes.
+    """
+    if peak == np.inf:
+        return most
+    found = _resolved(plant, 0.0, MOST * plant.main if most is None else most)
+    frequency, _ = curve(plant, found.cable, found.open_poles)
+    gain, omega = gain_of_peak(_matrix_of(plant, found.cable), frequency, peak, found.gain)
+    if omega is None:
+        return most
+    pole = complex(found.open_poles[np.argmin(np.abs(found.open_poles - 1j * omega))])
+    if (ratio := found.open_ratio(pole)) < UNDAMPED:
+        said = plant.said(gain, 4).removeprefix("a gain of ")
+        raise undamped(pole, ratio, f"no gain with a sensitivity of at most {peak:g}: at {said} ")
+    around = omega + min(abs(pole.real), BESIDE_GAIN * omega) * AROUND  # with every mode that matters there
+    most = min(found.gain, (1 + BEYOND) * gain)
+    return gain_of_peak(_matrix_of(plant, found.exact(1j * omega)), around, peak, most)[0]
+
+
+def _matrix_of(plant, cable):
+    """L over the gain with a model of the cable, as a function of s, shape (f,) -> (f, 1, 1)."""
+
+    def unit_gain(s):
+        with np.errstate(divide="ignore", invalid="ignore"):  # on the pole of an undamped mode
+            return plant.unit_gain_of(cable, s)[:, None, None]
+
+    return unit_gain
 
 
 def undamped(pole, ratio, begin=""):

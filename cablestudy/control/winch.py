@@ -238,13 +238,15 @@ class Loop:
         if not self.stable:
             raise NoSolutionError(stability.complaint(self.plant, self.gain, self.verdict))
 
-    def with_margin(self, margin):
-        """The same loop with the gain that leaves a margin.
+    def with_margins(self, margin, peak=np.inf):
+        """The same loop with the largest gain that leaves a gain margin and bounds the peak of the sensitivity.
 
         Parameters
         ----------
         margin : float
             Of gain. [dB]
+        peak : float
+            Above 1. [-]
 
         Returns
         -------
@@ -253,8 +255,10 @@ class Loop:
         Raises
         ------
         NoSolutionError
-            No gain makes this loop unstable, so that none follows from a margin.
+            Every gain satisfies both; or a mode as good as undamped decides.
         """
-        if self.largest_gain is None:
+        limit = self.largest_gain
+        gain = stability.sensitive_gain(self.plant, peak, limit and limit / 10 ** (margin / 20))
+        if gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
-        return replace(self, gain=self.largest_gain / 10 ** (margin / 20))
+        return replace(self, gain=gain)

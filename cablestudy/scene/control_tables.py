@@ -11,9 +11,12 @@ _MARGIN = ("dB", 1e-6, 300)
 
 
 class Margin(Table):
-    """What an automatic gain is chosen for."""
+    """What an automatic gain is chosen for: it is the largest one that satisfies both."""
 
-    gain_margin: Annotated[float, Quantity(*_MARGIN)] = Field(description="Choose the gain for this margin")
+    gain_margin: Annotated[float, Quantity(*_MARGIN)] = Field(description="Least gain margin")
+    sensitivity: Annotated[float, Quantity("", 1.001, 1e9)] = Field(
+        2.0, description="Largest peak of the sensitivity |1/(1 + L)|, of several winches the largest singular value"
+    )
 
 
 def _as_margin(value):
@@ -21,10 +24,10 @@ def _as_margin(value):
 
 
 class AutoGain(Table):
-    """`gain: {auto: 6 dB}`, or `{auto: {gain_margin: 6 dB}}`: the gain follows from a margin."""
+    """`gain: {auto: 6 dB}`, or `{auto: {gain_margin: 6 dB, sensitivity: 2}}`: the gain follows from margins."""
 
     auto: Annotated[Margin, QuantityOrTable(*_MARGIN, table=Margin), AfterValidator(_as_margin)] = Field(
-        description="What the gain is chosen for: the gain margin"
+        description="What the gain is chosen for: gain margin, and peak of the sensitivity"
     )
 
 
@@ -52,7 +55,7 @@ class Controller(Table):
     """PID controller with notch that drives winches; without other gains an integrator."""
 
     gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, table=AutoGain)] = Field(
-        description="Integral gain, or {auto: 6 dB} for this gain margin"
+        description="Integral gain, or {auto: 6 dB}: the largest with this gain margin and a sensitivity of at most 2"
     )
     notch: Annotated[Notch | None, BeforeValidator(_none_word)] = Field(Notch(), description="Notch filter, or none")
     proportional_gain: Annotated[float, Quantity("", 0, 1e9)] = Field(

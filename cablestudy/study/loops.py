@@ -82,7 +82,8 @@ def loop_of(case):
     gain = law_of(case)[1]
     if gain is not None:
         return Loop.of(case.plant, gain)
-    return Loop.of(case.plant, 0.0).with_margin(controller.gain.auto.gain_margin)
+    auto = controller.gain.auto
+    return Loop.of(case.plant, 0.0).with_margins(auto.gain_margin, auto.sensitivity)
 
 
 def plant_of(case, rate=0.0):
@@ -111,7 +112,7 @@ def plant_of(case, rate=0.0):
         _notch(case, controller.notch) if controller else None,
         2 * np.pi * case.gondola_frequency,
         RESPONSE_SHARE * accuracy if accuracy else 0.0,
-        _resolution(case, rate) if accuracy else None,
+        _resolution(case, rate) if accuracy or scene.cable.damping.model != "modal" else None,
         case.results.known_of_plants.setdefault((*case.plant_key, rate), {}),
         case.gondola_air_damping,
         law_of(case)[0],
@@ -310,7 +311,7 @@ def _resolved(case, said, limit, time):
     if not orders <= MOST_ORDERS:
         raise too_many(said, int(min(half_waves, 1e9)), limit)
     several = max(1, ceil(orders / (HIGHEST - RESERVE)))
-    own = case.level[0] * case.level[1]
+    own = case.level[0] * case.level[1] if case.level else 0
     total = orders + several * RESERVE
     total = own if total <= own else ceil(total) + own // 2  # a model of its own for each of the row
     for _ in range(TRIALS):

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.control.pose_loop import growing
-from cablestudy.control.pose_margins import gain_beside
+from cablestudy.control.pose_margins import limit_near
 from cablestudy.control.stability import BROAD, too_many
 from cablestudy.control.suspension import winch_forces
 from cablestudy.scene.suspension_tables import MOTIONS
@@ -48,7 +48,7 @@ RISK = 3.0  # gain from which a mode alone would grow, over that of the loop and
 
 
 def with_driven_modes(movement):
-    """The same movement, with the modes that its loop could drive.
+    """The same movement, with the modes that its loop could drive: of exact elements among all that they have.
 
     Itself where there are none, or where it grows without a loop.
 
@@ -64,16 +64,16 @@ def with_driven_modes(movement):
     """
     if growing(movement.open_poles) is not None:
         return movement
-    loop, lowest = movement.loop, len(movement.modes)
+    loop, lowest, exact = movement.loop, len(movement.modes), movement.linear.model is not None
     corners = [max(notch.omega, notch.rolloff_omega) for notch in movement.notches if notch is not None]
     limit = max(loop.gain, movement.largest_gain or 0.0)
     broad = _broad_up_to(movement, movement.largest_gain or loop.gain)
     highest = max(BAND * max([*corners, loop.gain]), _driven_along(movement, RISK * limit), broad)
     cables = movement.modes.solution.models.cables
     count = int(2 * highest / np.pi * cables.travel_time[cables.heavy].sum()) + len(movement.layout.free)
-    if movement.modes.solution.omega[-1] >= highest or count <= lowest:
+    if not exact and (movement.modes.solution.omega[-1] >= highest or count <= lowest):
         return movement
-    linear, count = movement.linear, min(count, MOST)
+    linear, count = movement.linear, MOST if exact else min(count, MOST)
     if count not in linear.candidates:
         linear.candidates[count] = _candidates(linear, count)
     found = linear.candidates[count]
@@ -83,7 +83,9 @@ def with_driven_modes(movement):
         raise too_many(loop.law.said(loop.gain, 4), below, broad)
     lowest = max(lowest, min(below, MOST_BROAD))
     risky = [mode for mode in order[:TAKEN].tolist() if mode >= lowest and gains[mode] < RISK * limit]
-    if not risky and lowest == len(movement.modes):
+    if len(found.modes) <= lowest + TAKEN:
+        lowest, risky = len(found.modes), []
+    if not (risky or exact) and lowest == len(movement.modes):
         return movement
     return Movement(movement.scene, linear.with_modes(found.modes, [*range(lowest), *sorted(risky)], len(risky)))
 
@@ -194,31 +196,33 @@ def _candidates(linear, count):
 def gain_error(movement):
     """Estimated relative error of the largest gain; not a number where it is not known. [-]
 
-    By leaving out the highest of the lowest modes; where modes above them decide, by taking in all that were looked at.
+    By leaving out the highest of the lowest modes; where modes were chosen among more, by what the others change.
     """
-    limit, linear = movement.limit, movement.linear
+    limit = movement.limit
     if movement.loop is None or limit is None:
         return np.nan
-    other = movement.fewer_loop
-    if linear.driven:
-        wide = linear.candidates[max(linear.candidates)].modes
-        other = Movement(movement.scene, linear.with_modes(wide, range(len(wide)), 0)).loop
-    found = gain_beside(other, limit)
-    return np.nan if found is None else abs(found / limit.factor - 1)
+    if movement.linear.wide is not None:
+        return np.nan if movement.limit_change is None else movement.limit_change
+    found = limit_near(movement.fewer_loop, limit)
+    return np.nan if found is None else abs(found.factor / limit.factor - 1)
 
 
 def _gains(movement, candidates):
-    """Gain from which each mode alone would grow, infinite where none does, shape (k,). [rad/s]"""
+    """Gain from which each mode alone would grow, infinite where none does, shape (k,). [rad/s]
+
+    Where the peak of the sensitivity bounds the gain, as if the phase of each were the worst one.
+    """
     omega = candidates.modes.solution.omega
     s = 1j * omega[:, None]
     pulled = sum(s**order * part for order, part in enumerate(candidates.driven))
     measured = movement.measured_of(candidates.modes.shapes)
     shares = movement.allocation.shares[None] * _filtered(movement, omega)[:, None, :]
     made = (shares @ measured.T[..., None])[..., 0]  # of the winches by each mode
-    driven = np.zeros(len(omega))
+    driven, bounded = np.zeros(len(omega)), not isinstance(movement.scene.control.gain, int | float)
     for begin, end in _clusters(omega):
         own = slice(begin, end)
-        driven[own] = np.linalg.eigvals(pulled[own] @ made[own].T).real.max()
+        values = np.linalg.eigvals(pulled[own] @ made[own].T)
+        driven[own] = (np.abs(values) if bounded else values.real).max()
     return np.where(driven > 0, candidates.lost * omega**2 / np.where(driven > 0, driven, 1.0), np.inf)
 
 

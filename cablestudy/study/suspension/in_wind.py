@@ -70,7 +70,7 @@ class InWind:
                 break
             if movement.stable and response.moving_error <= 2 * self._accuracy:
                 break
-        if movement.loop is not None and self._model is None:
+        if movement.loop is not None:
             if movement not in self._known:
                 self._known[movement] = with_driven_modes(movement)
             wider = self._known[movement]

@@ -139,13 +139,15 @@ class LinearMotion:
     model : FixedModel, optional
     driven : int
         How many of the modes, the last ones, are there because the loop could drive them.
+    wide : CoupledModes, optional
+        Those from which they were chosen.
     """
 
-    def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0):
+    def __init__(self, scene, equilibrium, drag, modes, accuracy=1e-4, model=None, driven=0, wide=None):
         self.scene, self.equilibrium, self.drag, self.accuracy, self.model = scene, equilibrium, drag, accuracy, model
         self._damping = [cable.damping for cable in scene.cables.values()]
         self.modes = self.lowest(modes).damped if isinstance(modes, int) else modes
-        self.driven = driven
+        self.driven, self.wide = driven, wide
         self.layout = Layout(equilibrium)
         suspension = equilibrium.suspension
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
@@ -169,7 +171,9 @@ class LinearMotion:
         key = tuple(chosen)
         if key not in self._extended:
             some = modes_among(modes, np.array(chosen))
-            extended = LinearMotion(self.scene, self.equilibrium, self.drag, some, self.accuracy, self.model, driven)
+            wide = modes if len(chosen) < len(modes) else None
+            known = self.scene, self.equilibrium, self.drag
+            extended = LinearMotion(*known, some, self.accuracy, self.model, driven, wide)
             extended.candidates = self.candidates
             self._extended[key] = extended
         return self._extended[key]

@@ -8,7 +8,14 @@ import numpy as np
 from cablestudy.control import margins
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
-from cablestudy.control.pose_margins import gain_crossovers, largest_gain, sensitivity_peak, single_limits
+from cablestudy.control.pose_margins import (
+    gain_crossovers,
+    largest_gain,
+    limit_near,
+    sensitive_gain,
+    sensitivity_peak,
+    single_limits,
+)
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loops import law_from
@@ -184,9 +191,12 @@ class Movement:
             return None
         if isinstance(control.gain, (int, float)):
             return self._given_loop
-        if self.largest_gain is None:
+        auto, limit = control.gain.auto, self.largest_gain
+        most = limit and limit / 10 ** (auto.gain_margin / 20)
+        gain = sensitive_gain(self._given_loop, auto.sensitivity, most)
+        if gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
-        return self._given_loop.with_gain(self.largest_gain / 10 ** (control.gain.auto.gain_margin / 20))
+        return self._given_loop.with_gain(gain)
 
     @cached_property
     def _given_loop(self):
@@ -197,11 +207,38 @@ class Movement:
 
     @cached_property
     def limit(self):
-        """`Limit` of the gain, or None: that of all loops that differ in the gain alone."""
+        """`Limit` of the gain, or None: that of all loops that differ in the gain alone.
+
+        Where modes were chosen it is that with all from which they were.
+        """
+        chosen, wide = self._limits
+        return wide or chosen
+
+    @property
+    def limit_change(self):
+        """By how much, relative, the modes that were not chosen change the largest gain; None where it is not known.
+
+        [-]
+        """
+        chosen, wide = self._limits
+        return wide and abs(wide.factor / chosen.factor - 1)
+
+    @cached_property
+    def _limits(self):
+        """`Limit`, or None, with the modes of the model, and with those from which they were chosen."""
         key = repr((self.scene.control.model_copy(update={"gain": None}), self._given_loop.law))
-        if key not in self.linear.limits:
-            self.linear.limits[key] = largest_gain(self._given_loop)
-        return self.linear.limits[key]
+        limits = self.linear.limits
+        if key not in limits:
+            found = largest_gain(self._given_loop)
+            wide = found and self.linear.wide and limit_near(self._wide_loop, found)
+            limits[key] = found, wide
+        return limits[key]
+
+    @property
+    def _wide_loop(self):
+        """The loop with all modes from which those of the model were chosen."""
+        linear = self.linear
+        return Movement(self.scene, linear.with_modes(linear.wide, range(len(linear.wide)), 0))._given_loop
 
     @property
     def largest_gain(self):
