@@ -24,13 +24,14 @@ from cablestudy.system import tangent
 from cablestudy.system.rigid import size, turn
 from cablestudy.system.tangent import GROUND
 
-CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD = range(5)
+CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, DISAGREED = range(6)
 REASONS = (
     "converged",
     "no step lowers the energy",
     "no convergence in the largest number of steps",
     "no lengths were found for which the cables have what they state",
     "no tensions within the bounds hold the bodies where they shall be",
+    "the forces of the mean wind and the attitude that they lead to do not agree",
 )
 MAX_STEPS, HALVINGS = 100, 30
 FEW_STEPS = 12  # of a search straight from the start: those that need more go by softer cables
