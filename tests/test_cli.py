@@ -11,7 +11,7 @@ import tomllib
 
 import click
 import pytest
-from command import CARLINA, CONFIGS, ROOT, SLACK, process, rows_of, run, study_file, table_of
+from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, run, study_file, table_of
 
 from cablestudy import __version__
 from cablestudy.cli import main
@@ -314,7 +314,7 @@ except SystemExit as stop:
 names = {{name.partition('.')[0] for name in sys.modules}}
 print(*sorted(names & set({HEAVY!r})), file=sys.stderr)
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=LONGEST)
     return set(done.stderr.splitlines()[-1].split())
 
 
@@ -347,7 +347,7 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
         child.stdout.readline()
         child.stdout.close()
         error = child.stderr.read()
-        assert child.wait(timeout=60) == 0
+        assert child.wait(timeout=LONGEST) == 0
     assert error == b""
 
 
@@ -355,7 +355,7 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
 def test_a_full_disk_is_one_line_and_no_traceback():
     with open("/dev/full", "w") as full:
         command = [sys.executable, "-m", "cablestudy", "columns"]
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60)
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=LONGEST)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("standard output: ")
 
@@ -364,7 +364,8 @@ def test_a_full_disk_is_one_line_and_no_traceback():
 @pytest.mark.parametrize("redirection", [">&-", "<&-"])
 def test_a_closed_stream_is_one_line_and_no_traceback(redirection):
     command = f"{sys.executable} -m cablestudy static - {redirection}"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60)
+    options = {"shell": True, "stdin": subprocess.DEVNULL, "timeout": LONGEST}
+    done = subprocess.run(command, capture_output=True, text=True, **options)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "closed" in done.stderr or "empty file" in done.stderr
 
