@@ -5,9 +5,11 @@ import io
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 import tomllib
+from functools import partial
 
 import click
 import pytest
@@ -387,3 +389,30 @@ def test_a_file_whose_name_is_no_text(folder):
     assert sorted(name[4:] for name in os.listdir(b"results")) == [b".csv", b".md", b".rows.sqlite", b".run.yaml"]
     with open("results/bad\udcff.md", encoding="utf-8") as file:
         assert file.read().startswith("# bad\\udcff\n")
+
+
+def interrupted_in_import_of(module, folder, *arguments, **options):
+    """A command that gets SIGINT while it imports a module, which then takes for ever; what it left."""
+    (folder / f"{module}.py").write_text(
+        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise ImportError('went on')\n", encoding="utf-8"
+    )
+    return process(*arguments, env={**os.environ, "PYTHONPATH": str(folder)}, **options)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("module", ["click", "difflib", "yaml", "numpy", "pydantic"])
+@pytest.mark.parametrize("command", ["static", "sweep"])
+def test_ctrl_c_while_modules_are_imported_is_one_line(module, command, tmp_path):
+    file = CARLINA if command == "static" else CONFIGS / "preload.yaml"
+    done = interrupted_in_import_of(module, tmp_path, command, file)
+    assert (done.code, done.out) == (130, "")
+    assert done.lines[0].startswith("interrupted")
+    assert len(done.lines) == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_that_is_ignored_as_in_the_background_of_a_shell_stays_ignored(tmp_path):
+    ignored = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    done = interrupted_in_import_of("click", tmp_path, "static", CARLINA, preexec_fn=ignored)
+    assert done.code == 1
+    assert "went on" in done.err
