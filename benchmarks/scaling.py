@@ -13,6 +13,7 @@ import time
 
 SIZES = (250, 500, 1000, 2000, 4000, 10_000, 25_000, 50_000, 100_000)
 AIMS = {4000: {"static": 0.1, "modes": 0.2}, 100_000: {"total": 10.0, "memory": 1.5e9}}
+RUNS = 7  # of a whole command
 UNITS = {"static": "s", "modes": "s", "total": "s", "memory": "B"}
 
 
@@ -60,7 +61,7 @@ def exponent(sizes, times):
 def wall(*command):
     """Median wall time of a few runs of a command [s]."""
     times = []
-    for _ in range(7):
+    for _ in range(RUNS):
         begin = time.perf_counter()
         subprocess.run(command, check=True, capture_output=True)
         times.append(time.perf_counter() - begin)

@@ -33,7 +33,7 @@ def telescope():
     from cablestudy.study.suspension.case import SuspensionCase
 
     path = os.path.join(HERE, os.pardir, "configs", "suspensions", "fast.yaml")
-    scene = load_scene(path, suspensions=True)[1]
+    scene = load_scene(path)[1]
     (body,) = scene.bodies.values()
     cables = {
         name: {
@@ -339,6 +339,7 @@ def nets():
 
 def section():
     """Lines of the section."""
+    sizes = list(nets())  # first: their processes would inherit the peak memory of what other programs load
     known, missing = found()
     peers = {peer.name: peer for peer in known}
     yield (
@@ -364,7 +365,7 @@ def section():
     yield ""
     yield "Nets, each in a process of its own; the exponents p of time ~ cables^p:"
     yield ""
-    yield from nets()
+    yield from sizes
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ def scene(*sets):
     """configs/suspensions/carlina-net-wind.yaml with some keys changed."""
     from cablestudy.scene.scene import load_scene
 
-    return load_scene(SCENE, list(sets), suspensions=True)[1]
+    return load_scene(SCENE, list(sets))[1]
 
 
 def columns(one):

@@ -1,6 +1,31 @@
-"""`python -m cablestudy` is the command `cablestudy`."""
+"""The command `cablestudy`, also as `python -m cablestudy`: Ctrl-C ends it with one line, while it is imported too."""
 
-from cablestudy.cli import main
+import os
+import signal
+
+INTERRUPTED = 130  # exit code, as of the commands
+
+
+def main():
+    """Run the command line."""
+    by_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # ignored in the background of a shell
+    if by_default:
+        signal.signal(signal.SIGINT, _end)
+    from cablestudy.cli import main as command
+
+    try:
+        if by_default:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        command(prog_name="cablestudy")
+    except KeyboardInterrupt:
+        _end()
+
+
+def _end(*_):
+    """End the process at once: nothing has begun yet, or all is done."""
+    os.write(2, b"interrupted\n")
+    os._exit(INTERRUPTED)
+
 
 if __name__ == "__main__":
-    main(prog_name="cablestudy")
+    main()

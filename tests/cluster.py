@@ -35,7 +35,7 @@ class Cluster:
         with log:
             return subprocess.Popen(command, env=self._environment, stdout=log, stderr=log)
 
-    def _wait(self, ask, seconds=60):
+    def _wait(self, ask, seconds=600):
         end = time.monotonic() + seconds
         while True:
             try:

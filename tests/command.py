@@ -3,12 +3,13 @@
 import csv
 import io
 import json
+import os
 import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
 import tempfile
-import time
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from cablestudy.cli import main
 
 ROOT = Path(__file__).parent.parent
 CONFIGS = ROOT / "configs"
+LONGEST = 900  # seconds until a process that hangs is given up: on a busy machine commands may take minutes
 CARLINA, SLACK = str(CONFIGS / "carlina.yaml"), str(CONFIGS / "slack.yaml")
 
 
@@ -56,24 +58,34 @@ def refused_in_one_line(folder, words, *arguments):
 def process(*arguments, **options):
     """A command in a process of its own."""
     command = [sys.executable, "-m", "cablestudy", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, **options)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False, **options)
     return Outcome(done.returncode, done.stdout, done.stderr)
 
 
 def start(*arguments):
     """A sweep in a process of its own, the first of a group, left to run."""
-    command = [sys.executable, "-m", "cablestudy", "sweep", *map(str, arguments)]
+    return _started("-m", "cablestudy", "sweep", *arguments)
+
+
+def start_paused(rows, *arguments, where="after"):
+    """A sweep as `start` has it, which stands still once so many rows are on disk, or `within` that transaction.
+
+    `go_on` lets it run again.
+    """
+    sweep = _started(ROOT / "tests" / "paused_sweep.py", rows, where, "sweep", *arguments)
+    _, status = os.waitpid(sweep.pid, os.WUNTRACED)
+    assert os.WIFSTOPPED(status), sweep.stderr.read()
+    return sweep
+
+
+def go_on(sweep):
+    """Let a sweep that `start_paused` began run again."""
+    sweep.send_signal(signal.SIGCONT)
+
+
+def _started(*words):
     streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    return subprocess.Popen(command, **streams, text=True, start_new_session=True)
-
-
-def wait_for_rows(sweep, rows, path):
-    """Wait until a sweep that runs has at least so many rows on disk."""
-    end = time.monotonic() + 60
-    while len(stored_rows(path)) < rows:
-        assert sweep.poll() is None, sweep.stderr.read()
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    return subprocess.Popen([sys.executable, *map(str, words)], **streams, text=True, start_new_session=True)
 
 
 def stored_rows(path):
@@ -95,6 +107,26 @@ def edit_rows(path, *statements):
     with closing(sqlite3.connect(path, isolation_level=None)) as database:
         for statement in statements:
             database.execute(statement)
+
+
+def calls(function, *arguments):
+    """How many Python functions are called meanwhile, which no machine changes as it does times; and what it returns.
+
+    C functions count too.
+    """
+    number = 0
+
+    def count(_, event, __):
+        nonlocal number
+        number += event in ("call", "c_call")
+
+    before = sys.getprofile()
+    sys.setprofile(count)
+    try:
+        returned = function(*arguments)
+    finally:
+        sys.setprofile(before)
+    return number, returned
 
 
 def rows_of(text, style):

@@ -5,13 +5,15 @@ import io
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 import tomllib
+from functools import partial
 
 import click
 import pytest
-from command import CARLINA, CONFIGS, ROOT, SLACK, process, rows_of, run, study_file, table_of
+from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, run, study_file, table_of
 
 from cablestudy import __version__
 from cablestudy.cli import main
@@ -314,7 +316,7 @@ except SystemExit as stop:
 names = {{name.partition('.')[0] for name in sys.modules}}
 print(*sorted(names & set({HEAVY!r})), file=sys.stderr)
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=LONGEST)
     return set(done.stderr.splitlines()[-1].split())
 
 
@@ -347,7 +349,7 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
         child.stdout.readline()
         child.stdout.close()
         error = child.stderr.read()
-        assert child.wait(timeout=60) == 0
+        assert child.wait(timeout=LONGEST) == 0
     assert error == b""
 
 
@@ -355,7 +357,7 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
 def test_a_full_disk_is_one_line_and_no_traceback():
     with open("/dev/full", "w") as full:
         command = [sys.executable, "-m", "cablestudy", "columns"]
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60)
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=LONGEST)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("standard output: ")
 
@@ -364,7 +366,8 @@ def test_a_full_disk_is_one_line_and_no_traceback():
 @pytest.mark.parametrize("redirection", [">&-", "<&-"])
 def test_a_closed_stream_is_one_line_and_no_traceback(redirection):
     command = f"{sys.executable} -m cablestudy static - {redirection}"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60)
+    options = {"shell": True, "stdin": subprocess.DEVNULL, "timeout": LONGEST}
+    done = subprocess.run(command, capture_output=True, text=True, **options)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "closed" in done.stderr or "empty file" in done.stderr
 
@@ -386,3 +389,30 @@ def test_a_file_whose_name_is_no_text(folder):
     assert sorted(name[4:] for name in os.listdir(b"results")) == [b".csv", b".md", b".rows.sqlite", b".run.yaml"]
     with open("results/bad\udcff.md", encoding="utf-8") as file:
         assert file.read().startswith("# bad\\udcff\n")
+
+
+def interrupted_in_import_of(module, folder, *arguments, **options):
+    """A command that gets SIGINT while it imports a module, which then takes for ever; what it left."""
+    (folder / f"{module}.py").write_text(
+        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise ImportError('went on')\n", encoding="utf-8"
+    )
+    return process(*arguments, env={**os.environ, "PYTHONPATH": str(folder)}, **options)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("module", ["click", "difflib", "yaml", "numpy", "pydantic"])
+@pytest.mark.parametrize("command", ["static", "sweep"])
+def test_ctrl_c_while_modules_are_imported_is_one_line(module, command, tmp_path):
+    file = CARLINA if command == "static" else CONFIGS / "preload.yaml"
+    done = interrupted_in_import_of(module, tmp_path, command, file)
+    assert (done.code, done.out) == (130, "")
+    assert done.lines[0].startswith("interrupted")
+    assert len(done.lines) == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_that_is_ignored_as_in_the_background_of_a_shell_stays_ignored(tmp_path):
+    ignored = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    done = interrupted_in_import_of("click", tmp_path, "static", CARLINA, preexec_fn=ignored)
+    assert done.code == 1
+    assert "went on" in done.err

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from cluster import cluster
-from command import SLACK, process, run, start, stored_rows, study_file, wait_for_rows
+from command import LONGEST, SLACK, go_on, process, run, start_paused, stored_rows, study_file
 
 from cablestudy.sweeps import cluster as module
 
@@ -29,28 +29,28 @@ def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
     run("sweep", slow, "--out", "here", "--jobs", "1", "--quiet")
     with cluster(folder, 2) as made:
         rows = Path("there/study.rows.sqlite")
-        sweep = start(slow, "--out", "there", "--scheduler", made.file)
-        wait_for_rows(sweep, 4, rows)
+        sweep = start_paused(4, slow, "--out", "there", "--scheduler", made.file)
         made.workers[0].kill()
         done = len(stored_rows(rows))
-        _, said = sweep.communicate(timeout=60)
+        go_on(sweep)
+        _, said = sweep.communicate(timeout=LONGEST)
         assert sweep.returncode == 0, said
         assert "Traceback" not in said
         assert done < 300, "the sweep was over before the worker was killed"
         # by address, and one worker that is left
         outcome = process("sweep", slow, "--out", "again", "--scheduler", made.address)
         assert (outcome.code, outcome.err) == (0, "written: again/study.csv, again/study.md\n")
-        ended = start(slow, "--out", "ended", "--scheduler", made.address)
-        wait_for_rows(ended, 1, Path("ended/study.rows.sqlite"))
+        ended = start_paused(1, slow, "--out", "ended", "--scheduler", made.address)
         ended.send_signal(signal.SIGINT)
-        _, said = ended.communicate(timeout=30)
+        go_on(ended)
+        _, said = ended.communicate(timeout=LONGEST)
         assert ended.returncode == 130, said
         assert len(said.splitlines()) == 2
         assert said.startswith("interrupted: ")
-        left = start(slow, "--out", "left", "--scheduler", made.address)
-        wait_for_rows(left, 1, Path("left/study.rows.sqlite"))
+        left = start_paused(1, slow, "--out", "left", "--scheduler", made.address)
         made.scheduler.kill()
-        _, said = left.communicate(timeout=60)
+        go_on(left)
+        _, said = left.communicate(timeout=LONGEST)
         assert left.returncode == 3, said
         assert said.startswith(f"{made.address}: the scheduler is gone (")
         assert len(said.splitlines()) == 1
@@ -83,5 +83,5 @@ def test_distributed_is_imported_by_nothing_else(folder):
     code = "import sys; from cablestudy.cli import main; main(sys.argv[1:], standalone_mode=False)"
     code += "; sys.exit('distributed' in sys.modules)"
     command = [sys.executable, "-c", code, "sweep", study_file(folder, "columns: [sag]\n"), "--no-write"]
-    done = subprocess.run(command, capture_output=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, timeout=LONGEST)
     assert (done.returncode, bool(done.stdout)) == (0, True)

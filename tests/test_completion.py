@@ -13,7 +13,7 @@ PROGRAM = Path(sys.executable).parent / "cablestudy"
 def program(**environment):
     """What the program prints in an environment of the shell's."""
     environment = {**os.environ, **environment}
-    done = subprocess.run([PROGRAM], env=environment, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run([PROGRAM], env=environment, capture_output=True, text=True, check=True, timeout=900)
     assert done.stderr == ""
     return done.stdout
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from command import CONFIGS, ROOT, run
 
+from cablestudy.sweeps import progress
+
 sys.path.insert(0, str(ROOT / "docs"))
 import gallery
 import refresh
@@ -28,6 +30,10 @@ def test_examples_print_what_the_page_shows(page, folder):
     # the last digits of a number may differ on another processor
     numbers = [[float(text) for text in page[1::2]] for page in (now, stored)]
     assert numbers[0] == pytest.approx(numbers[1], rel=2e-3, abs=1e-12), "stale: 'make docs' regenerates it"
+
+
+def test_no_example_shows_progress_which_depends_on_how_fast_a_machine_is(folder):
+    assert refresh.run(f"echo ${progress.OFF}", folder) == "off\n"
 
 
 def test_the_pages_have_examples():

@@ -6,7 +6,7 @@ import sys
 import tracemalloc
 
 import pytest
-from command import CONFIGS, rows_of, run, study_file, table_of
+from command import CONFIGS, LONGEST, rows_of, run, study_file, table_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
@@ -104,7 +104,7 @@ def test_a_reader_that_has_had_enough_ends_it_quietly(style):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as done:
         assert done.stdout.readline()
         done.stdout.close()
-        assert done.wait(timeout=60) == 0
+        assert done.wait(timeout=LONGEST) == 0
         assert done.stderr.read() == ""
 
 

@@ -17,7 +17,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command import SLACK, edit_rows, process, run, start, stored_rows, study_file, wait_for_rows
+from command import LONGEST, SLACK, edit_rows, go_on, process, run, start_paused, stored_rows, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
@@ -56,11 +56,6 @@ def cut(rows):
     edit_rows(ROWS, f"DELETE FROM rows WHERE row > {rows}", UNFINISHED)
 
 
-def without_progress(text):
-    """Lines of what a sweep says, without those on its progress, which a slow machine has."""
-    return [line for line in text.splitlines() if " rows/s, " not in line]
-
-
 def names():
     return sorted(path.name for path in Path("results").iterdir())
 
@@ -82,21 +77,17 @@ def descendants(pid):
 
 
 def test_a_sweep_that_is_killed_time_and_again_ends_with_the_same_bytes(folder):
-    study_file(folder, LONG.replace("900", "4000"), SLACK)
+    study_file(folder, LONG, SLACK)
     assert process("sweep", "study.yaml", "--out", "whole").code == 0
-    generator, kills = random.Random(20), 0
-    for attempt in range(8):
-        before = len(stored_rows(ROWS))
-        if before > 2800:  # it might be done before it is killed
-            break
-        sweep = start("study.yaml", "--resume", "--jobs", str(1 + attempt % 2))
-        wait_for_rows(sweep, before + 1, ROWS)
-        time.sleep(generator.uniform(0, 0.2))
+    generator = random.Random(20)
+    for attempt in range(6):
+        before, where = len(stored_rows(ROWS)), ("within", "after")[attempt // 2 % 2]
+        jobs = ("--jobs", 1 + attempt % 2)
+        sweep = start_paused(generator.randrange(2, 100), "study.yaml", "--resume", *jobs, where=where)
         sweep.kill()
-        kills += sweep.wait() == -signal.SIGKILL
+        assert sweep.wait() == -signal.SIGKILL
         sweep.stderr.close()
         assert len(stored_rows(ROWS)) > before  # what was done is kept
-    assert kills >= 3
     outcome = process("sweep", "study.yaml", "--resume")
     assert outcome.code == 0, outcome.err
     for name in ("study.csv", "study.md"):
@@ -108,22 +99,22 @@ def test_a_sweep_that_is_killed_time_and_again_ends_with_the_same_bytes(folder):
 def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
     """SIGINT as from a terminal: to all processes of the sweep."""
     study_file(folder, LONG, SLACK)
-    sweep = start("study.yaml", "--jobs", jobs)
-    wait_for_rows(sweep, 3, ROWS)
+    sweep = start_paused(3, "study.yaml", "--jobs", jobs)
     workers = descendants(sweep.pid)
     os.killpg(sweep.pid, number) if number == signal.SIGINT else sweep.send_signal(number)
-    _, said = sweep.communicate(timeout=20)
-    first, command = without_progress(said)
+    go_on(sweep)
+    _, said = sweep.communicate(timeout=LONGEST)
+    first, command = said.splitlines()
     assert sweep.returncode == 130
     rows = len(stored_rows(ROWS))
     assert first == f"interrupted: {rows} of 900 rows are done, in results/study.rows.sqlite; to go on:"
     assert command == f"cablestudy sweep study.yaml --jobs {jobs} --resume"
     assert names() == ["study.rows.sqlite"]
-    end = time.monotonic() + 10
+    end = time.monotonic() + LONGEST
     while any(Path("/proc", str(worker)).exists() for worker in workers):
         assert time.monotonic() < end, "processes are left"
         time.sleep(0.05)
-    said = without_progress(run(*shlex.split(command)[1:]).err)
+    said = run(*shlex.split(command)[1:]).lines
     assert said == [f"{rows} of 900 rows are there already", "written: results/study.csv, results/study.md"]
     is_the_table_of_one_run()
 
@@ -327,13 +318,13 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
 
 def test_a_process_that_dies_is_replaced(folder):
     study_file(folder, LONG, SLACK)
-    sweep = start("study.yaml", "--jobs", "2")
-    wait_for_rows(sweep, 3, ROWS)
+    sweep = start_paused(3, "study.yaml", "--jobs", "2")
     workers = descendants(sweep.pid)
     assert len(workers) >= 2
     subprocess.run(["kill", "-9", str(workers[-1])], check=True)
-    _, said = sweep.communicate(timeout=60)
-    assert without_progress(said) == ["written: results/study.csv, results/study.md"]
+    go_on(sweep)
+    _, said = sweep.communicate(timeout=LONGEST)
+    assert said == "written: results/study.csv, results/study.md\n"
     assert sweep.returncode == 0
     is_the_table_of_one_run()
 

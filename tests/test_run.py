@@ -1,6 +1,7 @@
 """What a run says and leaves: failures and their replay, shards, provenance, tolerances, progress."""
 
 import io
+import itertools
 import os
 import platform
 import re
@@ -361,6 +362,7 @@ def now(monkeypatch):
     """The clock of the progress reports, to be set."""
     time = [0.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: time[0])
+    monkeypatch.setenv(progress.OFF, "on")
     return time
 
 
@@ -422,6 +424,33 @@ def test_rows_that_take_long_tell_the_time_left_at_once(now):
         now[0] = 60.0 * done
         bar(done, 60.0)
         assert bar.line(done) == f"{done} of 10 rows, 0.0167 rows/s, {10 - done} min left"
+
+
+@pytest.mark.parametrize("stream", [Terminal, io.StringIO])
+def test_an_environment_variable_silences_progress_alone(now, monkeypatch, stream):
+    """What is compared with stored text then does not depend on the clock; notes stay, unlike with --quiet."""
+    written = {}
+    for value in ("on", "off"):
+        monkeypatch.setenv(progress.OFF, value)
+        bar = progress.Progress(1000, stream=stream())
+        for second in range(1, 62):
+            now[0] += 1.0
+            bar(10 * second, 1.0)
+        bar.close()
+        written[value] = bar._stream.getvalue()
+    assert written["on"] != ""
+    assert written["off"] == ""
+
+
+def test_a_sweep_that_takes_long_says_so_unless_it_is_silenced(folder, monkeypatch):
+    """By the slowest of clocks: each look at it takes a minute."""
+    study_file(folder, "vary: [{cable.area: [20 mm^2, 25 mm^2, 30 mm^2]}]\ncolumns: [mass, sag]\n")
+    clock = itertools.count(0.0, 60.0)
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    monkeypatch.setenv(progress.OFF, "on")
+    assert " of 3 rows" in run("sweep", "study.yaml", "--no-write").err
+    monkeypatch.setenv(progress.OFF, "off")
+    assert run("sweep", "study.yaml", "--no-write").err == ""
 
 
 def test_what_takes_no_time_shows_no_progress():

@@ -3,10 +3,10 @@
 import json
 import math
 import re
-import time
 from pathlib import Path
 
 import pytest
+from command import calls
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -421,14 +421,17 @@ def test_a_key_that_a_command_needs_is_named():
     assert str(error) == "s.yaml:11:10: gondola.mas: missing key: 'cablestudy windrms' needs it"
 
 
-def test_a_thousand_cases_cost_less_than_a_second():
+def test_a_case_is_read_without_much_work():
     # A guard against accidental slowness, far above what it takes.
     Path("s.yaml").write_text(GOOD, encoding="utf-8")
     document = read_document("s.yaml")
-    start = time.process_time()
-    for case in range(1000):
+
+    def read(case):
         read_scene(document.with_sets([("cable.area", f"{case + 1} mm^2", "x"), ("gondola.mass", case + 1, "y")]))
-    assert time.process_time() - start < 1.0
+
+    read(0)
+    number, _ = calls(read, 1)
+    assert number < 3_000
 
 
 _SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)

@@ -193,3 +193,57 @@ def test_a_damaged_file_of_rows_is_told_and_the_table_shown(swept):
     assert show() == (swept, [f"{TABLE}: 3 rows"])
     TABLE.unlink()
     assert "the description of the study that its rows belong to was changed" in show(code=2)[1][0]
+
+
+DIGITS = "1" * 5000
+
+
+@pytest.mark.parametrize("cell", ["nan", "inf", "1e999", "-inf", DIGITS, "many", "²"], ids=range(7))
+def test_a_cell_that_is_no_finite_number_is_named_by_line_row_and_column(swept, cell):
+    for path in (ROWS, RECORD):
+        path.unlink()
+    lines = TABLE.read_text(encoding="utf-8").splitlines()
+    cells = lines[2].split(",")
+    place = lines[0].split(",").index("sag_m")
+    lines[2] = ",".join([*cells[:place], cell, *cells[place + 1 :]])
+    TABLE.write_text("# edited\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    rows, said = show(code=2)
+    assert rows == []
+    assert said[0].startswith(f"{TABLE}:4: row 2, sag_m: not a finite number: '{cell[:20]}")
+    assert len(said) == 2
+    assert max(map(len, said)) < 600
+
+
+OF_OTHER_KINDS = "{versions: {}, study: {scene: 1, vary: 2, columns: 3}}"
+DAMAGED = [f"[{DIGITS}]", "a: [", "{versions: {}, study: {}}", "[" * 5000, "\0", OF_OTHER_KINDS, "study: x", "- 1", ""]
+
+
+@pytest.mark.parametrize("text", DAMAGED, ids=range(len(DAMAGED)))
+def test_a_damaged_record_is_as_none(swept, text):
+    ROWS.unlink()
+    RECORD.write_text(text, encoding="utf-8")
+    assert show() == (swept, [f"{TABLE}: 3 rows"])
+
+
+@pytest.mark.parametrize("style", ["md", "csv", "json", "jsonl"])
+def test_nothing_is_printed_of_rows_that_are_damaged(swept, style):
+    """They are left out before the first of them is printed, as a sweep that is resumed does."""
+    edit_rows(ROWS, "UPDATE rows SET cells = '[1.0, 2.0]' WHERE row = 3")
+    assert run("show", "study.yaml", "--format", style).lines == [f"{TABLE}: 3 rows"]
+    for path in (TABLE, RECORD):
+        path.unlink()
+    outcome = run("show", "study.yaml", "--format", style)
+    assert outcome.lines == [
+        f"{ROWS}: left out what is not as it was written: row 3",
+        f"{ROWS}: 2 of 3 rows are done; to go on: cablestudy sweep study.yaml --resume",
+        f"{ROWS}: 2 rows",
+    ]
+    if style == "json":
+        assert rows_of(outcome.out, style) == swept[:2]
+
+
+def test_rows_that_are_damaged_beyond_reading_are_as_none(swept):
+    content = bytearray(ROWS.read_bytes())
+    content[4096:] = b"x" * (len(content) - 4096)
+    ROWS.write_bytes(content)
+    assert show() == (swept, [f"{TABLE}: 3 rows"])

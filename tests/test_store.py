@@ -6,14 +6,11 @@ import json
 import random
 import shutil
 import sqlite3
-import subprocess
-import sys
-import time
 from contextlib import closing
 from pathlib import Path
 
 import pytest
-from command import SLACK, edit_rows, rows_of, run, start, stored_rows, study_file, wait_for_rows
+from command import LONGEST, SLACK, edit_rows, go_on, rows_of, run, start, start_paused, stored_rows, study_file
 
 from cablestudy.study.table import exact
 from cablestudy.sweeps import chunks
@@ -274,10 +271,10 @@ def test_without_resume_a_damaged_file_is_not_overwritten(table):
 def change_while_it_runs(folder, change, *, done=5):
     """Run a sweep of 600 rows, and change its files when some rows are there: exit code and standard error."""
     study_file(folder, LONG, SLACK)
-    sweep = start("study.yaml", "--jobs", "1")
-    wait_for_rows(sweep, done, ROWS)
+    sweep = start_paused(done, "study.yaml", "--jobs", "1")
     change()
-    _, said = sweep.communicate(timeout=120)
+    go_on(sweep)
+    _, said = sweep.communicate(timeout=LONGEST)
     assert "Traceback" not in said
     return sweep.returncode, said
 
@@ -322,7 +319,7 @@ def test_rows_moved_or_deleted_while_the_sweep_runs(folder, what, whole_table):
 def test_three_sweeps_of_one_study_at_once(folder, whole_table):
     study_file(folder, LONG, SLACK)
     sweeps = [start("study.yaml", "--jobs", "1") for _ in range(3)]
-    said = [sweep.communicate(timeout=120)[1] for sweep in sweeps]
+    said = [sweep.communicate(timeout=LONGEST)[1] for sweep in sweeps]
     codes = [sweep.returncode for sweep in sweeps]
     assert 0 in codes, said  # one that begins after another has ended does its work too
     refusals = [text for code, text in zip(codes, said, strict=True) if code]
@@ -332,8 +329,7 @@ def test_three_sweeps_of_one_study_at_once(folder, whole_table):
 
 def test_a_log_left_by_a_killed_sweep_belongs_to_its_rows(folder, whole_table):
     study_file(folder, LONG, SLACK)
-    sweep = start("study.yaml", "--jobs", "1")
-    wait_for_rows(sweep, 5, ROWS)
+    sweep = start_paused(5, "study.yaml", "--jobs", "1")
     sweep.kill()
     sweep.communicate()
     log = Path(f"{ROWS}-wal")
@@ -363,10 +359,9 @@ def test_a_record_is_read_as_it_was_packed():
 
 def test_a_run_that_keeps_nothing_leaves_nothing_even_if_it_is_killed(folder):
     study_file(folder, LONG, SLACK)
-    command = [sys.executable, "-m", "cablestudy.cli", "sweep", "study.yaml", "--no-write", "--jobs", "1"]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as sweep:
-        time.sleep(1.5)
-        sweep.kill()
+    sweep = start_paused(5, "study.yaml", "--no-write", "--jobs", "1")
+    sweep.kill()
+    sweep.communicate()
     assert [path.name for path in folder.iterdir()] == ["study.yaml"]
 
 

@@ -2,15 +2,22 @@
 
 import numpy as np
 import pytest
+import yaml
+from command import CONFIGS, edit_rows, run
 from straight_scenes import everything, with_changes
 from test_suspension_extremes import platform
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.prepare import prepare
+from cablestudy.study.scene_values import tables_of
+from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension import group
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.wind import mean
 
 HELD_AT_ITS_CENTER = {"attachments": {f"e{k}": [0, 0, 0] for k in range(8)}, "center_of_mass": [0, 0, 0]}
 
@@ -72,3 +79,77 @@ def test_rows_that_share_a_motion_have_the_digits_that_they_have_alone():
     assert [row.cells for row in together] == [row.cells for row in alone]
     assert together[0].case.in_wind.movement.linear is together[2].case.in_wind.movement.linear
     assert together[0].cells["gondola.rms_mm"] != together[1].cells["gondola.rms_mm"]
+
+
+FOLDER = CONFIGS / "suspensions"
+MAST = {"base": str(FOLDER / "mast-guys.yaml"), "vary": [{"cable.preload": [5e3, 2e4, 8e4]}]}
+WINDY = {"cases": {"w": {"wind": {"speed": 30, "direction": 0.35}}}, "cable.diameter": 0.016}
+LOADED = {"cables.guy1.loads": [{"at": 20, "force": [0, 0, -200]}]}
+IN_MEAN_WIND = {"base": str(FOLDER / "carlina-net-wind.yaml"), "vary": [{"wind.mean": [True, False]}]}
+# stored studies, some with fewer columns than their own, and others that take other ways through the solvers
+STUDIES = {
+    "gondola-preload": {},
+    "gondola-angle": {},
+    "fast-focal": {},
+    "carlina-diameter": {"columns": ["max_tension", "gondola.stiffness_xx"]},
+    "carlina-together": {"columns": ["max_tension", "gondola.stiffness_xx"]},
+    "preload": MAST | {"columns": ["max_tension", "guy1.sag", "top.z"]},
+    "sag": MAST | {"vary": [{"cable.sag": [0.05, 0.2, 1]}], "columns": ["max_tension", "top.z"]},
+    "loads": MAST | {"set": LOADED, "columns": ["max_tension", "guy1.sag", "top.x"]},
+    "load cases": MAST | {"set": WINDY, "vary": [*MAST["vary"], {"case": ["w"]}], "columns": ["top.x", "max_tension"]},
+    "mean wind": IN_MEAN_WIND | {"columns": ["gondola.rms"]},
+}
+
+
+def numbers_and_status(study, cases):
+    """Of some cases of a study, computed together: case -> numbers, status."""
+    columns = [column for column in prepare(study)[0] if column.needs != "run"]
+    tables, refused = tables_of(study, cases)
+    assert not refused
+    return {case: row[:2] for case, row in evaluate_tables(tables, columns).items()}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_no_digit_of_a_row_depends_on_the_rows_beside_it(name):
+    """Whole, in the reverse order, in two shards, and each row alone."""
+    changes = STUDIES[name]
+    if "base" not in changes:
+        changes = yaml.safe_load((FOLDER / f"{name}.yaml").read_text()) | changes
+        changes |= {"base": str(FOLDER / changes["base"]), "plot": None, "check": {}}
+    study = read_study(changes)
+    cases = range(study.count)
+    whole = numbers_and_status(study, cases)
+    assert sum(None not in numbers for numbers, _ in whole.values()) > 1
+    for shards in ([cases[::-1]], [cases[0::2], cases[1::2]], [[case] for case in cases]):
+        parts = {}
+        for shard in shards:
+            parts |= numbers_and_status(study, shard)
+        assert parts == whole
+
+
+def test_rows_that_are_resumed_or_merged_are_those_of_one_run(tmp_path):
+    """To the last byte of the table."""
+    arguments = ("sweep", FOLDER / "gondola-preload.yaml", "--quiet", "--out")
+    whole, resumed, merged = (tmp_path / name for name in ("whole", "resumed", "merged"))
+    for folder in (whole, resumed):
+        run(*arguments, folder)
+    unfinished = "UPDATE about SET value = '0' WHERE name = 'finished'"
+    edit_rows(resumed / "gondola-preload.rows.sqlite", "DELETE FROM rows WHERE row IN (2, 4, 7)", unfinished)
+    run(*arguments, resumed, "--resume")
+    for row in range(1, 9):
+        run(*arguments, merged, "--shard", f"{row}/8")
+    run("merge", *arguments[1:], merged)
+    first, *others = [(folder / "gondola-preload.csv").read_bytes() for folder in (whole, resumed, merged)]
+    assert others == [first, first]
+
+
+def test_a_case_whose_wind_and_attitude_do_not_agree_fails_alone(monkeypatch):
+    """After one equilibrium only next to no wind has come to rest."""
+    monkeypatch.setattr(mean, "MOST", 1)
+    speeds = {"vary": [{"wind.speed": [1e-4, 20]}], "set": {"control": None}}
+    study = read_study(IN_MEAN_WIND | speeds | {"columns": ["gondola.rms_open_loop"]})
+    (calm, windy) = numbers_and_status(study, range(2)).values()
+    assert calm[1] == "ok"
+    reason = "no equilibrium in the mean wind: the forces of the mean wind and the attitude that they lead to"
+    assert reason in windy[1]
+    assert windy[0] == [None]

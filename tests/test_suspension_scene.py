@@ -5,12 +5,11 @@ import math
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command import CONFIGS, run, study_file, table_of
+from command import CONFIGS, LONGEST, calls, run, study_file, table_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -487,11 +486,10 @@ def test_dotted_keys_may_add_what_is_new():
     assert (scene.bodies["gondola"].markers, scene.points["east"].at) == ({"focus": (0, 0, -1)}, (9, 0, 0))
 
 
-def test_the_first_hundred_mistakes_of_a_large_file_are_shown_quickly():
+def test_the_first_hundred_mistakes_of_a_large_file_are_shown_without_much_work():
     text = (SUSPENSIONS / "net-30x30.yaml").read_text(encoding="utf-8").replace("from: n", "from: m")
-    start = time.process_time()
-    lines = mistakes_of(text)
-    assert time.process_time() - start < 10
+    number, lines = calls(mistakes_of, text)
+    assert number < 20_000_000
     assert (len(lines), lines[-1]) == (101, "s.yaml: and 1700 more mistakes")  # 2 x 30 x 30 cables begin at a node
     assert lines[0].endswith('unknown end "m1-1" (did you mean n1-1?)')
 
@@ -680,16 +678,14 @@ def test_the_published_suspensions_are_there():
     )
 
 
-def test_a_net_is_what_its_script_writes_and_loads_in_reasonable_time():
+def test_a_net_is_what_its_script_writes_and_loads_without_much_work():
     for n in (2, 30):
-        written = subprocess.run(
-            [sys.executable, SUSPENSIONS / "net.py", str(n)], capture_output=True, text=True, check=True, timeout=60
-        ).stdout
+        command = [sys.executable, SUSPENSIONS / "net.py", str(n)]
+        written = subprocess.run(command, capture_output=True, text=True, check=True, timeout=LONGEST).stdout
         assert written == (SUSPENSIONS / f"net-{n}x{n}.yaml").read_text(encoding="utf-8")
-    start = time.process_time()
-    scene = load_scene(SUSPENSIONS / "net-30x30.yaml")[1]
+    number, (_, scene) = calls(load_scene, SUSPENSIONS / "net-30x30.yaml")
+    assert number < 3_000_000
     numbers = numbers_of([scene])
-    assert time.process_time() - start < 5  # 0.6 s on a machine at rest
     assert (len(scene.cables), numbers.junctions) == (2 * 30 * 31, 900)
     ends = numbers.ends(numbers.position, numbers.rotation)[0]
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1), 1, rtol=1e-15)

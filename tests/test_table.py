@@ -145,7 +145,12 @@ def differences(tmp_path, stored, rtol=1e-6):
         ("sag_m,status 1.0000001,ok ,broken", []),
         ("sag_m,status 1.25,ok ,broken", ["row 1, sag_m: stored 1.25, computed 1.0, ratio 0.8"]),
         ("sag_m,status 0,ok ,broken", ["row 1, sag_m: stored 0, computed 1.0"]),
-        ("sag_m,status nan,ok ,broken", ["row 1, sag_m: stored nan, computed 1.0, ratio nan"]),
+        ("sag_m,status nan,ok ,broken", ["row 1, sag_m: stored nan, computed 1.0"]),
+        ("sag_m,status inf,ok ,broken", ["row 1, sag_m: stored inf, computed 1.0"]),
+        ("sag_m,status -1e999,ok ,broken", ["row 1, sag_m: stored -1e999, computed 1.0"]),
+        (f"sag_m,status {'1' * 5000},ok ,broken",
+         [f"row 1, sag_m: stored {'1' * 99}...{'1' * 98}, computed 1.0"]),
+        ("sag_m,status 1.0,ok ,broken1e99999999", ["row 2, status: stored broken1e99999999, computed broken"]),
         ("sag_m,status ,ok 2,broken",
          ["row 1, sag_m: stored empty, computed 1.0", "row 2, sag_m: stored 2, computed empty"]),
         ("sag_m,status 1.0,fine ,broken", ["row 1, status: stored fine, computed ok"]),
@@ -179,3 +184,19 @@ def test_pieces_are_what_the_standard_library_writes_at_once(rows):
     assert "".join(Table(fields, iter(rows)).pieces("json")) == expected
     lines = "".join(Table(fields, iter(rows)).pieces("jsonl"))
     assert lines == "".join(json.dumps(row, ensure_ascii=False) + "\n" for row in plain)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "same"),
+    [
+        ("left 1.234 N", "left 1.235 N", True),
+        ("left 1.234 N", "left 1.236 N", False),
+        ("left 1e99999999 N", "left 1e99999998 N", False),
+        ("left", "left 3", False),
+        ("left 3", "left3", False),
+    ],
+)
+def test_statuses_agree_but_for_the_last_digit_of_a_number(tmp_path, old, new, same):
+    table = Table((Field("status", "status"),), [{"status": new}])
+    (tmp_path / "a.csv").write_text(f"status\n{old}\n")
+    assert (list(compare(table, str(tmp_path / "a.csv"), Tolerance())) == []) == same

@@ -36,6 +36,13 @@ class OneLine(Grouped):
             code = INTERRUPTED
         sys.exit(code)
 
+    def invoke(self, ctx):
+        """Run a command; click would print an empty line for Ctrl-C."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise click.Abort from None
+
 
 @click.group(cls=OneLine, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="cablestudy")

@@ -1,7 +1,6 @@
 """Checks of a study before anything is computed, and the columns, fields and printed values of its table."""
 
 from difflib import get_close_matches
-from math import isfinite
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
@@ -166,7 +165,7 @@ def _printed_values(study, columns):
         f"row {place}, {name}: not a number: {row[name]!r}"
         for place, (row, known) in enumerate(zip(rows, numbers, strict=True), 1)
         for name in names
-        if row[name].strip() and (known[name] is None or not isfinite(known[name]))
+        if row[name].strip() and known[name] is None
     ]
     if messages:
         where = study.where(("reference",))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import partial
 from itertools import islice
+from math import isfinite
 
 from cablestudy.errors import SceneError
 from cablestudy.study.markdown import DIGITS, whole
@@ -289,13 +290,13 @@ def read_csv(path):
     SceneError for a file that is missing, empty, or no table.
     """
     names, rows = stream_csv(path)
-    return names, list(rows)
+    return names, [row for _, row in rows]
 
 
 def stream_csv(path):
-    """As `read_csv`, with an iterator of rows."""
+    """As `read_csv`, with an iterator of rows, each with the number of its line."""
     lines = _cells(path)
-    names = [name.strip() for name in next(lines, ())]
+    names = [name.strip() for name in next(lines, (1, ()))[1]]
     if not names:
         raise SceneError(f"{path}: {NO_TABLE} (it is empty)")
     twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
@@ -305,10 +306,20 @@ def stream_csv(path):
 
 
 def _cells(path):
-    """Yield the cells of each line that is neither empty nor a comment."""
+    """Yield the number of each line that is neither empty nor a comment, and its cells."""
+    place = 0
+
+    def lines(file):
+        nonlocal place
+        for line in file:
+            place += 1
+            if line.strip() and not line.startswith("#"):
+                yield line
+
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            yield from csv.reader((line for line in file if line.strip() and not line.startswith("#")), strict=True)
+            for cells in csv.reader(lines(file), strict=True):
+                yield place, cells
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror or error})") from None
     except (csv.Error, UnicodeError) as error:
@@ -316,20 +327,21 @@ def _cells(path):
 
 
 def _rows(path, names, lines):
-    """Yield rows as dicts; raise SceneError at the end for those with a wrong number of cells."""
+    """Yield line and row, a dict; raise SceneError at the end for those with a wrong number of cells."""
     wrong = []
-    for place, row in enumerate(lines, 1):
+    for place, (line, row) in enumerate(lines, 1):
         if len(row) != len(names):
-            wrong.append(f"{path}: row {place} has {len(row)} cells, and the table {len(names)} columns")
+            wrong.append(f"{path}:{line}: row {place} has {len(row)} cells, and the table {len(names)} columns")
         elif not wrong:
-            yield dict(zip(names, row, strict=True))
+            yield line, dict(zip(names, row, strict=True))
     if wrong:
         raise SceneError(*wrong)
 
 
 def number(text):
-    """The number in a cell, or None."""
+    """The finite number in a cell, or None."""
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
         return None
+    return value if isfinite(value) else None

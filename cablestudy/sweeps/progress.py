@@ -1,9 +1,15 @@
-"""Progress of a sweep on standard error: a bar on a terminal, else a line every 30 s, the first early if it is long."""
+"""Progress of a sweep on standard error: a bar on a terminal, else a line every 30 s, the first early if it is long.
 
+With the environment variable CABLESTUDY_PROGRESS set to `off` nothing is written, so that what is compared with stored
+text does not depend on how fast a machine is.
+"""
+
+import os
 import sys
 import time
 from collections import deque
 
+OFF = "CABLESTUDY_PROGRESS"
 DELAY = 1.0  # before the first bar [s]
 BAR_INTERVAL, LINE_INTERVAL = 0.2, 30.0  # between two bars, and between two lines [s]
 # A sweep with more than LONG left has its first line once so many seconds and rows give a fair estimate.
@@ -21,7 +27,8 @@ class Progress:
     """
 
     def __init__(self, total, known=0, quiet=False, stream=None):
-        self._total, self._known, self._quiet = total, known, quiet
+        self._total, self._known = total, known
+        self._quiet = quiet or os.environ.get(OFF) == "off"
         self._stream = stream or sys.stderr
         self._bar = self._stream.isatty()
         self._begin = self._last = time.monotonic()

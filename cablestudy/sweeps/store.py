@@ -83,9 +83,25 @@ class RowStore:
         """Take over the rows that the file has."""
         self._known = bytearray(self.count)
         with self.database.reported():
-            query = f"SELECT row, status IS NOT NULL FROM rows WHERE row <= {self.count}"
+            query = f"SELECT row, status IS NOT NULL FROM rows WHERE row BETWEEN 1 AND {self.count}"
             for row, complete in self.database.execute(query):
                 self._known[row - 1] = COMPLETE if complete else PARTIAL
+
+    def load_valid(self):
+        """Take over the rows that are as they were written; a line about the others in `warnings`."""
+        self.load()
+        with self.database.reported():
+            wrong = [row for row, stored in self._checked_rows("ASC", self.count) if stored is None]
+        for row in wrong:
+            if 1 <= row <= self.count:
+                self._known[row - 1] = MISSING
+        if wrong:
+            self.warnings.append(self._left_out(wrong))
+
+    def _left_out(self, wrong):
+        listed = ", ".join(map(str, wrong[:MAX_LISTED])) + (", ..." if len(wrong) > MAX_LISTED else "")
+        rows = f"row{'s' * (len(wrong) > 1)} {listed}"
+        return f"{self.path}: left out what is not as it was written: {rows}"
 
     def select(self, cases, known):
         """Iterate over those of some cases of which so much is known: MISSING, PARTIAL or COMPLETE."""
@@ -240,9 +256,7 @@ class RowStore:
         if damage:
             self.warnings.append(f"{self.path}: is damaged ({damage}); {len(valid)} of its rows could be read")
         else:
-            listed = ", ".join(map(str, wrong[:MAX_LISTED])) + (", ..." if len(wrong) > MAX_LISTED else "")
-            rows = f"row{'s' * (len(wrong) > 1)} {listed}"
-            self.warnings.append(f"{self.path}: left out what is not as it was written: {rows}")
+            self.warnings.append(self._left_out(wrong))
 
     def _checked_rows(self, order, highest):
         """Yield the number of each row and what is stored of it, None if that is not as it was written."""

@@ -1,23 +1,27 @@
 """The table of a study as it is stored, read again without computing anything."""
 
 import os
+import re
 import sqlite3
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import SceneError, shorten
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
+from cablestudy.sweeps.check import LONGEST_CELL
 from cablestudy.sweeps.database import AT_WORK, Database
 from cablestudy.sweeps.fingerprint import differences, identity
+from cablestudy.sweeps.record import EXACT
 from cablestudy.sweeps.rows import more_fields, table_of, varied_cells
 from cablestudy.sweeps.store import COMPLETE, RowStore, rows_done, stored_description
 
 PARTS = {"vary": "what varies", "find": "what is solved for", "columns": "the columns"}
 WHILE_AT_WORK = "nothing to show before it ends; Ctrl-C ends it too, and keeps the rows that are done"
-SHOWN = 5  # columns that are named in a message
+SHOWN = 5  # columns that are named in a message, and mistakes that are listed
+WHOLE = re.compile("-?[0-9]+")
 
 
 @dataclass(frozen=True)
@@ -35,13 +39,13 @@ class PlainRows(list):
 
     def __init__(self, rows, names):
         super().__init__(rows)
-        self._names = names
+        self.names = names
 
     def frame(self):
         """The rows as a pandas.DataFrame: numbers as floats, other values as text."""
         import pandas
 
-        columns = {name: [row.get(name) for row in self] for name in self._names}
+        columns = {name: [row.get(name) for row in self] for name in self.names}
         text = {name for name, cells in columns.items() if any(isinstance(cell, str) for cell in cells)}
         return pandas.DataFrame(
             {name: pandas.Series(cells, dtype=object if name in text else float) for name, cells in columns.items()}
@@ -115,6 +119,9 @@ def _open_rows(study, path, current, problems):
         store = RowStore(path, current, study.count)
         stored = stored_description(store.database)
         other = _other_study(stored[0], current) if stored else ["has no rows"]
+        if not other:
+            store.describe(*stored)
+            store.load_valid()
     except SceneError as error:
         other = [str(error).removeprefix(f"{path}: ")]
     except sqlite3.Error as error:
@@ -124,9 +131,7 @@ def _open_rows(study, path, current, problems):
             store.close()
         problems += [f"{path}: {line}" for line in other]
         return None, []
-    store.describe(*stored)
-    store.load()
-    return store, _age(path, stored[0], current)
+    return store, [*_age(path, stored[0], current), *store.warnings]
 
 
 def _other_study(stored, current):
@@ -143,7 +148,7 @@ def _age(path, stored, current):
 
 def _of_csv(study, fields, files, current, problems):
     """The table of a study from its CSV; None, and why in `problems`, where there is none that belongs to it."""
-    if not os.path.exists(files.csv):
+    if not os.path.isfile(files.csv):
         return None
     names, stored = stream_csv(files.csv)
     missing = [field.name for field in fields if field.name not in names]
@@ -151,30 +156,37 @@ def _of_csv(study, fields, files, current, problems):
     other = _other_study(recorded, current) if recorded else []
     if missing and not other:
         other = [f"of the study before it was edited, or of an earlier version: no column {first_of(missing, SHOWN)}"]
-    rows = PlainRows([], [field.name for field in fields])
-    if not other:
-        other = _read_rows(study, stored, rows)
     problems += [f"{files.csv}: {line}" for line in other]
-    if other:
+    rows = PlainRows([], [field.name for field in fields])
+    if other or (wrong := _read_rows(study, files.csv, stored, rows)):
+        problems += [] if other else wrong
         return None
     table = Table(fields, rows, more=more_fields(study, fields))
     return Stored(table, files.csv, tuple(_age(files.csv, recorded, current) if recorded else ()), True)
 
 
-def _read_rows(study, stored, rows):
+def _read_rows(study, path, stored, rows):
     """Add the rows of a stored table to `rows`; list of lines why they are not those of the study."""
     varied = {known.key: known for known in varied_keys(study)}
-    count = 0
-    for count, texts in enumerate(stored, 1):
+    count, wrong = 0, []
+    for count, (line, texts) in enumerate(stored, 1):
         if count > study.count:
             continue
         cells = varied_cells(varied, study.overrides(count - 1))
         for name, cell in cells.items():
             if texts.get(name, exact(cell)) != exact(cell):
-                return [f"row {count}, {name}: stored {texts[name]}, now {exact(cell)}"]
-        rows.append({**{name: _cell(name, text) for name, text in texts.items()}, **cells})
-    other = f"{counted(count, 'row')}, and the study has {counted(study.count, 'case')}"
-    return [] if count == study.count else [other]
+                now = f"stored {shorten(texts[name], LONGEST_CELL)}, now {exact(cell)}"
+                return [f"{path}: row {count}, {name}: {now}"]
+        row = {name: _cell(name, texts[name]) for name in rows.names if name in texts and name not in cells}
+        damaged = [name for name, cell in row.items() if cell is None and texts[name]]
+        wrong += [
+            f"{path}:{line}: row {count}, {name}: not a finite number: {shorten(repr(texts[name]), LONGEST_CELL)}"
+            for name in damaged
+        ]
+        rows.append({**row, **cells})
+    if count != study.count:
+        wrong.append(f"{path}: {counted(count, 'row')}, and the study has {counted(study.count, 'case')}")
+    return wrong[:SHOWN]
 
 
 def _recorded(path, current):
@@ -184,13 +196,17 @@ def _recorded(path, current):
     try:
         with open(path, encoding="utf-8") as file:
             content = yaml.safe_load(file)
-        return {"versions": {name: content["versions"].get(name) for name in current["versions"]}, **content["study"]}
-    except (OSError, UnicodeError, yaml.YAMLError, KeyError, TypeError, AttributeError):
+        found = {"versions": {name: content["versions"].get(name) for name in current["versions"]}, **content["study"]}
+        intact = [type(found[name]) for name in ("versions", "scene", "vary", "columns")] == [dict, dict, list, list]
+        return found if intact else None
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError):
         return None
 
 
 def _cell(name, text):
-    """A cell of a stored table: a number, text, or None where it is empty."""
+    """A cell of a stored table: a number, text, or None where it is empty or no finite number."""
     if name == "status" or not text:
         return text or None
-    return int(text) if text.removeprefix("-").isdigit() else number(text)
+    value = number(text)
+    whole = value is not None and abs(value) < EXACT and WHOLE.fullmatch(text)
+    return int(text) if whole else value

@@ -25,7 +25,7 @@ from cablestudy.system.rigid import size, turn
 from cablestudy.system.rounding import UNIT, bounds, over
 from cablestudy.system.tangent import GROUND
 
-CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED = range(6)
+CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED, DISAGREED = range(7)
 REASONS = (
     "converged",
     "no step lowers the energy",
@@ -33,6 +33,7 @@ REASONS = (
     "no lengths were found for which the cables have what they state",
     "no tensions within the bounds hold the bodies where they shall be",
     "converged: no step leaves less, and what is left is the rounding of lengths and places",
+    "the forces of the mean wind and the attitude that they lead to do not agree",
 )
 MAX_STEPS, HALVINGS = 100, 30
 FEW_STEPS = 12  # of a search straight from the start: those that need more go by softer cables

@@ -210,8 +210,9 @@ def linearised(suspension, state, which, found):
     sizes = np.ones((*state.position.shape[:-1], 6))
     sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
     sizes = tangent.free_values(suspension, sizes)
-    by_tension = np.swapaxes(pulled[:, which], -1, -2) / sizes[..., None]
-    by_place = -(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]]
+    # in this memory order for any number of cases: the sums of a product of matrices follow it
+    by_tension = np.ascontiguousarray(np.swapaxes(pulled[:, which], -1, -2) / sizes[..., None])
+    by_place = np.ascontiguousarray(-(stiffness / (sizes[:, :, None] * sizes[:, None, :]))[..., found[free]])
     worst = np.abs(np.where(free, net / body_units(suspension), 0.0)).max(axis=-1) / np.maximum(scale, TINY)
     return tangent.free_values(suspension, net) / sizes, by_tension, by_place, worst.max(axis=-1)
 
@@ -290,13 +291,15 @@ def search(suspension, which, found, method, low, high, reference, above):
         damping, least_damping = damped(damping, least_damping, diverging, change > SLOW * last)
         tension = np.where(moving[:, None], asked, tension)
         last = np.where(moving, change, last)
-        state = moved(part, state, np.where(moving[:, None, None], step, 0.0))
-        possible = possible_tensions(part, state, which, low, tension, above)
-        tension = np.maximum(tension, np.minimum(possible, high))
+        fresh = moved(part, state, step)
+        lowest = possible_tensions(part, fresh, which, low, tension, above)
+        possible = np.where(moving[:, None], lowest, possible)
+        tension = np.where(moving[:, None], np.maximum(tension, np.minimum(possible, high)), tension)
         value = np.array(part.value)
         value[:, which] = tension
         part = replace(part, value=value)
-        state = fitted(part, state)
+        state = copied(state)  # a case that has ended stays as it is
+        put(state, moving, some(fitted(part, fresh), moving))
     settled |= (worst < STALLED) & (final < ROUGH)
     good = np.array([answer.held and answer.within for answer in answers], dtype=bool)
     reasons = np.where(good, np.where(settled, CONVERGED, TOO_MANY), UNHELD)

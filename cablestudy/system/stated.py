@@ -384,6 +384,7 @@ def fit(span, given, value, strain):
     most = np.where(force, (value + heaviest) / steepness / span.axial_stiffness, np.inf)
     strain, last = np.where(force, np.minimum(strain, most), strain), np.inf
     best, stalled_steps = np.inf, 0  # errors so far, and steps since they last fell
+    ended = np.zeros(np.shape(strain), dtype=bool)  # a cable ends where it would end alone
     for _ in range(MAX_STEPS):
         cables = catenary.solve(span.with_chord_strain(strain))
         error = np.where(stated, values(cables, given) / value - 1, 0.0)
@@ -391,14 +392,15 @@ def fit(span, given, value, strain):
         worst = np.abs(error)
         stalled_steps = np.where(worst < FALLING * best, 0, stalled_steps + 1)
         best = np.minimum(worst, best)
-        if np.all((worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (stalled_steps >= STALLED_STEPS)):
+        ended |= (worst < EXACT) | ((worst < STALLED) & (worst >= last / 2)) | (stalled_steps >= STALLED_STEPS)
+        if ended.all():
             break
         excess, factor = linear_measure(error, kinds)
         by_length = rates(cables, given).by_length
         slope = factor * by_length / value
         change = np.where(stated & (slope != 0) & np.isfinite(slope), -excess / np.where(slope != 0, slope, 1.0), 0.0)
         change = np.clip(np.nan_to_num(change), -LARGEST, LARGEST)
-        strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
+        closer = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), most)
         hanging = force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
-        strain, last = np.where(hanging, most, strain), worst
+        strain, last = np.where(ended, strain, np.where(hanging, most, closer)), worst
     return strain, error

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.errors import ConvergenceError
 from cablestudy.system import statics
+from cablestudy.system.descent import DISAGREED
 from cablestudy.system.rigid import size
 
 MOST = 40  # equilibria until forces and attitude agree
@@ -102,12 +102,7 @@ def equilibrium_in_wind(calm, drag):
     Returns
     -------
     Equilibrium
-        Where the search from the calm one fails for a case its record says so.
-
-    Raises
-    ------
-    ConvergenceError
-        Forces and attitude do not agree.
+        Where the search from the calm one fails for a case, or forces and attitude do not agree, its record says so.
     """
     lengths = np.asarray(calm.lengths)
     suspension = replace(
@@ -138,6 +133,5 @@ def equilibrium_in_wind(calm, drag):
         ended = ended | (moved.max(axis=(-1, -2)) <= SETTLED * longest) | failed
         if ended.all():
             return found
-    raise ConvergenceError(
-        "no equilibrium in the mean wind: its forces and the attitude that they lead to do not agree"
-    )
+    reason = np.where(ended, found.record.reason, DISAGREED)
+    return replace(found, record=replace(found.record, reason=reason))

@@ -301,7 +301,7 @@ def cases_of(scenes):
     groups = {}
     for place, scene in enumerate(scenes):
         method = scene.tensions and scene.tensions.method
-        kinds = scene.case is None, scene.load_case.wind is None, scene.wind is None
+        kinds = scene.case is None, scene.load_case.wind is None, scene.wind and scene.wind.mean
         loads = *load_counts(scene).values(), *reference_load_counts(scene).values()
         key = (repr(topology_of(scene)), scene.solve_for, method, *kinds, *loads)
         groups.setdefault(key, []).append(place)

@@ -105,6 +105,7 @@ class Group:
     Parameters
     ----------
     scenes : sequence of SuspensionScene
+        All in the mean wind, or none.
 
     Raises
     ------
@@ -168,20 +169,15 @@ class Group:
         """`Equilibrium` of all cases in the mean wind, and `Drag`; the calm one, and None, without wind.
 
         The steady wind of load cases takes the place of the mean wind.
-
-        Raises
-        ------
-        ConvergenceError
         """
         if self._scenes[0].wind is None:
             return self.equilibrium, None
         suspension = self.equilibrium.suspension
         drag = drag_of(self._scenes, suspension.body_names, suspension.cable_names)
         steady = self._scenes[0].load_case.wind is not None
-        if steady or not any(scene.wind.mean for scene in self._scenes):
+        if steady or not self._scenes[0].wind.mean:
             return self.equilibrium, drag
-        blowing = np.array([float(scene.wind.mean) for scene in self._scenes])[:, None]
-        return equilibrium_in_wind(self.equilibrium, replace(drag, velocity=blowing * drag.velocity)), drag
+        return equilibrium_in_wind(self.equilibrium, drag), drag
 
     def failure(self, place):
         """The error of a case without a stable equilibrium, or None."""

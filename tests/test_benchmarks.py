@@ -1,0 +1,58 @@
+"""Every script in benchmarks/ runs, with sizes that tell no speed: what they measure is for a quiet machine."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+from command import LONGEST, ROOT
+
+FOLDER = ROOT / "benchmarks"
+# section of docs/benchmarks.md -> words of rows that it must have
+SECTIONS = {
+    "Beside other programs": ("cablestudy", "cablestudy, accuracy 1e-06"),
+    "Rows of a sweep": ("sweep of 2, no two of one cable", "kelvin_voigt, sweep of 2 diameters", "accuracy 1e-10"),
+    "Sweeps": ("`sweep --jobs 2`, tables written", "`--jobs 1`", "`--scheduler`, 2 dask workers"),
+    "Effort against size": ("250", "2500", "exponent"),
+    "Suspensions": ("cablestudy", "sweep of 2 over wind.speed", "24", "exponent"),
+    "Start-up": ("`cablestudy --help`",),
+}
+NOT_FINITE = re.compile(r"\b(nan|inf|none)\b", re.IGNORECASE)
+
+
+def script(name, *arguments, code=0):
+    """What a script of benchmarks/ prints; its exit code must be the expected one."""
+    command = [sys.executable, FOLDER / name, *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=LONGEST)
+    assert done.returncode == code, done.stderr
+    return done.stdout if code == 0 else done.stderr
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_a_section_of_the_benchmarks_is_measured(section):
+    text = script("run.py", "--tiny", section)
+    assert [line for line in text.splitlines() if line.startswith("## ")] == [f"## {section}"]
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("|")]
+    for first in SECTIONS[section]:
+        (row,) = [row for row in rows if row[0] == first][:1]
+        assert any(re.match(r"[-\d]", cell) for cell in row[1:]), row
+    assert [row for row in rows if NOT_FINITE.search(" ".join(row))] == []
+    assert "NOT identical" not in text
+
+
+def test_the_sections_are_those_of_the_page():
+    page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    assert re.findall("^## (.*)$", page, re.MULTILINE) == list(SECTIONS)
+    assert "no section 'Speed'" in script("run.py", "Speed", code=2)
+
+
+def test_a_sweep_is_killed_and_goes_on():
+    assert "1 kills" in script("kills.py", 1)
+
+
+def test_every_script_is_run_here_or_used_by_one_that_is():
+    """extremes.py by tests/test_extremes.py."""
+    run_or_used = {"run.py", "kills.py", "extremes.py"}
+    for path in FOLDER.glob("*.py"):
+        run_or_used |= {f"{name}.py" for name in re.findall(r"^(?:import|from) (\w+)", path.read_text(), re.MULTILINE)}
+    assert {path.name for path in FOLDER.glob("*.py")} <= run_or_used
