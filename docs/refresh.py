@@ -32,7 +32,8 @@ def outputs(block, folder):
 
 def run(command, folder):
     """What a user of a shell sees of a command: standard error and standard output."""
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path, "CABLESTUDY_PROGRESS": "off"}  # it depends on how fast a machine is
     done = subprocess.run(
         ["bash", "-c", command], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         text=True, check=False,

@@ -6,6 +6,7 @@ import pytest
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+os.environ["CABLESTUDY_PROGRESS"] = "off"  # it depends on how busy the machine is
 
 
 @pytest.fixture
