@@ -91,6 +91,8 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     `scene`: what messages call it.
     """
     end_shown()
+    if style.top and answer.table is not None and answer.table.single:
+        raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
     for failure in answer.failures:
         click.echo(f"{scene}: {failure}", err=True)

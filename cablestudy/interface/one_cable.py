@@ -27,7 +27,7 @@ def modes(scene, count=None, upto=None, estimate=False):
     """The modes with fixed ends: `count` of them, or all up to a frequency."""
     from cablestudy.study import case_modes
     from cablestudy.study.case import Case
-    from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.notes import fixed_gondola, reference_without_loads
     from cablestudy.study.report import mode_table
 
     limit = frequency_limit(count, upto)
@@ -36,7 +36,12 @@ def modes(scene, count=None, upto=None, estimate=False):
     return Answer(
         table=mode_table(case, found),
         explain=lambda: tuple(notes),
-        warnings=(*reference_without_loads(scene.model), *warnings, *fewer_modes(found, asked, limit)),
+        warnings=(
+            *fixed_gondola(scene.model),
+            *reference_without_loads(scene.model),
+            *warnings,
+            *fewer_modes(found, asked, limit),
+        ),
         draw=lambda plots: plots.mode_shapes(case, found),
         case=case,
     )
