@@ -305,9 +305,7 @@ def _parse(data, name):
         kind = "a list" if isinstance(value, list) else f"{value!r:.60}"
         raise refuse(places[()][0], f"expected a mapping (key: value), got {kind}")
     if isinstance(value.get("base"), dict):
-        message = (
-            "expected the name of a file, got a mapping (write what it says into this file, or one of its own)"
-        )
+        message = "expected the name of a file, got a mapping (write what it says into this file, or one of its own)"
         raise refuse(places[("base",)][0], message, "base")
     return Document(name, value, places)
 
