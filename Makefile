@@ -4,6 +4,8 @@
 # make site    builds build/site/index.html: docs/ with a reference generated from the code, all links checked
 # make trade   measures error against time: results/trade-*.csv and .md, and their pictures
 # make kills   kills a sweep 100 times, resumes it each time, and compares its table
+# make attack  gives mutated files and options to every command: no traceback, warning, number that is not finite, or wait
+#                 (MUTATIONS=100 for fewer, FIRST=3000 for others)
 # make bench   measures speed and error, beside other programs where they can be had: docs/benchmarks.md
 # make extremes   ten thousand random scenes and a thousand random suspensions against independent references: the
 #                 errors stated are true
@@ -18,8 +20,10 @@ STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
 DAMPED := cable.damping={model: hysteretic, loss_factor: 0.02}
 SCENES ?= 10000
 SUSPENSIONS ?= 1000
+FIRST ?= 0
+MUTATIONS ?= 3000
 
-.PHONY: study test tables docs site trade kills bench extremes clean
+.PHONY: study test tables docs site trade kills attack bench extremes clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml --restart
@@ -56,6 +60,9 @@ trade: $(VENV)/.study
 
 kills: $(VENV)/.study
 	$(BIN)/python benchmarks/kills.py 100
+
+attack: $(VENV)/.test
+	nice -n 19 $(BIN)/python tests/fuzz.py --first $(FIRST) --count $(MUTATIONS) --keep build/attack
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/run.py > docs/benchmarks.new

@@ -2,7 +2,8 @@
 
     python tests/fuzz.py [--first 0] [--count 3000] [--keep FOLDER]
 
-File number n is the same in every run. Every command runs in a process of its own (a fork of this one, in which
+or `make attack`. Scenes of one cable, suspensions and studies are mutated, some get mutated `--set` options too. File
+number n is the same in every run. Every command runs in a process of its own (a fork of this one, in which
 everything is imported already) with a limit on time and memory. A finding is printed as a line of JSON, and its file is
 kept in FOLDER; the exit code is 1 if there is any.
 """
@@ -33,6 +34,19 @@ SECONDS, BYTES = 30.0, 1 << 30  # of processor time and memory that a run may ta
 STOPPED = 2 * int(SECONDS)  # seconds of processor time after which it is killed
 LONGEST = 1000  # characters of a line on standard error
 SCENE_COMMANDS = (["static"], ["modes"], ["windrms"], ["ssm"])
+# of which a file gets one more; behind the name of the file
+MORE_COMMANDS = (
+    ["loop"], ["loop", "--response", "0.1Hz:10Hz:9"], ["loop", "--time", "5s:21"], ["ssm", "--response", "0.1:10:9"],
+    ["ssm", "--with", "loop"], ["find", "sag = 1 m", "--by", "cable.preload"], ["static", "--case", "all"],
+    ["find", "gondola_frequency = 1 Hz", "--by", "gondola.mass"], ["windrms", "--on", "both"], ["static", "--explain"],
+)  # fmt: skip
+SUSPENSION_COMMANDS = (
+    ["static"], ["static", "--explain"], ["static", "--case", "all"], ["static", "--form-finding"],
+    ["modes", "-n", "6"], ["windrms"], ["windrms", "--table", "motion"], ["loop"],
+    ["loop", "--response", "0.1Hz:10Hz:9"], ["ssm", "--modes", "4"], ["ssm", "--with", "loop", "--modes", "4"],
+    ["ssm", "--with", "actuators", "--modes", "4"], ["find", "max_tension = 1 kN", "--by", "cable.diameter"],
+    ["find", "max_utilisation = 0.1", "--by", "gravity"],
+)  # fmt: skip
 STUDY_COMMAND = ["sweep", "--no-write", "--jobs", "1"]
 FORMATS = ("md", "csv", "json", "jsonl")
 
@@ -67,6 +81,11 @@ KNOWN = {
              "[{gravity: {from: 0, to: 1e300, count: 1000000000}}]"],
     "base": ["carlina.yaml", "fuzz.yaml", "/dev/null", ".", "absent.yaml", "preload.yaml", "slack.yaml"],
 }  # fmt: skip
+
+
+NAMES = ["-1", "=1+1", "@a", "a b", " a", "a ", "a.b", "a,b", "a=b", "a:b", "ä", "名前", "🙂", "\u202ea", "a\u0301",
+         "x" * 300, "null", "true", "1", "status", "all", "case", "x", "cable", "__class__", "<b>", "a|b", "%s",
+         "{0}", "$(id)", "../a", "NaN"]  # fmt: skip
 
 
 class Raw(str):
@@ -241,16 +260,64 @@ def lengthen(rng, top):
         put(node, index, Raw(text))
 
 
-MILD = (scale, graft_in_place)
-ROUGH = (drop, duplicate, rename, retype, magnify, reunit, graft, transplant, anchor, nest, lengthen)
+def negate(rng, top):
+    """Another sign, or zero."""
+    if numbers := numbers_of(top):
+        slot = rng.choice(numbers)
+        number, unit = NUMBER.match(get(*slot)).groups()
+        put(*slot, Raw(f"{rng.choice([0.0, -1.0]) * float(number):g}{unit}"))
+
+
+def rename_everywhere(rng, top):
+    """A name of a suspension or case that is hard to handle, wherever it stands."""
+    named = [get(node, k) for node, k in slots(top) if isinstance(node, Pairs) and node[k][0] in TABLES_OF_NAMES]
+    if named := [table for table in named if isinstance(table, Pairs) and table]:
+        table = rng.choice(named)
+        pair = rng.choice(table)
+        old, pair[0] = pair[0], rng.choice(NAMES)
+        for node, k in slots(top):
+            text = get(node, k)
+            if isinstance(text, str) and old in (text, text.partition(".")[0]):
+                put(node, k, pair[0] + text[len(old) :])
+
+
+TABLES_OF_NAMES = ("points", "bodies", "cables", "cases", "attachments", "markers", "actuators", "materials")
+
+
+def crossbreed(rng, top):
+    """A part of another document, at the place that it has there or at the same key anywhere."""
+    other = tree(SOURCES[rng.choice(list(SOURCES))])
+    key, value = rng.choice([node[k] for node, k in slots(other) if isinstance(node, Pairs)])
+    there = [(node, k) for node, k in slots(top) if isinstance(node, Pairs) and node[k][0] == key]
+    if there and rng.random() < 0.7:
+        put(*rng.choice(there), value)
+    else:
+        rng.choice(maps(top)).append([key, value])
+
+
+def swap(rng, top):
+    """Two values, each in the other's place."""
+    one, other = pick_value(rng, top), pick_value(rng, top)
+    first, second = get(*one), get(*other)
+    put(*one, copy.deepcopy(second))
+    put(*other, copy.deepcopy(first))
+
+
+MILD = (scale, scale, graft_in_place, negate)
+ROUGH = (drop, duplicate, rename, retype, magnify, reunit, graft, transplant, anchor, nest, lengthen,
+         rename_everywhere, crossbreed, swap)  # fmt: skip
 
 
 def damage(rng, data):
     """Damage to the bytes of a file: cut, characters changed, lines moved, control characters."""
     place = rng.randrange(len(data) + 1)
-    kind = rng.randrange(7)
+    kind = rng.randrange(9)
     if kind == 0:
         return data[:place]
+    if kind == 7:
+        return data.replace(b"\n", b"\r\n")
+    if kind == 8:
+        return b"\xef\xbb\xbf" + data.replace(b": ", b":\t", rng.randrange(3))
     if kind == 1:
         strange = [b"\0", b"\x07", b"\x1b[31m", b"\x7f", b"\xff", b"\xc3", "\u2028".encode(), b"\xef\xbb\xbf", b"\x85",
                    b"\t", b"\r", b"\n", b"---\n", b"...\n", b"%YAML 1.1\n", b"#", b":", b"- ", b"{", b"]", b'"', b"&a ",
@@ -274,34 +341,63 @@ def damage(rng, data):
 def sources():
     """Scenes (their bases put in) and studies of configs/ as trees, by name."""
     found = {}
-    for path in sorted(CONFIGS.glob("*.yaml")):
-        data = yaml.load(path.read_text(encoding="utf-8"), yaml.BaseLoader)
-        if not STUDY_KEYS & set(data) and "base" in data:
-            base = yaml.load((CONFIGS / data.pop("base")).read_text(encoding="utf-8"), yaml.BaseLoader)
-            cable = base["cable"] | data.get("cable", {})
-            data = base | data | {"cable": cable}
-        found[path.name] = data
+    for path in sorted([*CONFIGS.glob("*.yaml"), *(CONFIGS / "suspensions").glob("*.yaml")]):
+        if path.name not in SLOW:
+            found[path.name] = read(path)
     return found
 
 
+def read(path):
+    """The plain values of a file, of a scene upon those of its bases."""
+    data = yaml.load(path.read_text(encoding="utf-8"), yaml.BaseLoader)
+    return data if STUDY_KEYS & set(data) or "base" not in data else over(read(path.parent / data.pop("base")), data)
+
+
+def over(lower, upper):
+    """Mappings, one upon the other."""
+    if not (isinstance(lower, dict) and isinstance(upper, dict)):
+        return upper
+    return lower | {key: over(lower[key], value) if key in lower else value for key, value in upper.items()}
+
+
+SLOW = ("net-30x30.yaml",)
 STUDY_KEYS = {"vary", "sample", "columns"}
 SOURCES = sources()
 
 
 def mutated(number):
-    """File number `number`: its bytes, and whether it began as a study."""
+    """File number `number`: its bytes, and what it began as: study, suspension or scene."""
     rng = random.Random(f"cablestudy {number}")
     names = list(SOURCES)
     # scenes are few and reach more code
     scenes = [name for name in names if not STUDY_KEYS & set(SOURCES[name])]
     name = rng.choice(scenes if rng.random() < 0.6 else names)
     top = tree(SOURCES[name])
-    mild = rng.random() < 0.4  # such files reach the solvers
+    mild = rng.random() < 0.6  # such files reach the solvers
     for _ in range(rng.choice([1, 1, 2, 3] if mild else [1, 1, 1, 2, 3])):
         if top:
             rng.choice(MILD if mild else ROUGH)(rng, top)
     data = written(top).encode(errors="surrogatepass")
-    return data if mild or rng.random() < 0.8 else damage(rng, data), name not in scenes
+    kind = "study" if name not in scenes else "suspension" if "cables" in SOURCES[name] else "scene"
+    return data if mild or rng.random() < 0.8 else damage(rng, data), kind
+
+
+def mutated_sets(number):
+    """Options `--set` that go with a file, mostly none."""
+    rng = random.Random(f"cablestudy sets {number}")
+    found, data = [], SOURCES[rng.choice(list(SOURCES))]
+    while rng.random() < 0.15:
+        path, value = [], data
+        while isinstance(value, (dict, list)) and value and (not path or rng.random() < 0.85):
+            key = rng.choice(list(value) if isinstance(value, dict) else range(len(value)))
+            path.append(str(key))
+            value = value[key]
+        if rng.random() < 0.1:
+            path.insert(rng.randrange(len(path) + 1), rng.choice(NAMES))
+        texts = [*EXTREME, *TYPES, *(f"{rng.choice(EXTREME)} {unit}" for unit in UNITS), *NAMES]
+        value = rng.choice(texts) if rng.random() < 0.8 else emit(tree(value))
+        found += ["--set", f"{'.'.join(path)}={value}".replace("\0", "")]
+    return found
 
 
 @dataclass(frozen=True)
@@ -383,16 +479,18 @@ def content(folder):
 
 def examine(number, folder):
     """Yield (Run, faults) of each command on a file; of a file that is refused, of two commands."""
-    data, study = mutated(number)
+    data, kind = mutated(number)
     (Path(folder) / "fuzz.yaml").write_bytes(data)
     before = content(folder)
-    style = ["--format", FORMATS[number % len(FORMATS)]]
-    first = STUDY_COMMAND if study else SCENE_COMMANDS[number % 4]
+    study, several = kind == "study", kind == "suspension"
+    style = ["--format", FORMATS[2 * (number % 2) if several else number % len(FORMATS)]]
+    sets = [] if study else mutated_sets(number)
+    first = STUDY_COMMAND if study else (SUSPENSION_COMMANDS if several else SCENE_COMMANDS)[number % 4]
     commands = [["validate"], first]
     if number % 50 == 0:
         commands += [["static"], STUDY_COMMAND]  # also of the wrong kind of file
     for place, command in enumerate(commands):
-        done = run([*command, "fuzz.yaml", *style], folder)
+        done = run([command[0], "fuzz.yaml", *command[1:], *style, *sets], folder)
         found = list(faults(done))
         after = content(folder)
         if after != before:
@@ -401,15 +499,21 @@ def examine(number, folder):
             for path in new:
                 path.unlink()
         yield done, found
-        if place == 0 and done.code == 0 and not study:
+        if place == 0 and done.code == 0 and several:
+            commands += [SUSPENSION_COMMANDS[(number // 4 + k) % len(SUSPENSION_COMMANDS)] for k in (0, 5)]
+        elif place == 0 and done.code == 0 and not study:
             commands += [command for command in SCENE_COMMANDS if command != first]
+            commands.append(MORE_COMMANDS[number // 4 % len(MORE_COMMANDS)])
 
 
 def prepared(folder):
     """Copy configs/ to a folder, and run each command once so that everything is imported."""
     shutil.copytree(CONFIGS, folder, dirs_exist_ok=True)
+    for path in (CONFIGS / "suspensions").glob("*.yaml"):  # bases of their studies are beside them
+        shutil.copy(path, folder)
     with open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command in (*([*command, f"{folder}/carlina.yaml"] for command in SCENE_COMMANDS),
+                        *([name, f"{folder}/fast-wind.yaml"] for name in ("static", "modes", "ssm", "windrms", "loop")),
                         [*STUDY_COMMAND, f"{folder}/emodulus.yaml"]):  # fmt: skip
             cablestudy([*command, "--quiet"], standalone_mode=False)
 

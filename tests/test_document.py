@@ -4,7 +4,10 @@ import contextlib
 import io
 import json
 import math
+import os
+import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -12,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
+from cablestudy.scene import document as document_module
 from cablestudy.scene.document import apply_sets, parse_set, read_document, read_file
 from cablestudy.scene.strict_yaml import MAX_DEPTH, compose, resolve
 
@@ -172,6 +176,15 @@ def test_base_files_merge_deeply_in_a_chain_relative_to_each_file(folder):
         ({"f.yaml": "base: absent.yaml\n"}, "f.yaml:1:7: base: absent.yaml: no such file"),
         ({"f.yaml": "base: .\n"}, "f.yaml:1:7: base: .: a directory, not a file"),
         ({"f.yaml": "base: [1]\n"}, "f.yaml:1:7: base: expected the name of a file"),
+        (
+            {"f.yaml": "base: {gravity: 1}\n"},
+            "f.yaml:1:7: base: expected the name of a file, got a mapping (write what it "
+            "says into this file, or one of its own)",
+        ),
+        (
+            {"f.yaml": "base: /dev/null\n"},
+            "f.yaml:1:7: base: /dev/null: cannot be read (a device or socket, not a file)",
+        ),
         ({"f.yaml": "base: f.yaml\n"}, "f.yaml:1:7: base: base files in a circle: f.yaml -> f.yaml"),
         (
             {"f.yaml": "a: 1\nbase: g.yaml\n", "g.yaml": "base: ./f.yaml\n"},
@@ -325,3 +338,39 @@ def test_any_set_option_gives_a_value_or_a_scene_error(text):
 
 def test_a_key_of_very_many_names_is_refused(folder):
     assert message_of(parse_set, ".".join("a" * 20_000) + "=1").endswith(": a key of 20000 names (at most 50)")
+
+
+def test_a_fifo_is_read_as_a_file_once_a_program_writes_to_it(folder):
+    os.mkfifo("scene.yaml")
+    with subprocess.Popen(["sh", "-c", "echo 'gravity: 9.81' > scene.yaml"]):
+        assert read_file("scene.yaml").value == {"gravity": 9.81}
+
+
+def test_a_fifo_with_a_silent_writer_is_waited_for(folder, monkeypatch):
+    """It writes only when nothing was there to be read, and the reader waits for more."""
+    os.mkfifo("scene.yaml")
+    waits, set_blocking = threading.Event(), os.set_blocking
+
+    def write_later(writer):
+        assert waits.wait(60)
+        os.write(writer, b"gravity: 9.81\n")
+        os.close(writer)
+
+    def nothing_yet(*_):
+        threading.Thread(target=write_later, args=[os.open("scene.yaml", os.O_WRONLY)]).start()
+        return [], [], []
+
+    monkeypatch.setattr(document_module.select, "select", nothing_yet)
+    monkeypatch.setattr(os, "set_blocking", lambda *arguments: (set_blocking(*arguments), waits.set()))
+    assert read_file("scene.yaml").value == {"gravity": 9.81}
+
+
+def test_a_fifo_that_no_program_writes_to_is_refused(folder, monkeypatch):
+    monkeypatch.setattr(document_module, "WAITING", 0.0)
+    os.mkfifo("scene.yaml")
+    message = "scene.yaml: cannot be read (a FIFO that no program writes to; waited 0 s)"
+    assert message_of(read_file, "scene.yaml") == message
+
+
+def test_a_device_is_no_file():
+    assert message_of(read_file, "/dev/zero") == "/dev/zero: cannot be read (a device or socket, not a file)"

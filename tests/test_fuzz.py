@@ -28,6 +28,25 @@ def test_a_number_is_always_the_same_file():
     assert len(set(files)) > 95
 
 
+def test_scenes_suspensions_studies_and_options_are_mutated():
+    assert {fuzz.mutated(number)[1] for number in range(60)} == {"scene", "suspension", "study"}
+    options = [fuzz.mutated_sets(number) for number in range(200)]
+    assert options == [fuzz.mutated_sets(number) for number in range(200)]
+    given = [option for option in options if option]
+    assert 10 < len(given) < 60
+    assert all(set(option[::2]) == {"--set"} and all("=" in text for text in option[1::2]) for option in given)
+
+
+def test_a_name_is_changed_wherever_it_stands():
+    top = fuzz.tree({"points": {"p": "[0, 0, 0]"}, "cables": {"c": {"from": "p", "to": "b.a"}}})
+    for seed in range(40):
+        changed = fuzz.copy.deepcopy(top)
+        fuzz.rename_everywhere(fuzz.random.Random(seed), changed)
+        assert changed != top
+        (_, points), (_, cables) = changed
+        assert cables[0][1][0][1] == points[0][0]
+
+
 FINE = {"arguments": ["static"], "code": 0, "out": "| sag | 1 |\n", "err": "", "seconds": 1.0, "memory": 1 << 27}
 
 

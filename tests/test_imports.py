@@ -15,17 +15,18 @@ ROOT = Path(cablestudy.__file__).parent
 ALLOWED = {
     "errors": set(),
     "interrupts": set(),
+    "activity": set(),
     "cable": {"cable", "errors"},
     "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
     "system": {"system", "cable", "errors"},
     "control": {"control", "system", "cable", "errors"},
     "wind": {"wind", "system", "cable", "errors"},
-    "study": {"study", "control", "system", "wind", "scene", "cable", "errors"},
+    "study": {"study", "activity", "control", "system", "wind", "scene", "cable", "errors"},
     "sweeps": {"sweeps", "interrupts", "study", "scene", "errors", "version"},
     "interface": {"interface", "sweeps", "study", "scene", "errors"},
     "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "version"},
     # the commands are a thin layer: what they print, the interface computes
-    "cli": {"cli", "pages", "interface", "interrupts", "errors", "version"},
+    "cli": {"cli", "pages", "interface", "interrupts", "activity", "errors", "version"},
     "version": set(),
     "__init__": {"version"},
     "__main__": {"cli"},

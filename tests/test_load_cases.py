@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import CONFIGS, run, study_file, table_of
+from command import CONFIGS, rows_of, run, study_file, table_of
 from references import catenary_mp
 from scenes import cells, scene
 
@@ -376,3 +376,31 @@ def test_the_note_on_point_loads_says_how_to_silence_it():
         "them, and false silences this note"
     )
     assert not run("static", CONFIGS / "zipline.yaml").lines
+
+
+@pytest.mark.parametrize("name", ["=1+1", "-20", "+5", "@home", "a.b", "a, b", "a=b", " a", "a ", "<b>"])
+def test_names_that_options_or_spreadsheets_take_for_something_else_are_refused(name, folder):
+    refused = study_file(folder, f"cases:\n  {json.dumps(name)}: {{temperature: 10 degC}}\n")
+    rule = "a name of a load case begins with a letter or a digit and has no dot, comma or =, got"
+    assert run("static", refused, code=2).lines == [f'{refused}:3:3: cases.{name}: {rule} "{name}"']
+
+
+def test_a_case_named_all_is_refused_since_the_option_means_each_of_them(folder):
+    refused = study_file(folder, "cases: {all: {temperature: 10 degC}}\n")
+    message = "cases.all: a name of a load case is not all, which stands for each of them (--case all)"
+    assert run("static", refused, code=2).lines == [f"{refused}:2:9: {message}"]
+
+
+@pytest.mark.parametrize("name", ["ice & wind", "50 years", "Sturm (Süd)", "寒い日", "5 degC"])
+def test_names_in_any_script_and_with_blanks_can_be_used_everywhere(name, folder):
+    day = study_file(folder, f"cable: {{expansion: 1e-5}}\ncases: {{{name}: {{temperature: 10 degC}}}}\n")
+    moved = ("--set", f"cases.{name}.temperature=40 degC")
+    assert table_of("static", day, "--case", name, *moved)[0]["sag_m"] > table_of("static", day)[0]["sag_m"]
+    rows = rows_of(run("static", day, "--case", "all", "--format", "csv", "--columns", "sag").out, "csv")
+    assert [row["case"] for row in rows] == [name]
+
+
+def test_a_material_whose_name_is_a_formula_is_refused(folder):
+    refused = study_file(folder, "materials: {=1+1: {density: 1440, elastic_modulus: 70 GPa}}\n")
+    message = 'materials.=1+1: a name of a material begins with a letter or a digit, got "=1+1"'
+    assert run("static", refused, code=2).lines == [f"{refused}:2:13: {message}"]

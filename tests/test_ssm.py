@@ -4,6 +4,7 @@ import json
 import re
 import shlex
 import tracemalloc
+from itertools import product
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -196,11 +197,65 @@ def test_a_model_to_an_accuracy(attached):
 
 def test_response_of_the_cable():
     rows = table_of("ssm", CARLINA, "--response", "0.01Hz:0.1kHz:5")
-    assert [row["frequency_Hz"] for row in rows] == pytest.approx([0.01, 0.1, 1, 10, 100], rel=1e-12)
+    frequency = np.array([row["frequency_Hz"] for row in rows])
+    even = np.abs(np.log10(frequency) - np.rint(np.log10(frequency))) < 1e-12
+    assert frequency[even] == pytest.approx([0.01, 0.1, 1, 10, 100], rel=1e-12)
+    assert (np.diff(frequency) > 0).all()
+    modes = table_of("modes", CARLINA, "--upto", "100Hz")
+    moving = np.array([row["frequency_Hz"] for row in modes if row["type"] != "out-of-plane"])
+    beside = moving[:, None] * (1 + 0.01 * np.array([-1, -0.5, 0, 0.5, 1]))  # damping ratio 0.01
+    assert frequency[~even] == pytest.approx(np.sort(beside[beside < 100]), rel=1e-9)
     assert rows[0]["magnitude_N_per_m"] == pytest.approx(1024.7, abs=0.1)  # static end stiffness
     other = table_of("ssm", CARLINA, "--response", "0.01:1:2", "--input", "end_1_x", "--output", "end_2_x")
     assert other[0]["magnitude_N_per_m"] == pytest.approx(1024.7, abs=0.1)
     assert abs(other[0]["phase_deg"]) == pytest.approx(180, abs=0.1)
+
+
+@pytest.mark.parametrize("attached", [(), ("--with", "gondola"), ("--with", "loop")])
+def test_the_peaks_of_a_response_are_among_its_rows(attached):
+    """Two frequencies about a narrow resonance, and in between the largest magnitude of 4,001, to 2 %."""
+    narrow = ("--set", "cable.damping.ratio=2e-4", "--set", "winch.controller.gain=0.001")
+    around = "0.6:0.9" if attached else "1.4:1.8"
+    few, many = (table_of("ssm", CARLINA, *narrow, *attached, "--response", f"{around}:{n}") for n in (2, 4001))
+    assert len(few) <= 2 + 5 * 2
+    name = next(name for name in few[0] if "magnitude" in name)
+    assert max(row[name] for row in few) == pytest.approx(max(row[name] for row in many), rel=0.02)
+    assert max(row[name] for row in few) > 1.4 * max(few[0][name], few[-1][name])
+
+
+def test_an_undamped_motion_has_no_row_at_its_resonance():
+    rows = table_of("ssm", SLACK, "--set", "cable.damping={model: modal, ratio: 0}", "--response", "0.1:5:4")
+    assert len(rows) == 4
+
+
+def test_responses_between_several_ends_are_those_of_each_pair():
+    several = ("--input", "end_1_x,end_2_x", "--output", "end_2_x", "--output", "end_2_z")
+    rows = table_of("ssm", CARLINA, "--response", "0.3:0.7:3", *several)
+    for output, given in product(("end_2_x", "end_2_z"), ("end_1_x", "end_2_x")):
+        alone = table_of("ssm", CARLINA, "--response", "0.3:0.7:3", "--input", given, "--output", output)
+        for part in ("magnitude_N_per_m", "phase_deg"):
+            assert [row[f"{output}_over_{given}_{part}"] for row in rows] == [row[part] for row in alone]
+
+
+def test_a_file_has_the_inputs_and_outputs_that_are_named(folder):
+    names = ("--input", "end_2_x,end_1_x", "--output", "end_2_z", "--output", "end_1_x")
+    run("ssm", CARLINA, "--modes", "3", "--out", "few.json", *names)
+    run("ssm", CARLINA, "--modes", "3", "--out", "all.json")
+    few, every = (json.loads((folder / name).read_text()) for name in ("few.json", "all.json"))
+    assert [few["InputName"], few["OutputName"]] == [["end_2_x", "end_1_x"], ["force_end_2_z", "force_end_1_x"]]
+    rows = [every["OutputName"].index(name) for name in few["OutputName"]]
+    columns = [every["InputName"].index(name) for name in few["InputName"]]
+    for matrix in ("D", "D1", "D2"):
+        assert np.array_equal(few[matrix], np.array(every[matrix])[np.ix_(rows, columns)])
+    assert np.array_equal(few["B"], np.array(every["B"])[:, columns])
+    assert np.array_equal(few["C"], np.array(every["C"])[rows])
+
+
+def test_several_curves_of_one_unit_are_drawn(folder):
+    run("ssm", CARLINA, "--response", "0.1:2:30", "--input", "end_1_x,end_2_x", "--plot", "bode.svg")
+    assert b"Frequency responses" in (folder / "bode.svg").read_bytes()
+    one = run("ssm", CARLINA, "--error", "0.1", "--input", "end_1_x,end_2_x", code=2)
+    assert one.lines == ["--error: refers to one --input and one --output"]
 
 
 def test_response_with_a_gondola_has_both_curves():

@@ -4,12 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from command import CONFIGS
 from scipy.optimize import minimize
 from suspensions import body, cable, point, sagging, suspension, with_values
 
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.suspension.group import Group
 from cablestudy.system import lengths, stated, statics
 from cablestudy.system.tension_distribution import distribute
 
@@ -257,3 +260,14 @@ def test_lengths_that_are_fitted():
         np.testing.assert_allclose(
             stated.values(solve(span.with_chord_strain(strain)), (kind,) * 10), wanted, rtol=1e-9
         )
+
+
+def test_cables_whose_own_weight_needs_more_than_is_allowed_end_the_search_at_once(monkeypatch):
+    """A level cable that does not stretch has 0.508 of the weight of its chord at least: more than max, soon seen."""
+    searched, search = [], lengths.search
+    monkeypatch.setattr(lengths, "search", lambda *given: searched.append(search(*given)) or searched[-1])
+    _, scene = load_scene(CONFIGS / "suspensions" / "fast.yaml", ["cable.density=1.2e6"])
+    reason = Group([scene]).failure(0)
+    assert "by its own weight at least" in str(reason)
+    assert len(searched) == 1  # other least tensions are not tried
+    assert searched[0][1].steps <= lengths.INFEASIBLE_STEPS

@@ -7,6 +7,7 @@ from functools import wraps
 
 import click
 
+from cablestudy.activity import Shown, end_shown
 from cablestudy.cli.tables import show, show_tables
 from cablestudy.errors import CablestudyError, SceneError
 
@@ -48,6 +49,17 @@ def handle_errors(command):
     return run
 
 
+def announced(command):
+    """Show that a command with the option `quiet` is at work, where it takes long."""
+
+    @wraps(command)
+    def run(*arguments, quiet, **options):
+        with Shown(command.__name__, quiet):
+            return command(*arguments, quiet=quiet, **options)
+
+    return run
+
+
 def _discard_output():
     """Redirect standard output to the null device, so that flushing its buffer at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -78,6 +90,9 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
 
     `scene`: what messages call it.
     """
+    end_shown()
+    if style.top and answer.table is not None and answer.table.single:
+        raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
     for failure in answer.failures:
         click.echo(f"{scene}: {failure}", err=True)

@@ -3,7 +3,7 @@
 import click
 
 from cablestudy.cli.cases import ONE_CASE, one_case
-from cablestudy.cli.error_handling import finish, handle_errors
+from cablestudy.cli.error_handling import announced, finish, handle_errors
 from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
 
 
@@ -22,6 +22,7 @@ from cablestudy.cli.options import FORMAT, QUIET, SCENE, SET, complete_column
 @click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
 @QUIET
 @handle_errors
+@announced
 def find(scene, goal, by, between, names, sets, case, style, quiet):
     """The value of a key for which a column takes a value: one row for each that there is."""
     from cablestudy.interface import compute_find

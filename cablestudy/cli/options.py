@@ -7,7 +7,7 @@ from functools import wraps
 import click
 
 from cablestudy.cli.cases import CASE
-from cablestudy.cli.error_handling import handle_errors
+from cablestudy.cli.error_handling import announced, handle_errors
 from cablestudy.cli.tables import format_options
 from cablestudy.errors import SceneError
 
@@ -85,8 +85,9 @@ def _command(*shared):
         @wraps(function)
         def checked(*, plot, **parameters):
             check_picture(plot)
-            return function(plot=plot, **parameters)
+            return run(plot=plot, **parameters)
 
+        run = announced(function) if SCENE in shared else function  # a study shows its rows
         command = handle_errors(checked)
         for option in reversed(shared):
             command = option(command)

@@ -8,6 +8,11 @@ from cablestudy.cli.options import refuse, scene_command
 from cablestudy.errors import SceneError
 
 
+def joined(context, parameter, texts):
+    """The names of an option that is given several times, separated by commas; None without it."""
+    return ",".join(texts) or None
+
+
 @scene_command
 @click.option("--out", metavar="FILE", help="Write the state space: .npz, .mat or .json.")
 @click.option("--modes", "count", type=click.IntRange(min=1), metavar="N", help="Keep so many, from the lowest.")
@@ -22,12 +27,20 @@ from cablestudy.errors import SceneError
     help="On end 2: gondola, or winch loop. Of a suspension: winch loop, or actuators only.",
 )
 @click.option("--wind", is_flag=True, help="Forces on the cable's nodes as inputs too.")
-@click.option("--response", "span", metavar="FROM:TO:COUNT", help="Frequency response, e.g. 0.01Hz:100Hz:2000.")
 @click.option(
-    "--input", "input_", metavar="NAME",
-    help="Of --response and --error (default: end_2_x, or the first); of --out: the only input.",
+    "--response",
+    "span",
+    metavar="FROM:TO:COUNT",
+    help="Frequency response, e.g. 0.01Hz:100Hz:2000; resonances have rows of their own.",
+)
+@click.option(
+    "--input", "input_", metavar="NAMES", multiple=True, callback=joined,
+    help="Of --response and --error (default: end_2_x, or the first); of --out: the only inputs. Repeatable, or A,B.",
 )  # fmt: skip
-@click.option("--output", metavar="NAME", help="The same: a force of the cable, as end_2_x, or another output.")
+@click.option(
+    "--output", metavar="NAMES", multiple=True, callback=joined,
+    help="The same: forces of the cable, as end_2_x, or other outputs.",
+)  # fmt: skip
 @click.option(
     "--proper", is_flag=True,
     help="Of --out: accelerations as inputs, positions and velocities as states, so that D1 and D2 are zero.",

@@ -1,4 +1,4 @@
-"""Parts of a state space for other programs: one channel of it, and the same without derivatives of its inputs."""
+"""Parts of a state space for other programs: some channels of it, and the same without derivatives of its inputs."""
 
 from dataclasses import replace
 
@@ -8,9 +8,9 @@ RATES = ("velocity", "acceleration")
 PER_SECOND = {"m": ("m/s", "m/s^2"), "rad": ("rad/s", "rad/s^2")}
 
 
-def channel(system, input_=None, output=None):
-    """The `StateSpace` with one of its inputs or one of its outputs, or both, by their numbers; None keeps all."""
-    kept = slice(None) if output is None else [output], slice(None) if input_ is None else [input_]
+def channels(system, inputs=(), outputs=()):
+    """The `StateSpace` with some of its inputs and outputs, by their numbers and in that order; empty keeps all."""
+    kept = list(outputs) or slice(None), list(inputs) or slice(None)
     rows, columns = (np.arange(size)[part] for size, part in zip(system.d.shape, kept, strict=True))
     both = np.ix_(rows, columns)
     return replace(

@@ -10,8 +10,8 @@ from cablestudy.system.superelement import GONDOLA, GROUND
 BLOCK = 4096  # frequencies computed at once, to bound the memory of a long response
 
 
-def frequencies(low, high, count):
-    """Yield frequencies with equal ratios, both ends included, in blocks of at most BLOCK.
+def frequencies(low, high, count, others=()):
+    """Yield frequencies with equal ratios, both ends included, and others between them, in blocks of about BLOCK.
 
     Parameters
     ----------
@@ -19,6 +19,8 @@ def frequencies(low, high, count):
         0 < low < high. [Hz]
     count : int
         At least 2. [-]
+    others : ndarray
+        Rising, none of them one of those with equal ratios. [Hz]
     """
     first, last = np.log10(low), np.log10(high)
     step = (last - first) / (count - 1)
@@ -28,7 +30,10 @@ def frequencies(low, high, count):
             block[0] = low
         if begin + BLOCK >= count:
             block[-1] = high
-        yield block
+        others = np.asarray(others, dtype=float)
+        before = others[others < block[-1]]
+        others = others[len(before) :]
+        yield np.sort(np.concatenate([block, before]))
 
 
 @np.errstate(all="ignore")

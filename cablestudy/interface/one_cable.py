@@ -27,7 +27,7 @@ def modes(scene, count=None, upto=None, estimate=False):
     """The modes with fixed ends: `count` of them, or all up to a frequency."""
     from cablestudy.study import case_modes
     from cablestudy.study.case import Case
-    from cablestudy.study.notes import long_cable, reference_without_loads
+    from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
     from cablestudy.study.report import mode_table
 
     limit = frequency_limit(count, upto)
@@ -37,6 +37,7 @@ def modes(scene, count=None, upto=None, estimate=False):
         table=mode_table(case, found),
         explain=lambda: tuple(notes),
         warnings=(
+            *fixed_gondola(scene.model),
             *reference_without_loads(scene.model),
             *long_cable(case),
             *warnings,

@@ -250,7 +250,7 @@ class Scene:
             Whether accelerations are inputs where they act on outputs at once, with positions and velocities as
             states, so that D1 and D2 are zero.
         input, output : str, optional
-            The only input, the only output.
+            The only input, the only output; several separated by commas.
         """
         from cablestudy.study.ssm import Options, exported
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer
 
 
@@ -24,11 +25,20 @@ def choose(scene, options, highest=None):
     return of_cable.choose(scene.document, scene.model, options), ssm_tables
 
 
+def _bode(plots, curves, numbers, attached):
+    """The picture of responses; SceneError where they have several units."""
+    units = dict.fromkeys(curve.unit or "-" for curve in curves)
+    if len(units) > 1:
+        raise SceneError(f"--plot: draws responses of one unit, these have {', '.join(units)}")
+    title = {"title": "gondola position over winch movement"} if attached == "gondola" else {}
+    return plots.bode(curves, *numbers, **title)
+
+
 def ssm(scene, out=None, response=None, **options):
     """`out`: the file for the state space; `response`: range and number of frequencies; others as `ssm.Options`."""
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import Options, check_file, exported, improper_note, read_span, size_line, write
-    from cablestudy.study.ssm_tables import drawn, response_table
+    from cablestudy.study.ssm_tables import drawn, response_table, with_resonances
 
     check_file(out)
     asked, span = Options(**options), read_span(response) if response else None
@@ -42,11 +52,11 @@ def ssm(scene, out=None, response=None, **options):
         lines.append(size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(lines), case=choice)
     if span:
-        curves = tables.curves(choice)
+        curves, span = tables.curves(choice), with_resonances(span, choice.poles)
         return replace(
             answer,
             table=response_table(span, curves),
-            draw=lambda plots: plots.bode(curves, *drawn(span, curves)),
+            draw=lambda plots: _bode(plots, curves, drawn(span, curves), asked.attached),
         )
     loop = (lambda plots: plots.suspension_loop(choice.whole)) if scene.is_suspension else None
     return replace(answer, table=None if out else tables.mode_table(choice), draw=loop)

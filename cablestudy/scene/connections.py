@@ -71,7 +71,7 @@ def wrong_name(name):
     """What is wrong with a name, a list of at most one message."""
     if "." in name:
         return ["a name must not contain a dot: BODY.ATTACHMENT is an end, and columns are named NAME.COLUMN"]
-    if not name.replace("-", "_").isidentifier():
+    if name.startswith("-") or not name.replace("-", "_").isidentifier():
         return [f"a name begins with a letter and consists of letters, digits, _ and -, got {show(name)}"]
     return []
 

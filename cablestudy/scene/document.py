@@ -2,9 +2,12 @@
 
 import json
 import os
+import select
+import stat
 import sys
 from collections.abc import Mapping
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
+from io import BytesIO
 
 from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.empty_keys import add_blank
@@ -24,6 +27,7 @@ from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
 
 MAX_BYTES = 10_000_000
 MAX_BASES = 32
+WAITING = 2.0  # for a program that writes to a FIFO [s]
 STDIN = "<stdin>"
 MAPPING = "<mapping>"  # a file that Python gives as its contents
 
@@ -168,7 +172,7 @@ def read_file(path):
     name = os.fspath(path)
     if name == "-":
         return _parse(_read_bytes(lambda: nullcontext(sys.stdin.buffer), Place(STDIN)), STDIN)
-    return _parse(_read_bytes(lambda: open(name, "rb"), Place(name)), name)
+    return _parse(_read_bytes(lambda: _opened(name), Place(name)), name)
 
 
 def _of_mapping(mapping, name):
@@ -232,7 +236,7 @@ def _beside(document, key):
 def _read_beside(document, key):
     """The document of the file that a key of another one names, its own base unread; SceneError as of `read_file`."""
     name, place = _beside(document, key), document.place((key,))
-    return _parse(_read_bytes(lambda: open(name, "rb"), place, key, f"{name}: "), name)
+    return _parse(_read_bytes(lambda: _opened(name), place, key, f"{name}: "), name)
 
 
 def read_base(document, chain=()):
@@ -246,6 +250,25 @@ def read_base(document, chain=()):
     if len(chain) > MAX_BASES:
         raise refuse(place, f"more than {MAX_BASES} base files upon each other", "base")
     return resolve_base(_read_beside(document, "base"), chain)
+
+
+def _opened(name):
+    """A file opened for its bytes; a FIFO too, if some program writes to it, but no device. OSError says why not."""
+    kind = os.stat(name).st_mode
+    if stat.S_ISCHR(kind) or stat.S_ISBLK(kind) or stat.S_ISSOCK(kind):
+        raise OSError(None, "a device or socket, not a file")
+    if not stat.S_ISFIFO(kind):
+        return open(name, "rb")
+    descriptor, first = os.open(name, os.O_RDONLY | os.O_NONBLOCK), b""
+    if not select.select([descriptor], [], [], WAITING)[0]:
+        with suppress(BlockingIOError):  # a program has it open and has not written yet
+            first = os.read(descriptor, 1)
+            if not first:
+                os.close(descriptor)
+                raise OSError(None, f"a FIFO that no program writes to; waited {WAITING:.0f} s")
+    os.set_blocking(descriptor, True)
+    with os.fdopen(descriptor, "rb") as file:
+        return BytesIO(first + file.read(MAX_BYTES + 1))
 
 
 def _read_bytes(open_file, place, key="", shown=""):
@@ -281,6 +304,9 @@ def _parse(data, name):
     if not isinstance(value, dict):
         kind = "a list" if isinstance(value, list) else f"{value!r:.60}"
         raise refuse(places[()][0], f"expected a mapping (key: value), got {kind}")
+    if isinstance(value.get("base"), dict):
+        message = "expected the name of a file, got a mapping (write what it says into this file, or one of its own)"
+        raise refuse(places[("base",)][0], message, "base")
     return Document(name, value, places)
 
 

@@ -5,18 +5,39 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Annotated, ClassVar
 
-from pydantic import BaseModel, ConfigDict, StringConstraints, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
 from cablestudy.scene.layers import ALTERNATIVES, OF_SECTION, matches
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
-Name = Annotated[str, StringConstraints(strict=True, min_length=1)]
+ALL = "all"  # of --case: each of the load cases
 
 
 def wrong(message):
     """The error by which a type refuses a value; its message is shown as it is."""
     return PydanticCustomError("cablestudy", "{text}", {"text": message})
+
+
+def _material_name(name):
+    """A name with which no formula of a spreadsheet and no option of a command begins."""
+    if name[:1].isalnum():
+        return name
+    raise wrong(f"a name of a material begins with a letter or a digit, got {show(name)}")
+
+
+def _case_name(name):
+    """A name that --case, --set and --vary can have too."""
+    if name == ALL:
+        raise wrong(f"a name of a load case is not {ALL}, which stands for each of them (--case {ALL})")
+    if name[:1].isalnum() and name == name.strip() and not any(sign in name for sign in ".,="):
+        return name
+    raise wrong(f"a name of a load case begins with a letter or a digit and has no dot, comma or =, got {show(name)}")
+
+
+Name = Annotated[str, StringConstraints(strict=True, min_length=1)]
+MaterialName = Annotated[Name, AfterValidator(_material_name)]
+CaseName = Annotated[Name, AfterValidator(_case_name)]
 
 
 def suggestion(word, known):

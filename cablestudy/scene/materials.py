@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import BeforeValidator, Field, ValidationError
 
 from cablestudy.scene.document import read_file
-from cablestudy.scene.fields import Name, Quantity, Table, wrong
+from cablestudy.scene.fields import MaterialName, Quantity, Table, wrong
 from cablestudy.scene.layers import OF_SECTION
 from cablestudy.scene.units import show
 
@@ -188,7 +188,7 @@ def _mapping(value):
     return value
 
 
-Materials = Annotated[dict[Name, Material], BeforeValidator(_mapping)]
+Materials = Annotated[dict[MaterialName, Material], BeforeValidator(_mapping)]
 
 
 @cache

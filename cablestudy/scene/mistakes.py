@@ -69,6 +69,7 @@ _EXPECTED = {
     "bool_type": "expected true or false",
     "string_type": "expected text",
     "string_too_short": "expected text",
+    "empty_name": "a name has at least one character",
     "list_type": "expected a list",
     "tuple_type": "expected a list",
 }
@@ -77,6 +78,9 @@ _EXPECTED = {
 def _plain(detail, tables):
     """One finding of pydantic as (path, message) pairs."""
     path, kind, context, value = detail["loc"], detail["type"], detail.get("ctx", {}), detail["input"]
+    if path[-1:] == ("[key]",):  # a name
+        path, value = path[:-1], path[-2]
+        kind = "empty_name" if kind == "string_too_short" else kind
     if "found" in context:
         return [((*path, *inside), message) for inside, message in context["found"]]
     if kind == "cablestudy":

@@ -8,7 +8,7 @@ from cablestudy.scene.cable_table import CHORD_RANGE, Cable, Damping, TensionAt,
 from cablestudy.scene.control_tables import AutoGain, Controller, Drive, Margin, Notch
 from cablestudy.scene.document import apply_sets, read_document
 from cablestudy.scene.empty_keys import empty_keys
-from cablestudy.scene.fields import Name, Quantity, Table, suggestion, table_at
+from cablestudy.scene.fields import CaseName, Name, Quantity, Table, suggestion, table_at
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Correction, Exposure
 from cablestudy.scene.layers import split_key
@@ -54,7 +54,9 @@ class Scene(Table):
     winch: Winch | None = Field(None, description="The winch that moves the cable")
     wind: Wind | None = Field(None, description="The wind on the gondola")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cable")
-    cases: dict[Name, LoadCase] = Field({}, description="Name -> temperature, ice, steady wind and loads of one day")
+    cases: dict[CaseName, LoadCase] = Field(
+        {}, description="Name -> temperature, ice, steady wind and loads of one day"
+    )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state with its loads")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
     correction: Correction | None = Field(None, description="The mirror that corrects the image")

@@ -14,7 +14,7 @@ from cablestudy.scene.connections import attachment_of, connection_mistakes, unh
 from cablestudy.scene.control_tables import Allocation, AutoGain, Control, Drive, Margin, Notch
 from cablestudy.scene.determinacy import determinacy_mistakes
 from cablestudy.scene.empty_keys import empty_keys
-from cablestudy.scene.fields import Name, Quantity, Table, suggestion
+from cablestudy.scene.fields import CaseName, Name, Quantity, Table, suggestion
 from cablestudy.scene.ground import Ground, ground_relations
 from cablestudy.scene.imaging_tables import Exposure, MarkerCorrection
 from cablestudy.scene.layers import merge
@@ -67,7 +67,7 @@ class SuspensionScene(Table):
     actuators: dict[Name, Actuator] = Field({}, description="Name -> reaction mass (mass) or reaction wheel (inertia)")
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cables")
-    cases: dict[Name, SuspensionCase] = Field(
+    cases: dict[CaseName, SuspensionCase] = Field(
         {}, description="Name -> temperature, ice, steady wind and loads of one day"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state")

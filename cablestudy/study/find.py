@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.activity import doing
 from cablestudy.errors import CablestudyError, Mistake, NoSolutionError, SceneError
 from cablestudy.scene.entries import Entry
 from cablestudy.scene.layers import split_key
@@ -92,6 +93,7 @@ def solve(goal, document):
     statuses = {}
 
     def distance(values):
+        doing(f"{counted(len(statuses), 'value')} of {goal.key.name} tried for {goal}")
         numbers, reasons = _numbers(goal, document, values)
         statuses.update(zip(values.tolist(), reasons, strict=True))
         return numbers - goal.value

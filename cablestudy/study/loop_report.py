@@ -14,7 +14,7 @@ COLUMNS = (
     "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
     "sensitivity_peak", "sensitivity_frequency", "bandwidth",
 )  # fmt: skip
-CURVES = {"open_loop": "L", "sensitivity": "S", "complementary_sensitivity": "T"}  # names and titles of columns
+CURVES = ("open_loop", "sensitivity", "complementary_sensitivity")  # names of columns: L, S, T
 BESIDE = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
 
 CIRCLE = 61  # points of a picture near each pole
@@ -121,7 +121,8 @@ def response_table(loop, span):
     """
     frequency = frequencies_of(loop, span)
     fields, columns = [Field("frequency_Hz", "frequency", "Hz")], [frequency]
-    for (name, title), value in zip(CURVES.items(), curves(loop, frequency), strict=True):
+    for name, value in zip(CURVES, curves(loop, frequency), strict=True):
+        title = name.replace("_", " ")
         fields += [Field(f"{name}_dB", title, "dB"), Field(f"{name}_phase_deg", f"{title} phase", "deg")]
         columns += [decibels(value), Phase()(value)]
     names = [field.name for field in fields]

@@ -107,6 +107,16 @@ def strength_warning(case):
     return (f"warning: the stress of {stress:.4g} MPa is above the strength of {force / area / 1e6:.4g} MPa",)
 
 
+def fixed_gondola(scene):
+    """Notes, at most one: modes are those of the cable between fixed ends though it holds a gondola; tuple of str."""
+    if scene.gondola is None:
+        return ()
+    return (
+        "note: these are modes between fixed ends, the gondola held; with the gondola on the cable the column "
+        "gondola_frequency ('cablestudy find', studies), and all modes together as a suspension with a body",
+    )
+
+
 def reference_without_loads(scene):
     """Notes, at most one: the scene states a tension or a sag, and loads, but not whether it holds with them.
 

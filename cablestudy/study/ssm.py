@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control import export, reduction, statespace
-from cablestudy.control.proper import channel, proper
+from cablestudy.control.proper import channels, proper
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import missing
@@ -48,7 +48,7 @@ class Options:
     residual: bool = True  # whether the static part of omitted modes is kept
     attached: str | None = None  # None, "gondola" or "loop"
     wind: bool = False  # whether forces on the nodes are inputs
-    input: str | None = None  # input and output that errors and responses refer to, by name
+    input: str | None = None  # inputs and outputs that errors and responses refer to, names separated by commas
     output: str | None = None
     proper: bool = False  # whether the file has accelerations as inputs instead of derivatives of them
 
@@ -59,6 +59,8 @@ class Options:
             raise SceneError(f"--modes {self.count}: at most {MAX_MODES} are computed")
         if self.error is not None and not 0 < self.error < 1:
             raise SceneError(f"--error: must be between 0 and 1, got {self.error:g}")
+        if self.error is not None and max(len(self.inputs), len(self.outputs)) > 1:
+            raise SceneError("--error: refers to one --input and one --output")
         _ = self.kinds_kept, self.limit  # raise SceneError
 
     @cached_property
@@ -76,17 +78,45 @@ class Options:
         return None if self.upto is None else read_frequency("--upto", self.upto)
 
     @property
+    def inputs(self):
+        """Names of the inputs: tuple, empty for the one that is shown by default, or for all of a file."""
+        return _names(self.input)
+
+    @property
+    def outputs(self):
+        """Names of the outputs, as `inputs`."""
+        return _names(self.output)
+
+    @property
     def ends(self):
         """Of a single cable, names of the displaced end and of the end with the force."""
+        return self.all_ends[0]
+
+    @property
+    def all_ends(self):
+        """The same of each pair of an output and an input: list of (str, str)."""
         if self.attached:  # names are those of the state space, for the file
-            return END, END
-        return self.input or END, (self.output or END).removeprefix("force_")
+            return [(END, END)]
+        outputs = [name.removeprefix("force_") for name in self.outputs or (END,)]
+        return [(displaced, end) for end in outputs for displaced in self.inputs or (END,)]
 
     @property
     def pair(self):
         """Indices of the force and of the displacement among the six ends of a single cable; SceneError."""
-        displaced, end = self.ends
-        return number_of("--output", end, NAMES), number_of("--input", displaced, NAMES)
+        return self.pairs[0]
+
+    @property
+    def pairs(self):
+        """The same of each pair of an output and an input: list of (int, int); SceneError."""
+        return [
+            (number_of("--output", end, NAMES), number_of("--input", displaced, NAMES))
+            for displaced, end in self.all_ends
+        ]
+
+
+def _names(text):
+    """The names in a text, separated by commas, each once: tuple of str."""
+    return tuple(dict.fromkeys(name.strip() for name in (text or "").split(",") if name.strip()))
 
 
 def number_of(option, name, names):
@@ -166,6 +196,17 @@ class Choice:
             kept["damping"] = case.gondola_air_damping
             return statespace.coupled(case.end_model, case.scene.gondola.mass, location, **kept)
         return statespace.cable(case.end_model, **kept)
+
+    @property
+    def poles(self):
+        """Of what a response shows, those of the upper half plane. [rad/s]"""
+        if self.options.attached:
+            return np.linalg.eigvals(self.system().a)
+        kept = self.kept
+        moved = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.options.pairs)
+        shown = moved > 1e-20 * moved.max(initial=0.0)  # others are zero but for rounding
+        ratio = np.minimum(kept.damping_ratio[shown], 1.0)
+        return kept.omega[shown] * (-ratio + 1j * np.sqrt(1 - ratio**2))
 
     @property
     def notes(self):
@@ -347,22 +388,19 @@ def nodal_forces(case, modes):
 
 
 def exported(system, options):
-    """The `StateSpace` as it is written: one channel where `options` name one, and proper where they say so.
+    """The `StateSpace` as it is written: the channels that `options` name, and proper where they say so.
 
     Raises
     ------
     SceneError
         No such input or output.
     """
-    found = []
-    for option, name, names in (
-        ("--input", options.input, system.input_names),
-        ("--output", options.output, system.output_names),
-    ):
-        name = f"force_{name}" if option == "--output" and f"force_{name}" in names else name
-        found.append(None if name is None else number_of(option, name, names))
-    if found != [None, None]:
-        system = channel(system, *found)
+    inputs = [number_of("--input", name, system.input_names) for name in options.inputs]
+    known = system.output_names
+    outputs = [f"force_{name}" if f"force_{name}" in known else name for name in options.outputs]
+    outputs = [number_of("--output", name, known) for name in outputs]
+    if inputs or outputs:
+        system = channels(system, inputs, outputs)
     return proper(system) if options.proper else system
 
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from cablestudy.study.table import Field, Table
 from cablestudy.system.superelement import GONDOLA, GROUND
 
 PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
+WITHIN = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # frequencies about a resonance, in its half-widths
+RESONANT = 0.5**0.5  # damping ratio from which a motion has no peak over frequency
+UNDAMPED, EQUAL = 1e-12, 1e-9  # damping ratio of an undamped motion; relative distance of equal frequencies
 DRAWN = 5000  # groups of neighbouring frequencies in a picture
 
 
@@ -52,9 +56,50 @@ def curves(choice):
     if options.attached == "loop":
         label = "gondola position over the force on it, loop closed"
         return [Curve("", label, "m/N", partial(response.position, case.loop, model))]
-    displaced, end = options.ends
-    label = f"force at {end} over displacement of {displaced}".replace("_", " ")
-    return [Curve("", label, "N/m", partial(response.between_ends, model, *options.pair))]
+    pairs, ends = options.pairs, options.all_ends
+    return [
+        Curve(
+            f"{end}_over_{displaced}" if len(pairs) > 1 else "",
+            f"force at {end} over displacement of {displaced}".replace("_", " "),
+            "N/m",
+            partial(response.between_ends, model, *pair),
+        )
+        for pair, (displaced, end) in zip(pairs, ends, strict=True)
+    ]
+
+
+class Grid(NamedTuple):
+    """Frequencies of a response: those of equal ratios, and others between them. [Hz]"""
+
+    low: float
+    high: float
+    count: int  # of those of equal ratios
+    others: tuple = ()
+
+
+def with_resonances(span, poles):
+    """The `Grid` of a response with five frequencies at each resonance: that of a pole of a damping ratio below
+    RESONANT, and others within its width, where the magnitude is largest beside a large static part.
+
+    At the pole of an undamped motion there is no number; it is left out.
+
+    Parameters
+    ----------
+    span : (float, float, int)
+        From `ssm.read_span`.
+    poles : ndarray
+        [rad/s]
+    """
+    low, high, count = span
+    size = np.abs(poles)
+    resonant = (poles.imag > 0) & (-poles.real < RESONANT * size) & (-poles.real > UNDAMPED * size)
+    beside = poles.real[resonant, None] * WITHIN
+    found = np.unique((size[resonant, None] + beside) / (2 * np.pi))
+    found = found[(found > low) & (found < high)]
+    step = np.log(high / low) / (count - 1)
+    place = np.log(found / low) / step
+    found = found[np.abs(place - np.rint(place)) * step > EQUAL]
+    return Grid(low, high, count, tuple(found[np.diff(found, prepend=0.0) > EQUAL * found].tolist()))
 
 
 def numbers(span, shown):
@@ -62,8 +107,8 @@ def numbers(span, shown):
 
     Parameters
     ----------
-    span : (float, float, int)
-        From `ssm.read_span`.
+    span : (float, float, int) or Grid
+        From `ssm.read_span` or `with_resonances`.
     shown : list of Curve
     """
     phases = [response.Phase() for _ in shown]
@@ -125,7 +170,7 @@ class _Rows(Sequence):
     shown: list
 
     def __len__(self):
-        return self.span[2]
+        return self.span[2] + sum(map(len, self.span[3:]))
 
     def __getitem__(self, place):
         if isinstance(place, slice):

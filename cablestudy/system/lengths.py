@@ -33,7 +33,8 @@ SETTLED = 1e-9  # relative change of the tensions in a step at which they are fo
 BALANCED = 1e-11  # and net force over the sum of forces
 STALLED = 1e-8  # both, where rounding stops the iteration
 ROUGH = 1e-3  # relative change up to which balanced tensions are an answer: the best ones but for its stated error
-INFEASIBLE_STEPS = 6  # steps in a row in which no tensions hold the loads, or some cable would have to push
+# steps in a row in which no tensions hold the loads, a cable would have to push, or its weight needs more than allowed
+INFEASIBLE_STEPS = 6
 SLOWEST = 0.1  # least share of a tension that a step leaves of it
 LEVEL_LEAST = 0.508  # least tension of a level cable that does not stretch, over the weight of its chord
 # Least tensions over those that a cable has at least by its own weight, tried in turn: near these its length hardly
@@ -100,7 +101,7 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, fo
     which = np.flatnonzero(unstated)
     answers = search(flat, which, found, method, *bounds, ABOVE_LEAST[0])
     for above in ABOVE_LEAST[1:]:
-        hard = np.flatnonzero(~answers[1].converged & near_least(flat, answers[0], which))
+        hard = np.flatnonzero(~answers[1].converged & near_least(flat, answers[0], which, bounds[1]))
         if not len(hard):
             break
         again = search(flat.take(hard), which, found, method, *(bound[hard] for bound in bounds), above)
@@ -267,7 +268,8 @@ def search(suspension, which, found, method, low, high, reference, above):
             limits = reference[case], possible[case], high[case], damping[case], tension[case]
             answer = distribute(by_tension[case], by_place[case], right, method, *limits)
             answers[case] = answer
-            pushes = not answer.held or (not answer.within and answer.tension.min() < 0)
+            heavy = (possible[case] > above * high[case]).any()
+            pushes = not answer.held or (not answer.within and (heavy or answer.tension.min() < 0))
             infeasible[case] = infeasible[case] + 1 if pushes else 0
             asked[case], step[case, found] = answer.tension, answer.unbounded
         step = step / body_units(part)
@@ -317,10 +319,15 @@ def damped(damping, least, diverging, slow):
     return np.where(diverging, np.clip(3 * damping, DAMPED, MOST_DAMPED), np.maximum(damping / 3, least)), least
 
 
-def near_least(suspension, state, which):
-    """Whether the tension of a cable is below its weight, where `possible_tensions` bounds it, shape (n,)."""
+def near_least(suspension, state, which, high):
+    """Whether a cable has less tension than its weight, and none needs more by its weight than is allowed, shape (n,).
+
+    Only then the bounds of `possible_tensions` decide on an answer.
+    """
     cables = catenary.solve(spans(suspension, state))
-    return (cables.mean_tension < cables.span.weight_per_length * cables.span.chord)[:, which].any(axis=-1)
+    near = (cables.mean_tension < cables.span.weight_per_length * cables.span.chord)[:, which].any(axis=-1)
+    least = possible_tensions(suspension, state, which, 0.0, cables.mean_tension[:, which], 1.0)
+    return near & (least <= high).all(axis=-1)
 
 
 def possible_tensions(suspension, state, which, low, tension, above):

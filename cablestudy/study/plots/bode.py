@@ -1,14 +1,16 @@
 """Bode plot of frequency responses, with a gondola as the paper's Fig. 8."""
 
+from itertools import cycle
+
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from cablestudy.study.plots.style import SERIES, WIDTH, heading, panels, styled
+from cablestudy.study.plots.style import DASHES, SERIES, WIDTH, heading, panels, styled
 from cablestudy.study.plots.words import axis_label
 
 
 @styled
-def bode(curves, frequency, *numbers):
+def bode(curves, frequency, *numbers, title="frequency responses"):
     """Figure with magnitude and phase of each curve against frequency.
 
     Parameters
@@ -19,10 +21,12 @@ def bode(curves, frequency, *numbers):
         [Hz]
     numbers : ndarray, shape (m,)
         Magnitude [unit] and phase [deg] of each curve.
+    title : str
+        Of several curves.
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
-    for k, (colour, dashes, curve) in enumerate(zip(SERIES, ("-", "--"), curves, strict=False)):
+    for k, (colour, dashes, curve) in enumerate(zip(cycle(SERIES), cycle(DASHES), curves, strict=False)):
         look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # dashed, since curves may coincide
         magnitude.loglog(frequency, numbers[2 * k], **look)
         phase.semilogx(frequency, numbers[2 * k + 1], **look)
@@ -33,11 +37,9 @@ def bode(curves, frequency, *numbers):
     if high - low < 2000:
         phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
     magnitude.set_xlim(frequency[0], frequency[-1])
-    title = "gondola position over winch movement"
     if len(curves) > 1:
         magnitude.legend()
-    else:
-        title = curves[0].label
+    title = curves[0].label if len(curves) == 1 else title
     heading(figure, title[0].upper() + title[1:])
     figure.align_ylabels()
     return figure

@@ -11,7 +11,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.suspension_tables import MOTIONS
 from cablestudy.study.loop_in_time import OF_WIND, TimeCase, remarks_of
-from cablestudy.study.loop_report import decibels
+from cablestudy.study.loop_report import CURVES, decibels
 from cablestudy.study.ssm import number_of
 from cablestudy.study.suspension.wind_report import coordinate_table, loop_table
 from cablestudy.study.table import Field, Table
@@ -53,10 +53,8 @@ def response_table(movement, span):
     gain = loop.gain * loop.unit_gain(2j * np.pi * frequency)
     sensitivity = np.linalg.inv(np.eye(gain.shape[-1]) + gain)
     columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}
-    for name, title, value in (
-        ("open_loop", "L", gain), ("sensitivity", "S", sensitivity), ("complementary_sensitivity", "T",
-                                                                      sensitivity @ gain)
-    ):  # fmt: skip
+    for name, value in zip(CURVES, (gain, sensitivity, sensitivity @ gain), strict=True):
+        title = name.replace("_", " ")
         values = decibels(np.linalg.svd(value, compute_uv=False))
         columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = values[:, 0]
         columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = values[:, -1]

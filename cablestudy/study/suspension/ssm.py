@@ -1,7 +1,7 @@
 """A suspension as a state space: which coupled modes are kept, between which inputs and outputs."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from cablestudy.study.suspension.linear_motion import markers_of, winches_of
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.report import mode_table as coupled_mode_table
-from cablestudy.study.suspension.ssm_control import choose_controlled, pair_of
+from cablestudy.study.suspension.ssm_control import choose_controlled, pairs_of
 from cablestudy.system.coupled import Layout
 
 RESPONSE_MODES = 96  # beyond which a response does not ask for more by itself
@@ -33,8 +33,8 @@ class SuspensionChoice:
         In the coordinates of cables and bodies.
     chosen : ndarray of int
         Modes to keep, from 0.
-    pair : tuple of int
-        Numbers of the output and of the input that errors and responses refer to.
+    pairs : list of tuple of int
+        Numbers of each output and input that a response refers to; errors refer to the first.
     highest : float or None
         Highest frequency of the response asked for. [Hz]
     """
@@ -43,7 +43,7 @@ class SuspensionChoice:
     found: object
     whole: object
     chosen: np.ndarray
-    pair: tuple
+    pairs: list
     highest: float | None = None
 
     @property
@@ -61,9 +61,19 @@ class SuspensionChoice:
         """Name and unit of each output."""
         return self.whole.outputs
 
-    def response(self, frequency):
-        """The output of the pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        return self.kept.response(*self.pair, frequency)
+    @property
+    def pair(self):
+        """The first of the pairs."""
+        return self.pairs[0]
+
+    def response(self, pair, frequency):
+        """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
+        return self.kept.response(*pair, frequency)
+
+    @property
+    def poles(self):
+        """Of what a response shows. [rad/s]"""
+        return np.linalg.eigvals(self.system().a)
 
     @cached_property
     def kept(self):
@@ -141,13 +151,13 @@ def choose(document, scene, options, highest=None):
     inputs, outputs = labels(Layout(case.equilibrium), *_winches_and_markers(case))
     if not inputs:
         raise NoSolutionError("a state space needs an input: one of the winches, or a body or point that is free")
-    pair = pair_of(options, inputs, outputs)
+    pairs = pairs_of(options, inputs, outputs)
     if options.error is not None:
-        return _fewest(case, options.error, pair, highest)
+        return _fewest(case, options.error, pairs[0], highest)
     if options.upto:
         found = case.modes_up_to(options.limit)
         return SuspensionChoice(
-            case, found, linear_model(case, found.damped), found.up_to(options.limit), pair, highest
+            case, found, linear_model(case, found.damped), found.up_to(options.limit), pairs, highest
         )
     size = MOST_MODES if scene.model.elements is not None else options.count or DEFAULT_MODES
     found = case.modes(size)
@@ -157,7 +167,7 @@ def choose(document, scene, options, highest=None):
         size *= 2
         found = case.modes(size)
     return SuspensionChoice(
-        case, found, linear_model(case, found.damped), np.arange(len(found))[: options.count], pair, highest
+        case, found, linear_model(case, found.damped), np.arange(len(found))[: options.count], pairs, highest
     )
 
 
@@ -184,7 +194,7 @@ def _fewest(case, error, pair, highest):
             run = np.arange(first - 1, last)
             if np.isin(run, chosen).any():
                 chosen = np.union1d(chosen, run)
-        return SuspensionChoice(case, found, whole, chosen, pair, highest)
+        return SuspensionChoice(case, found, whole, chosen, [pair], highest)
 
 
 def _winches_and_markers(case):
@@ -210,9 +220,13 @@ def mode_table(choice):
 
 
 def curves(choice):
-    """List of one `Curve`: the output over the input."""
-    output, input_ = choice.pair
-    (above, above_unit), (below, below_unit) = choice.outputs[output], choice.inputs[input_]
-    below_unit = f"({below_unit})" if " " in below_unit else below_unit
-    unit = "" if above_unit == below_unit else f"{above_unit}/{below_unit}"
-    return [Curve("", f"response of {above} to {below}", unit, choice.response)]
+    """List of `Curve`: each output over each input."""
+    found = []
+    for output, input_ in choice.pairs:
+        (above, above_unit), (below, below_unit) = choice.outputs[output], choice.inputs[input_]
+        below_unit = f"({below_unit})" if " " in below_unit else below_unit
+        unit = "" if above_unit == below_unit else f"{above_unit}/{below_unit}"
+        name = f"{above}_over_{below}" if len(choice.pairs) > 1 else ""
+        value = partial(choice.response, (output, input_))
+        found.append(Curve(name, f"response of {above} to {below}", unit, value))
+    return found

@@ -36,8 +36,8 @@ class ControlledChoice:
         With the modes that are kept; the same, or one with fewer modes.
     loop : PoseLoop or None
         That of `whole` on what is kept; None where it is open, and the winches are inputs.
-    pair : tuple of int
-        Numbers of the output and of the input that a response refers to.
+    pairs : list of tuple of int
+        Numbers of each output and input that a response refers to.
     highest : float or None
         Highest frequency of the response asked for. [Hz]
     """
@@ -46,7 +46,7 @@ class ControlledChoice:
     whole: object
     movement: object
     loop: object
-    pair: tuple
+    pairs: list
     highest: float | None = None
 
     @property
@@ -85,14 +85,19 @@ class ControlledChoice:
         """The `StateSpace`; NoSolutionError where it overflows."""
         return self._system
 
-    def response(self, frequency):
-        """The output of the pair for a unit of its input, shape (m,), at frequencies [Hz]."""
+    @property
+    def poles(self):
+        """Of what a response shows. [rad/s]"""
+        return np.linalg.eigvals(self._system.a)
+
+    def response(self, pair, frequency):
+        """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
         at_once = max(1, AT_ONCE // len(self._system.a) ** 2)
         pieces = np.split(frequency, range(at_once, len(frequency), at_once))
-        return np.concatenate([self._response(2j * np.pi * piece) for piece in pieces])
+        return np.concatenate([self._response(pair, 2j * np.pi * piece) for piece in pieces])
 
-    def _response(self, s):
-        system, (output, input_) = self._system, self.pair
+    def _response(self, pair, s):
+        system, (output, input_) = self._system, pair
         matrices = s[:, None, None] * np.eye(len(system.a)) - system.a
         right = np.broadcast_to(system.b[:, input_, None].astype(complex), (len(s), len(system.a), 1))
         first, second = (part[output, input_] for part in system.derivatives)
@@ -150,12 +155,14 @@ def _of_loop(movement):
     yield f"loop: {said}; notches: {', '.join(notches) or 'none'}"
 
 
-def pair_of(options, inputs, outputs):
-    """Numbers of the output and of the input that `Options` name, the first ones where they name none; SceneError."""
-    given = ("--output", options.output, outputs), ("--input", options.input, inputs)
-    return tuple(
-        0 if name is None else number_of(option, name, [known for known, _ in pairs]) for option, name, pairs in given
+def pairs_of(options, inputs, outputs):
+    """Numbers of each output and input that `Options` name, the first ones where they name none; SceneError."""
+    given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
+    above, below = (
+        [number_of(option, name, [known for known, _ in pairs]) for name in names] or [0]
+        for option, names, pairs in given
     )
+    return [(output, input_) for output in above for input_ in below]
 
 
 def choose_controlled(document, scene, options, highest=None):
@@ -203,8 +210,8 @@ def choose_controlled(document, scene, options, highest=None):
     if options.attached == "loop":
         allocation = replace(whole.allocation, measured=movement.allocation.measured)
         loop = replace(whole.loop, motion=movement.motion, allocation=allocation)
-    pair = pair_of(options, *_names(movement, bool(loop)))
-    return ControlledChoice(case, whole, movement, loop, pair, highest)
+    pairs = pairs_of(options, *_names(movement, bool(loop)))
+    return ControlledChoice(case, whole, movement, loop, pairs, highest)
 
 
 def _with(in_wind, whole, count):
