@@ -157,7 +157,10 @@ def test_pictures_are_figures(kind):
         (lambda: cablestudy.load("nothing.yaml"), "nothing.yaml: no such file"),
         (lambda: cablestudy.load(CARLINA, set={"cable.diamter": 3}), "unknown key (did you mean diameter?)"),
         (lambda: cablestudy.load(CARLINA, case="ice"), 'unknown case "ice"'),
-        (lambda: cablestudy.load(CARLINA).plot("bode"), "unknown kind 'bode' (allowed: static, modes, windrms, loop)"),
+        (
+            lambda: cablestudy.load(CARLINA).plot("bode"),
+            "kind: unknown 'bode' (allowed: static, modes, windrms, loop)",
+        ),
         (lambda: cablestudy.load(CARLINA).compute("windrmss"), "unknown 'windrmss' (allowed: "),
         (lambda: cablestudy.load(CARLINA).state_space("gondole"), "unknown 'gondole' (allowed: gondola, loop)"),
         (lambda: cablestudy.load(CARLINA).modes(3, 4.0), "count and upto exclude each other"),
@@ -240,7 +243,8 @@ def test_a_study_needs_no_file(tmp_path, monkeypatch):
             "<mapping> base: cable.sagg: unknown key (did you mean sag?)",
         ),
         ({"base": "nothing.yaml"}, "<mapping>: base: nothing.yaml: no such file"),
-        ({"cable": np.zeros(3)}, "<mapping>: expected mappings, lists, text and numbers (Object of type ndarray"),
+        ({"cable": np.zeros(3)}, "<mapping>: cable: expected a mapping with the keys axial"),
+        ({"cable": object()}, "load: path: cable: expected mappings with text as keys, lists"),
         ({"base": GUY, "vary": [], "columns": ["sag"]}, "<mapping>: this is a study (it has the key vary)"),
     ],
 )

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from cablestudy.interface.answer import Answer
+from cablestudy.interface.kinds import File, Frequencies
 
 
 def choose(scene, options, highest=None):
@@ -24,7 +25,7 @@ def choose(scene, options, highest=None):
     return of_cable.choose(scene.document, scene.model, options), ssm_tables
 
 
-def ssm(scene, out=None, response=None, **options):
+def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
     """`out`: the file for the state space; `response`: range and number of frequencies; others as `ssm.Options`."""
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import Options, check_file, exported, improper_note, read_span, size_line, write
