@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cablestudy.interface.arguments import checked
-from cablestudy.interface.kinds import Between, Changes, Columns, Runs, Source, Text, case_text
+from cablestudy.interface.kinds import Between, Changes, Columns, Goal, Runs, Source, Text, case_text
 from cablestudy.interface.scene import Scene, with_likely_mistakes
 from cablestudy.interface.search import find_value
 from cablestudy.interface.study import sweep
@@ -79,7 +79,7 @@ def trade(path: Source, columns: Columns | None = None, repeats: Runs = 5, set: 
 @checked
 def find(
     path: Source,
-    goal: Text,
+    goal: Goal,
     by: Text,
     between: Between | None = None,
     columns: Columns | None = None,

@@ -105,7 +105,12 @@ def reader_of(annotation: Any) -> Callable[[Any], Any]:
     if isinstance(annotation, type):
         expected = "True or False" if annotation is bool else f"a {annotation.__name__}"
         return lambda value: _read(Kind(expected, lambda one: _instance(annotation, one)), value)
-    return lambda value: value
+    return unread
+
+
+def unread(value: Any) -> Any:
+    """The value itself."""
+    return value
 
 
 def _read(kind: Kind, value: Any) -> Any:

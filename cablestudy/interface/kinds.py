@@ -17,9 +17,9 @@ MOST_MODES, MOST_RUNS, MOST_PROCESSES = 100_000, 1000, 1024  # as of the command
 
 
 def read_text(value: object) -> str:
-    """Text that is not empty."""
+    """Text that is not blank."""
     value = unwrapped(value)
-    if not isinstance(value, str) or not value:
+    if not isinstance(value, str) or not value.strip():
         raise ValueError
     return value
 
@@ -52,8 +52,18 @@ def read_part(value: object) -> str:
 
 def read_path(value: object) -> str:
     """The name of a file or folder."""
-    value = os.fspath(value) if isinstance(value, os.PathLike) else value
-    return read_text(value)
+    path = read_text(os.fspath(value) if isinstance(value, os.PathLike) else value)
+    if "\0" in path:  # no system has such a name
+        raise ValueError
+    return path
+
+
+def read_goal(value: object) -> str:
+    """A column, a sign and a value."""
+    goal = read_text(value)
+    if not any(sign in goal for sign in "<>="):
+        raise ValueError
+    return goal
 
 
 def read_texts(value: object) -> tuple[str, ...]:
@@ -136,6 +146,7 @@ CHANGES = "a mapping of dotted key -> value, or a list of texts KEY=VALUE"
 VALUES = "a mapping of dotted key -> values, or a list of texts KEY=VALUES"
 
 Text = Annotated[str, Kind("text", read_text)]
+Goal = Annotated[str, Kind("COLUMN = VALUE, for example 'sag = 2 m'", read_goal)]
 Texts = Annotated[Collection[str], Kind("a list of texts", read_texts)]
 File = Annotated[str | os.PathLike[str], Kind("the name of a file or folder", read_path)]
 Source = Annotated[

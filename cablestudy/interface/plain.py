@@ -31,7 +31,7 @@ def shown(value: object) -> str:
         return repr(value)
     if isinstance(value, type):
         return f"the class {value.__name__:.60}"
-    name = type(value).__name__
+    name = type(value).__name__.replace("ndarray", "array")
     return f"{'an' if name[0] in 'aeiouAEIOU' else 'a'} {name:.60}"
 
 

@@ -17,6 +17,7 @@ from cablestudy.interface.kinds import (
     Duration,
     Frequencies,
     Frequency,
+    Goal,
     Modes,
     Number,
     Picture,
@@ -27,6 +28,7 @@ from cablestudy.interface.kinds import (
     WindOn,
 )
 from cablestudy.interface.one_cable import ANSWERS
+from cablestudy.interface.plain import shown
 from cablestudy.interface.search import find
 from cablestudy.interface.state_space import choose, ssm
 from cablestudy.scene.document import Document
@@ -105,12 +107,12 @@ class Scene:
         **options
             Those of the function in `answers`.
         """
-        if what not in self.answers:
-            raise SceneError(f"compute: unknown {what!r} (allowed: {', '.join(self.answers)})")
         return with_likely_mistakes(self._compute(what, **options), self.document)
 
     def _compute(self, what, **options):
         """As `compute`, without what is to be said about the file."""
+        if not isinstance(what, str) or what not in self.answers:
+            raise SceneError(f"compute: what: unknown {shown(what)} (allowed: {', '.join(self.answers)})")
         try:
             answer = call(self.answers[what], self, **options)
         except NoSolutionError as error:
@@ -282,12 +284,14 @@ class Scene:
         options = Options(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
         choice, _ = choose(self, options)
         for line in choice.warnings:
-            warnings.warn(line.removeprefix("warning: "), stacklevel=2)
+            warnings.warn(
+                line.removeprefix("warning: "), stacklevel=4
+            )  # who called the method, past the check of its arguments
         return exported(choice.system(), options)
 
     @checked
     def find(
-        self, goal: Text, by: Text, between: Between | None = None, columns: Columns | None = None
+        self, goal: Goal, by: Text, between: Between | None = None, columns: Columns | None = None
     ) -> pandas.DataFrame:
         """The values of a key for which a column takes a value: pandas.DataFrame, one row for each.
 

@@ -35,7 +35,7 @@ def bode(curves, frequency, *numbers):
     magnitude.set_xlim(frequency[0], frequency[-1])
     title = "gondola position over winch movement"
     if len(curves) > 1:
-        magnitude.legend()
+        magnitude.legend(loc="lower left")
     else:
         title = curves[0].label
     heading(figure, title[0].upper() + title[1:])
