@@ -265,7 +265,7 @@ def mentions(message, value):
     if isinstance(value, pd.Series):
         return any(part in message for name in value.index for part in str(name).split("."))
     begin = re.split("[\n=]", str(value)[:20])[0].strip(" -") if isinstance(value, str | Path) else ""
-    return bool(begin) and begin in message
+    return bool(begin) and begin.partition(".")[0] in message
 
 
 def result_faults(result):

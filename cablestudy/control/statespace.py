@@ -162,13 +162,16 @@ class StateSpace:
 def _points(s: Any) -> NDArray[np.complex128]:
     """Values of s as an array, shape (m,); SceneError for anything else."""
     try:
-        points = np.asarray(s)
+        given = np.asarray(s)
     except (TypeError, ValueError):  # rows of different lengths
-        points = np.asarray(None)
-    if points.ndim != 1 or points.dtype.kind not in "iufc" or not np.isfinite(points).all():
-        found = f"an array of shape {points.shape} of {points.dtype}" if points.ndim else f"a {type(s).__name__}"
-        raise SceneError(f"response: s: expected a list or array of finite complex numbers in rad/s, got {found}")
-    return points.astype(complex)
+        given = np.asarray(None)
+    if given.ndim == 1 and given.dtype.kind in "iufc":
+        with np.errstate(all="ignore"):  # of a number that no float holds
+            points = given.astype(complex)
+        if np.isfinite(points).all():
+            return points
+    found = f"an array of shape {given.shape} of {given.dtype}" if given.ndim else f"a {type(s).__name__}"
+    raise SceneError(f"response: s: expected a list or array of finite complex numbers in rad/s, got {found}")
 
 
 def first_of(names):
