@@ -3,19 +3,22 @@
 This module imports nothing of the package, so that every layer can raise them.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 
 class CablestudyError(Exception):
     """Any error that a user can cause; its message is one complete line, printed without a traceback."""
 
-    exit_code = 3
+    exit_code: ClassVar[int] = 3
 
 
 LONGEST = {"where": 300, "key": 100, "message": 600}  # characters of each part of a mistake
 
 
-def shorten(text, limit):
+def shorten(text: str, limit: int) -> str:
     """Text of at most `limit` characters: the middle of a longer one is replaced by `...`."""
     half = (limit - 3) // 2
     return text if len(text) <= limit else f"{text[: limit - 3 - half]}...{text[-half:]}"
@@ -39,11 +42,11 @@ class Mistake:
     key: str
     message: str
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, limit in LONGEST.items():
             object.__setattr__(self, name, shorten(getattr(self, name), limit))
 
-    def __str__(self):
+    def __str__(self) -> str:
         return ": ".join(part for part in (self.where, self.key, self.message) if part)
 
 
@@ -57,15 +60,15 @@ class SceneError(CablestudyError):
 
     exit_code = 2
 
-    def __init__(self, *mistakes):
-        self.mistakes = tuple(m if isinstance(m, Mistake) else Mistake("", "", m) for m in mistakes)
+    def __init__(self, *mistakes: Mistake | str) -> None:
+        self.mistakes = tuple(m if isinstance(m, Mistake) else Mistake("", "", str(m)) for m in mistakes)
         super().__init__("\n".join(str(m) for m in self.mistakes))
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self.mistakes
 
     @property
-    def without_places(self):
+    def without_places(self) -> str:
         """The mistakes in one line, for the status of a row."""
         return "; ".join(f"{m.key}: {m.message}" if m.key else m.message for m in self.mistakes)
 
@@ -83,9 +86,9 @@ class ConvergenceError(CablestudyError):
         Convergence record of the iteration: steps, residuals, why it stopped.
     """
 
-    def __init__(self, message, record=None):
+    def __init__(self, message: str, record: Any = None) -> None:
         self.record = record
         super().__init__(message)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.record)

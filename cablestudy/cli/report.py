@@ -19,11 +19,11 @@ from cablestudy.cli.options import JOBS, PATH, QUIET, SET, VARY
 @handle_errors
 def report(path, sets, vary, case, out, title, jobs, quiet):
     """A scene or a study as one page of HTML: what was given, results, pictures, errors, provenance."""
-    from cablestudy.pages.report import report as write
+    from cablestudy.pages.report import write_report
 
     with interruptible(lambda: ["interrupted: nothing is written"]):
         words = click.get_current_context().obj["words"]
-        found = write(path, out, set=sets, vary=vary, case=case, title=title, jobs=jobs, words=words, quiet=quiet)
+        found = write_report(path, out, sets, vary, case, title, jobs, words, quiet)
     echo_notes(found.warnings, quiet)
     for reason in found.failures:
         click.echo(f"{path}: {reason}", err=True)

@@ -17,19 +17,28 @@ those of the winch are known, and only the reference has a D1, where the law pas
 an input act on a state, the state is its quantity less a multiple of the input; outputs are never shifted.
 """
 
+from __future__ import annotations
+
 import warnings
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cablestudy.control.reduction import truncated
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
+
+if TYPE_CHECKING:
+    import control
+    import scipy.signal
+    from numpy.typing import ArrayLike, NDArray
 
 ENDS = len(NAMES)
 MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
 
+Labels = tuple[tuple[str, str], ...]  # name and unit of each
 FEW = 4  # names that a representation lists all
 
 
@@ -37,27 +46,27 @@ FEW = 4  # names that a representation lists all
 class SecondOrder:
     """M x'' + C x' + K x = forces."""
 
-    mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
-    coordinates: tuple  # name and unit of each
+    mass: NDArray[np.float64]
+    damping: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+    coordinates: Labels  # name and unit of each
 
 
 @dataclass(frozen=True)
 class StateSpace:
     """dx/dt = A x + B u, y = C x + D u + D1 u' + D2 u''; NoSolutionError where an entry overflows."""
 
-    a: np.ndarray  # shape (n, n)
-    b: np.ndarray  # (n, i)
-    c: np.ndarray  # (o, n)
-    d: np.ndarray  # (o, i)
-    states: tuple  # name and unit of each
-    inputs: tuple
-    outputs: tuple
-    derivatives: tuple  # D1 and D2, each of shape (o, i)
+    a: NDArray[np.float64]  # shape (n, n)
+    b: NDArray[np.float64]  # (n, i)
+    c: NDArray[np.float64]  # (o, n)
+    d: NDArray[np.float64]  # (o, i)
+    states: Labels  # name and unit of each
+    inputs: Labels
+    outputs: Labels
+    derivatives: tuple[NDArray[np.float64], NDArray[np.float64]]  # D1 and D2, each of shape (o, i)
     second_order: SecondOrder | None = None  # the same cable with its ends free; None for a closed loop
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         pairs = (
             (names, first_of(names) if len(names) > FEW else ", ".join(names))
             for names in (self.input_names, self.output_names)
@@ -65,34 +74,34 @@ class StateSpace:
         inputs, outputs = (f"{len(names)} ({shown})" for names, shown in pairs)
         return f"StateSpace(states: {len(self.states)}, inputs: {inputs}, outputs: {outputs})"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check_finite(A=self.a, B=self.b, C=self.c, D=self.d, D1=self.derivatives[0], D2=self.derivatives[1])
         if self.second_order is not None:
             order = self.second_order
             _check_finite(mass=order.mass, damping=order.damping, stiffness=order.stiffness)
 
     @property
-    def state_names(self):
+    def state_names(self) -> list[str]:
         """List of str."""
         return [name for name, _ in self.states]
 
     @property
-    def input_names(self):
+    def input_names(self) -> list[str]:
         """List of str."""
         return [name for name, _ in self.inputs]
 
     @property
-    def output_names(self):
+    def output_names(self) -> list[str]:
         """List of str."""
         return [name for name, _ in self.outputs]
 
     @property
-    def improper(self):
+    def improper(self) -> list[str]:
         """Inputs whose velocity or acceleration acts on an output at once (D1, D2): list of str."""
         acting = np.concatenate(self.derivatives).any(axis=0)
         return [name for name, does in zip(self.input_names, acting, strict=True) if does]
 
-    def _warn_improper(self, method):
+    def _warn_improper(self, method: str) -> None:
         """Warn that A, B, C, D are not all of it."""
         if self.improper:
             warnings.warn(
@@ -101,14 +110,14 @@ class StateSpace:
                 stacklevel=3,
             )
 
-    def to_scipy(self):
+    def to_scipy(self) -> scipy.signal.StateSpace:
         """A, B, C, D as scipy.signal.StateSpace; where there are D1 and D2 a warning says that they are left out."""
         from scipy.signal import StateSpace as System
 
         self._warn_improper("to_scipy")
         return System(self.a, self.b, self.c, self.d)
 
-    def to_control(self):
+    def to_control(self) -> control.StateSpace:
         """A, B, C, D as control.StateSpace of python-control, with its names; warns as `to_scipy`."""
         import control
 
@@ -116,19 +125,53 @@ class StateSpace:
         labels = {"states": self.state_names, "inputs": self.input_names, "outputs": self.output_names}
         return control.ss(self.a, self.b, self.c, self.d, **labels)
 
-    def response(self, s, derivatives=False):
+    def response(self, s: ArrayLike, derivatives: bool = False) -> NDArray[np.complex128]:
         """Frequency response C (s I - A)^-1 B + D, by a linear solve for each s; complex, shape (m, o, i).
 
         Parameters
         ----------
-        s : ndarray, shape (m,)
-            [rad/s]
+        s : array_like, shape (m,)
+            Complex numbers, none of them a pole. [rad/s]
         derivatives : bool
             Whether s D1 + s^2 D2 is added.
+
+        Raises
+        ------
+        SceneError
+            What is given for s or derivatives is something else.
+        NoSolutionError
+            The response to some s is not finite: that is a pole, or it overflows.
         """
-        s = np.asarray(s, dtype=complex)[:, None, None]
-        value = self.c @ np.linalg.solve(s * np.eye(len(self.a)) - self.a, self.b.astype(complex)[None]) + self.d
-        return value + s * self.derivatives[0] + s**2 * self.derivatives[1] if derivatives else value
+        if not isinstance(derivatives, (bool, np.bool_)):
+            raise SceneError(f"response: derivatives: expected True or False, got a {type(derivatives).__name__}")
+        points = _points(s)[:, None, None]
+        eye, forced = np.eye(len(self.a)), self.b.astype(complex)[None]
+        try:
+            with np.errstate(all="ignore"):  # what overflows is refused below
+                value = self.c @ np.linalg.solve(points * eye - self.a, forced) + self.d
+                if derivatives:
+                    value = value + points * self.derivatives[0] + points**2 * self.derivatives[1]
+        except np.linalg.LinAlgError:
+            raise NoSolutionError("response: s: one of the values is a pole") from None
+        wrong = ~np.isfinite(value).all(axis=(1, 2))
+        if wrong.any():
+            raise NoSolutionError(f"response: s: the response to {points[wrong][0, 0, 0]:.6g} rad/s is not finite")
+        return value
+
+
+def _points(s: Any) -> NDArray[np.complex128]:
+    """Values of s as an array, shape (m,); SceneError for anything else."""
+    try:
+        given = np.asarray(s)
+    except (TypeError, ValueError):  # rows of different lengths
+        given = np.asarray(None)
+    if given.ndim == 1 and given.dtype.kind in "iufc":
+        with np.errstate(all="ignore"):  # of a number that no float holds
+            points = given.astype(complex)
+        if np.isfinite(points).all():
+            return points
+    found = f"an array of shape {given.shape} of {given.dtype}" if given.ndim else f"a {type(s).__name__}"
+    raise SceneError(f"response: s: expected a list or array of finite complex numbers in rad/s, got {found}")
 
 
 def first_of(names):

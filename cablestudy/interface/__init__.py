@@ -11,11 +11,11 @@ had.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from cablestudy.interface.argument_names import argument_names
-from cablestudy.interface.changes import case_text, texts_of
+from cablestudy.interface.arguments import checked
+from cablestudy.interface.kinds import Between, Changes, Columns, Goal, Runs, Source, Text, case_text
 from cablestudy.interface.scene import Scene, with_likely_mistakes
 from cablestudy.interface.search import find_value
 from cablestudy.interface.study import sweep
@@ -28,20 +28,19 @@ if TYPE_CHECKING:
     import pandas
 
     from cablestudy.interface.answer import Answer
-    from cablestudy.interface.changes import Changes, Source
 
 __all__ = ["Scene", "Suspension", "find", "load", "sweep", "trade"]
 
 
-@argument_names()
-def load(path: Source, set: Changes = (), case: str | None = None) -> Scene:
+@checked
+def load(path: Source, set: Changes = (), case: Text | None = None) -> Scene:
     """Read a scene file.
 
     Parameters
     ----------
     path : str, path-like or mapping
         Of the file, `-` for standard input; or what the file would say, as a mapping.
-    set : dict or sequence of str, optional
+    set : mapping or list of str, optional
         What changes the file: dotted key -> number in SI, or text with a unit; or texts "KEY=VALUE".
     case : str, optional
         One of the load cases of the scene.
@@ -63,29 +62,29 @@ def load(path: Source, set: Changes = (), case: str | None = None) -> Scene:
     return read(path, set, case)
 
 
-def read(path: Source, set: Changes = (), case: str | None = None) -> Scene:
-    """As `load`; errors name the options of the commands, which call it."""
-    changes = texts_of(set)
+def read(path: Any, set: Sequence[str] = (), case: str | None = None) -> Scene:
+    """The scene as `load`, of changes as texts; errors name the options of the commands, which call it."""
+    changes = tuple(set)
     document, model = load_scene(path, changes, case)
     kind = Suspension if isinstance(model, SuspensionScene) else Scene
     return kind(document.name if isinstance(path, Mapping) else str(path), changes + case_text(case), document, model)
 
 
-@argument_names()
-def trade(path: Source, columns: str | None = None, repeats: int = 5, set: Changes = ()) -> pandas.DataFrame:
+@checked
+def trade(path: Source, columns: Columns | None = None, repeats: Runs = 5, set: Changes = ()) -> pandas.DataFrame:
     """Error against time of every model for a scene: pandas.DataFrame; see `Scene.trade`."""
     return load(path, set).trade(columns, repeats)
 
 
-@argument_names()
+@checked
 def find(
     path: Source,
-    goal: str,
-    by: str,
-    between: str | None = None,
-    columns: str | None = None,
+    goal: Goal,
+    by: Text,
+    between: Between | None = None,
+    columns: Columns | None = None,
     set: Changes = (),
-    case: str | None = None,
+    case: Text | None = None,
 ) -> pandas.DataFrame:
     """The values of a key for which a column of a scene takes a value: pandas.DataFrame; see `Scene.find`.
 
@@ -94,7 +93,7 @@ def find(
     return compute_find(path, set, case, goal=goal, by=by, between=between, columns=columns).frame()
 
 
-def compute_find(path: Source, set: Changes = (), case: str | None = None, **asked: str | None) -> Answer:
-    """As `find`, whose other parameters are `asked`, with warnings and failures: `Answer`."""
-    document = apply_sets(read_document(path), texts_of(set), case)
+def compute_find(path: Any, set: Sequence[str] = (), case: str | None = None, **asked: str | None) -> Answer:
+    """As `find`, of changes as texts, with warnings and failures: `Answer`; other parameters of it are `asked`."""
+    document = apply_sets(read_document(path), tuple(set), case)
     return with_likely_mistakes(find_value(document, **asked), document)

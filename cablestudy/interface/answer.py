@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from cablestudy.errors import NoSolutionError, SceneError
 
@@ -15,9 +16,13 @@ if TYPE_CHECKING:
 
     from cablestudy.study.table import Table
 
+LONGEST_TABLE = 120  # rows that a notebook shows all
+
 
 class Values(dict[str, Any]):
-    """Name with unit -> number, as one row of a table: `values["sag_m"]`.
+    """Name with unit -> number, as one row of a table: `values["sag_m"]`; a table in a notebook.
+
+    `values["status"]` is text. A scene without an answer has None for what there is no number of.
 
     Attributes
     ----------
@@ -39,10 +44,43 @@ class Values(dict[str, Any]):
         self.errors = next(iter(table.errors()), {}) if table.errors else {}
         self.warnings = tuple(warnings)
 
-    def __missing__(self, name: str) -> object:
+    if TYPE_CHECKING:
+
+        @overload
+        def __getitem__(self, name: Literal["status"]) -> str: ...  # type: ignore[overload-overlap]
+        @overload
+        def __getitem__(self, name: str) -> float: ...
+        def __getitem__(self, name: str) -> Any: ...
+
+    def __missing__(self, name: object) -> object:
+        from cablestudy.interface.plain import shown
         from cablestudy.scene.fields import suggestion
 
-        raise KeyError(f"no {name!r} ({suggestion(name, list(self))})")
+        raise KeyError(f"no {shown(name)} ({suggestion(name, list(self))})")
+
+    def _repr_html_(self) -> str:
+        import pandas
+
+        parts = {"value": (self, ".6g"), "unit": (self.units, ""), "estimated relative error": (self.errors, ".1g")}
+        cells = {head: [_cell(part.get(name), digits) for name in self] for head, (part, digits) in parts.items()}
+        return _html(pandas.DataFrame(cells, index=list(self), dtype=object))
+
+
+def _cell(value: object, digits: str) -> str:
+    """A number of a table in a notebook; nothing as empty text."""
+    return "" if value is None else f"{value:{digits}}" if isinstance(value, float) else str(value)
+
+
+def _html(frame: pandas.DataFrame) -> str:
+    """A data frame as a notebook shows it."""
+    return str(frame.to_html(notebook=True, max_rows=LONGEST_TABLE))
+
+
+class Tables(dict[str, "pandas.DataFrame"]):
+    """The tables of a suspension, name -> pandas.DataFrame; in a notebook one below the other, empty ones left out."""
+
+    def _repr_html_(self) -> str:
+        return "".join(f"<h4>{escape(name)}</h4>{_html(frame)}" for name, frame in self.items() if len(frame))
 
 
 @dataclass(frozen=True)
@@ -82,9 +120,14 @@ class Answer:
         """The table as a pandas.DataFrame; `attrs["units"]` has the unit of each column."""
         return frame_of(self.table)
 
-    def frames(self) -> dict[str, pandas.DataFrame]:
-        """The tables of a suspension: name -> pandas.DataFrame."""
-        return {name: frame_of(table) for name, table in self.tables.items()}
+    def frames(self) -> Tables:
+        """The tables of a suspension: `Tables`."""
+        return Tables((name, frame_of(table)) for name, table in self.tables.items())
+
+    def _repr_html_(self) -> str:
+        lines = "".join(f"<p>{escape(line)}</p>" for line in (*self.warnings, *self.failures))
+        tables = "" if self.table is None else _html(self.frame())
+        return lines + tables + ("" if self.tables is None else self.frames()._repr_html_())
 
     def figure(self) -> Figure:
         """The picture: matplotlib.figure.Figure.

@@ -3,9 +3,17 @@
 import shlex
 
 from cablestudy.interface.answer import Answer
+from cablestudy.interface.kinds import Columns, File, Runs
 
 
-def compare_models(scene, columns=None, repeats=5, out=None, shown=False, progress=None):
+def compare_models(
+    scene,
+    columns: Columns | None = None,
+    repeats: Runs = 5,
+    out: File | None = None,
+    shown: bool = False,
+    progress=None,
+):
     """`out`: a folder for its tables; `progress`: called with the number of runs done and of all."""
     from cablestudy.study import trade
     from cablestudy.study.table import TableFiles

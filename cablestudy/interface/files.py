@@ -7,8 +7,8 @@ def validate(files, set=()):
     Parameters
     ----------
     files : sequence of str
-    set : dict or sequence of str, optional
-        As of `load`.
+    set : sequence of str, optional
+        Texts KEY=VALUE.
 
     Returns
     -------
@@ -17,10 +17,9 @@ def validate(files, set=()):
     mistakes : list of Mistake
     notes : list of str
     """
-    from cablestudy.interface.changes import texts_of
     from cablestudy.study.report import validate_table
 
-    return validate_table(files, texts_of(set))
+    return validate_table(files, tuple(set))
 
 
 def schema(kind):

@@ -4,18 +4,19 @@ from dataclasses import replace
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer
+from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
 
 DEFAULT_MODES = 12
 
 
-def static(scene, estimate=False):
+def static(scene, estimate: bool = False):
     """`estimate`: whether the errors of deflections by fixed elements are to be estimated."""
     from cablestudy.study.report import static_table
 
     return _of_row(scene, *static_table(scene.model, estimate), lambda case, plots: plots.static_form(case))
 
 
-def shape(scene, estimate=False):
+def shape(scene, estimate: bool = False):
     """The static shape, point by point."""
     from cablestudy.study.report import shape_table
 
@@ -23,7 +24,7 @@ def shape(scene, estimate=False):
     return replace(answer, table=None if answer.failures else shape_table(answer.case))
 
 
-def modes(scene, count=None, upto=None, estimate=False):
+def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
     """The modes with fixed ends: `count` of them, or all up to a frequency."""
     from cablestudy.study import case_modes
     from cablestudy.study.case import Case
@@ -63,7 +64,7 @@ def fewer_modes(found, asked, limit):
     return (f"the model has {len(found)} modes, not {asked}",) if short else ()
 
 
-def windrms(scene, on=None, estimate=False):
+def windrms(scene, on: WindOn | None = None, estimate: bool = False):
     """`on`: what the wind acts on, see `Scene.windrms`."""
     from cablestudy.study.wind_report import wind_table
 
@@ -72,12 +73,21 @@ def windrms(scene, on=None, estimate=False):
     return _of_row(scene, table, row, draw, remarks)
 
 
-def loop(scene, response=None, time=None, estimate=False, **timed):
+def loop(
+    scene,
+    response: Frequencies | None = None,
+    time: Duration | None = None,
+    input: Text | None = None,
+    size: Size | None = None,
+    length: Duration | None = None,
+    output: Text | None = None,
+    estimate: bool = False,
+):
     """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
     from cablestudy.study import loop_report
     from cablestudy.study.loop_in_time import time_case
 
-    span, asked = loop_options(response, time, timed)
+    span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), None)
     if asked and not answer.failures:
         return in_time(answer, time_case(scene.document, answer.case, asked))
@@ -88,7 +98,7 @@ def loop(scene, response=None, time=None, estimate=False, **timed):
     return replace(answer, table=table, draw=lambda plots: plots.loop_margins(answer.case, span))
 
 
-def loop_options(response, time, timed):
+def loop_options(response, time, **timed):
     """The range of frequencies and the `TimeOptions` of the command `loop`, None each where it is not asked for."""
     from cablestudy.study.loop_in_time import TimeOptions
     from cablestudy.study.ssm import read_span

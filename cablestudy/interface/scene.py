@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from cablestudy.errors import NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
-from cablestudy.interface.argument_names import argument_names
+from cablestudy.interface.arguments import call, checked
 from cablestudy.interface.comparison import compare_models
+from cablestudy.interface.kinds import (
+    Between,
+    Columns,
+    Duration,
+    Frequencies,
+    Frequency,
+    Goal,
+    Modes,
+    Number,
+    Picture,
+    Runs,
+    Size,
+    Text,
+    Texts,
+    WindOn,
+)
 from cablestudy.interface.one_cable import ANSWERS
-from cablestudy.interface.search import find_value
+from cablestudy.interface.plain import shown
+from cablestudy.interface.search import find
 from cablestudy.interface.state_space import choose, ssm
+from cablestudy.scene.document import Document
+from cablestudy.scene.fields import Table
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.scene import each_case
 
@@ -27,10 +46,11 @@ if TYPE_CHECKING:
 
 TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
+OF_COMMANDS = {"answers", "attachable", "compute", "compute_cases", "document", "is_suspension"}
 
 
 class Scene:
-    """A scene of one cable.
+    """A scene of one cable, as `load` returns it.
 
     Attributes
     ----------
@@ -38,25 +58,29 @@ class Scene:
         Of its file.
     changes : tuple of str
         What was changed in it, as KEY=VALUE.
-    document : Document
-        What was written, with places.
     model : scene.Scene
-        The same in SI.
-    answers : dict
-        Name of a command -> function of a `Scene` and options that computes its `Answer`.
+        What was written, in SI.
     """
 
     is_suspension: ClassVar[bool] = False
     attachable: ClassVar[tuple[str, ...]] = ("gondola", "loop")
+    hidden: ClassVar[Set[str]] = OF_COMMANDS | {"hidden"}  # public names that no user needs
+    # name of a command -> function of a `Scene` and options that computes its `Answer`
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         **ANSWERS,
         "ssm": ssm,
         "trade": compare_models,
-        "find": lambda scene, **asked: find_value(scene.document, **asked),
+        "find": find,
     }
 
-    def __init__(self, path: str, changes: tuple[str, ...], document: Any, model: Any) -> None:
+    @checked
+    def __init__(self, path: Text, changes: Texts, document: Document, model: Table) -> None:
         self.path, self.changes, self.document, self.model = path, changes, document, model
+
+    def __dir__(self) -> list[str]:
+        """What a user calls and reads."""
+        names = {*vars(self), *(name for kind in type(self).__mro__[:-1] for name in vars(kind))}
+        return sorted(name for name in names - self.hidden if not name.startswith("_"))
 
     def __repr__(self) -> str:
         listed = ", ".join((self.path, *self.changes))
@@ -68,7 +92,7 @@ class Scene:
         return ", ".join(name for name in TABLES if getattr(self.model, name))
 
     @property
-    def cases(self) -> dict[str, Scene]:
+    def cases(self) -> dict[str, Self]:
         """The scene in each of its load cases: dict of name -> Scene."""
         of_each = each_case(self.document, self.model)
         return {name: type(self)(self.path, self.changes, *of_case) for name, *of_case in of_each}
@@ -83,14 +107,14 @@ class Scene:
         **options
             Those of the function in `answers`.
         """
-        if what not in self.answers:
-            raise SceneError(f"compute: unknown {what!r} (allowed: {', '.join(self.answers)})")
         return with_likely_mistakes(self._compute(what, **options), self.document)
 
     def _compute(self, what, **options):
         """As `compute`, without what is to be said about the file."""
+        if not isinstance(what, str) or what not in self.answers:
+            raise SceneError(f"compute: what: unknown {shown(what)} (allowed: {', '.join(self.answers)})")
         try:
-            answer = self.answers[what](self, **options)
+            answer = call(self.answers[what], self, **options)
         except NoSolutionError as error:
             if hint := self._hint(str(error)):
                 raise NoSolutionError(f"{error}{hint}") from None
@@ -142,18 +166,18 @@ class Scene:
         )
         return with_likely_mistakes(answer, self.document)
 
-    @argument_names()
+    @checked
     def static(self) -> Values:
         """Tension, sag, end stiffness and more: `Values`."""
         return self.compute("static", estimate=True).values()
 
-    @argument_names()
+    @checked
     def shape(self) -> pandas.DataFrame:
         """The static shape, point by point: pandas.DataFrame."""
         return self.compute("shape").frame()
 
-    @argument_names()
-    def modes(self, count: int | None = None, upto: float | str | None = None) -> pandas.DataFrame:
+    @checked
+    def modes(self, count: Modes | None = None, upto: Frequency | None = None) -> pandas.DataFrame:
         """The modes with fixed ends: pandas.DataFrame.
 
         Parameters
@@ -165,8 +189,8 @@ class Scene:
         """
         return self.compute("modes", count=count, upto=upto).frame()
 
-    @argument_names()
-    def windrms(self, on: str | None = None) -> Values:
+    @checked
+    def windrms(self, on: WindOn | None = None) -> Values:
         """The gondola in the wind, or a bare cable: `Values`.
 
         Parameters
@@ -176,61 +200,61 @@ class Scene:
         """
         return self.compute("windrms", on=on, estimate=True).values()
 
-    @argument_names()
+    @checked
     def loop(self) -> Values:
         """Margins, sensitivity and bandwidth of the winch loop: `Values`."""
         return self.compute("loop", estimate=True).values()
 
-    @argument_names()
-    def loop_response(self, response: str) -> pandas.DataFrame:
+    @checked
+    def loop_response(self, response: Frequencies) -> pandas.DataFrame:
         """The loop over frequency: pandas.DataFrame.
 
         Parameters
         ----------
-        response : str
-            Range and number of frequencies, for example "0.01Hz:100Hz:200".
+        response : str or sequence of 3
+            Range and number of frequencies, for example "0.01Hz:100Hz:200" or (0.01, 100, 200).
         """
         return self.compute("loop", response=response).frame()
 
-    @argument_names()
+    @checked
     def loop_in_time(
         self,
-        time: str,
-        input: str | None = None,
-        size: str | None = None,
-        length: str | None = None,
-        output: str | None = None,
+        time: Duration,
+        input: Text | None = None,
+        size: Size | None = None,
+        length: Duration | None = None,
+        output: Text | None = None,
     ) -> pandas.DataFrame:
         """What the loop does in time: pandas.DataFrame.
 
         Parameters
         ----------
-        time : str
-            How long, and how many rows: "60 s", "60 s:2001".
+        time : float or str
+            How long, and how many rows: 60, "60 s", "60 s:2001".
         input : str, optional
             A step of the winch (the default) or of the reference, a 1-cosine gust, a step of the wind speed: "winch",
             "reference", "gust" or "wind"; of a suspension "winch.CABLE" and "reference.x".
-        size : str, optional
-            Of the input; by default 1 mm, or 3 standard deviations of the turbulence.
-        length : str, optional
-            Time of a gust; by default length scale over wind speed.
+        size : float or str, optional
+            Of the input, in SI or with a unit; by default 1 mm, or 3 standard deviations of the turbulence.
+        length : float or str, optional
+            Time of a gust, in s or with a unit; by default length scale over wind speed.
         output : str, optional
             Of a suspension, what of its pose, for example "gondola.x".
         """
         timed = {"input": input, "size": size, "length": length, "output": output}
         return self.compute("loop", time=time, **timed).frame()
 
-    @argument_names()
+    @checked
     def state_space(
         self,
-        with_: str | None = None,
-        modes: int | None = None,
-        upto: str | None = None,
-        error: float | None = None,
+        with_: Text | None = None,
+        modes: Modes | None = None,
+        upto: Frequency | None = None,
+        error: Number | None = None,
         wind: bool = False,
         proper: bool = False,
-        input: str | None = None,
-        output: str | None = None,
+        input: Text | None = None,
+        output: Text | None = None,
     ) -> StateSpace:
         """The cable as a linear system of first order: `control.statespace.StateSpace`.
 
@@ -240,8 +264,8 @@ class Scene:
             What is on end 2; of a suspension "loop" or "actuators".
         modes : int, optional
             How many to keep, from the lowest.
-        upto : str, optional
-            Keep all up to a frequency instead, for example "20 Hz".
+        upto : float or str, optional
+            Keep all up to a frequency instead, in Hz or with a unit: 20, "20 Hz".
         error : float, optional
             Keep the fewest that leave out this share of the inertia. [-]
         wind : bool
@@ -260,11 +284,15 @@ class Scene:
         options = Options(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
         choice, _ = choose(self, options)
         for line in choice.warnings:
-            warnings.warn(line.removeprefix("warning: "), stacklevel=2)
+            warnings.warn(
+                line.removeprefix("warning: "), stacklevel=4
+            )  # who called the method, past the check of its arguments
         return exported(choice.system(), options)
 
-    @argument_names()
-    def find(self, goal: str, by: str, between: str | None = None, columns: str | None = None) -> pandas.DataFrame:
+    @checked
+    def find(
+        self, goal: Goal, by: Text, between: Between | None = None, columns: Columns | None = None
+    ) -> pandas.DataFrame:
         """The values of a key for which a column takes a value: pandas.DataFrame, one row for each.
 
         Parameters
@@ -273,27 +301,27 @@ class Scene:
             For example "sag = 2 m".
         by : str
             The key, for example "cable.preload".
-        between : str, optional
-            Its range, for example "100 N:10 kN".
-        columns : str, optional
-            Columns beside it, separated by commas.
+        between : str or sequence of 2, optional
+            Its range, for example "100 N:10 kN" or (100, 1e4).
+        columns : str or list of str, optional
+            Columns beside it; in text separated by commas.
         """
         return self.compute("find", goal=goal, by=by, between=between, columns=columns).frame()
 
-    @argument_names()
-    def trade(self, columns: str | None = None, repeats: int = 5) -> pandas.DataFrame:
+    @checked
+    def trade(self, columns: Columns | None = None, repeats: Runs = 5) -> pandas.DataFrame:
         """Error against time of every model: pandas.DataFrame.
 
         Parameters
         ----------
-        columns : str, optional
-            What to compare, separated by commas.
+        columns : str or list of str, optional
+            What to compare; in text separated by commas.
         repeats : int
             Of each timing.
         """
         return self.compute("trade", columns=columns, repeats=repeats).frame()
 
-    @argument_names()
+    @checked
     def freeze(self) -> str:
         """The scene as a YAML file with its unstretched lengths in full, those of the reference state: str.
 
@@ -304,17 +332,14 @@ class Scene:
 
         return write_yaml(frozen(self.document, self.model))
 
-    @argument_names()
-    def plot(self, kind: str = "static") -> Figure:
+    @checked
+    def plot(self, kind: Picture = "static") -> Figure:
         """A picture: matplotlib.figure.Figure.
 
         Parameters
         ----------
         kind : {"static", "modes", "windrms", "loop"}
         """
-        kinds = ("static", "modes", "windrms", "loop")
-        if kind not in kinds:
-            raise SceneError(f"plot: unknown kind {kind!r} (allowed: {', '.join(kinds)})")
         return self.compute(kind).figure()
 
 

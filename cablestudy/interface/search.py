@@ -1,6 +1,12 @@
 """What the command find computes of a scene, which may lack the key that is solved for: an `Answer`."""
 
 from cablestudy.interface.answer import Answer
+from cablestudy.interface.kinds import Between, Columns, Goal, Text
+
+
+def find(scene, goal: Goal, by: Text, between: Between | None = None, columns: Columns | None = None):
+    """The values of a key of a `Scene`; see `Scene.find`."""
+    return find_value(scene.document, goal, by, between, columns)
 
 
 def find_value(document, goal, by, between=None, columns=None):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer
+from cablestudy.interface.kinds import File, Frequencies
 
 
 def choose(scene, options, highest=None):
@@ -34,7 +35,7 @@ def _bode(plots, curves, numbers, attached):
     return plots.bode(curves, *numbers, **title)
 
 
-def ssm(scene, out=None, response=None, **options):
+def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
     """`out`: the file for the state space; `response`: range and number of frequencies; others as `ssm.Options`."""
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm import Options, check_file, exported, improper_note, read_span, size_line, write

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from cablestudy.interface.argument_names import argument_names
-from cablestudy.interface.changes import Changes, Source, texts_of
+from cablestudy.interface.arguments import checked
+from cablestudy.interface.kinds import Changes, File, Processes, Source, Variations
 
 if TYPE_CHECKING:
     import pandas
@@ -18,13 +17,13 @@ if TYPE_CHECKING:
     from cablestudy.sweeps.stored import Stored
 
 
-@argument_names()
+@checked
 def sweep(
     study: Source,
     set: Changes = (),
-    vary: Mapping[str, str] | None = None,
-    jobs: int | None = 1,
-    out: str | os.PathLike[str] | None = None,
+    vary: Variations = (),
+    jobs: Processes | None = 1,
+    out: File | None = None,
 ) -> pandas.DataFrame:
     """Compute a study.
 
@@ -32,14 +31,15 @@ def sweep(
     ----------
     study : str, path-like or mapping
         Its file, `-` for standard input; or what the file would say, as a mapping, whose `base` may be one too.
-    set : dict, optional
-        Dotted key -> value that changes the base.
-    vary : dict, optional
-        Dotted key -> text of values, as of the option `--vary`: "100N:2kN:20log", "10kg,50kg".
+    set : mapping or list of str, optional
+        Dotted key -> value that changes the base; or texts "KEY=VALUE".
+    vary : mapping or list of str, optional
+        Dotted key -> list or array of values, range {"from": ..., "to": ..., "count": ...}, or text of them as of the
+        option `--vary`: "100N:2kN:20log", "10kg,50kg"; or texts "KEY=VALUES".
     jobs : int or None
         Processes; None for as many as the work is worth. A script that asks for several must call this function below
         `if __name__ == "__main__":`, since each process imports it.
-    out : str, optional
+    out : str or path-like, optional
         Folder in which the rows are kept, and the files of the study written, as `cablestudy sweep --out` does; by
         default nothing is written.
 
@@ -53,8 +53,8 @@ def sweep(
     SceneError
         All that is wrong with the study.
     """
-    asked = Study(study, set, tuple(f"{key}={text}" for key, text in (vary or {}).items()))
-    with asked.run("results" if out is None else str(out), keep=out is not None, jobs=jobs, quiet=True) as work:
+    asked = Study(study, set, vary)
+    with asked.run("results" if out is None else out, keep=out is not None, jobs=jobs, quiet=True) as work:
         work.compute()
         work.check_complete()
         table = work.table()
@@ -81,12 +81,11 @@ class Study:
         All that is wrong with it.
     """
 
-    def __init__(self, path: Source, set: Changes = (), vary: Sequence[str] = ()) -> None:
+    def __init__(self, path: Any, set: Sequence[str] = (), vary: Sequence[str] = ()) -> None:
         from cablestudy.scene.study import read_study
 
-        sets = texts_of(set)
-        self.request = read_study(path, sets, tuple(vary))
-        options = [(name, text) for name, texts in (("--set", sets), ("--vary", vary)) for text in texts]
+        self.request = read_study(path, tuple(set), tuple(vary))
+        options = [(name, text) for name, texts in (("--set", set), ("--vary", vary)) for text in texts]
         name = self.request.name if isinstance(path, Mapping) else str(path)
         self.words = ["sweep", name, *(word for option in options for word in option)]
 

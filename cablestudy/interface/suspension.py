@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
-from cablestudy.interface.answer import Answer
-from cablestudy.interface.argument_names import argument_names
+from cablestudy.interface.answer import Answer, Tables
+from cablestudy.interface.arguments import checked
+from cablestudy.interface.kinds import Duration, Frequencies, Frequency, Modes, Size, Text, WindOn
 from cablestudy.interface.one_cable import DEFAULT_MODES, fewer_modes, frequency_limit, in_time, loop_options
 from cablestudy.interface.scene import Scene
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-def static(scene, table=None, estimate=False):
+def static(scene, table: Text | None = None, estimate: bool = False):
     """`table`: the only one that is asked for; `estimate` changes nothing: the errors are known."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import static_tables
@@ -34,14 +35,14 @@ def static(scene, table=None, estimate=False):
     return replace(answer, failures=tuple(dict.fromkeys(failures)))
 
 
-def form(scene, table=None):
+def form(scene, table: Text | None = None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import form_tables
 
     return _of_tables(table, form_tables(scene.model))
 
 
-def modes(scene, count=None, upto=None, estimate=False):
+def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
     """`estimate` changes nothing: the errors are known."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
     from cablestudy.study.suspension.report import mode_notes, mode_table
@@ -58,7 +59,7 @@ def modes(scene, count=None, upto=None, estimate=False):
     )
 
 
-def windrms(scene, table=None, estimate=False):
+def windrms(scene, table: Text | None = None, estimate: bool = False):
     """`table`: the only one that is asked for; `estimate`: whether the errors of fixed elements are estimated."""
     from cablestudy.study.suspension.notes import notes_of
     from cablestudy.study.suspension.wind_report import remarks_of, wind_tables
@@ -70,12 +71,22 @@ def windrms(scene, table=None, estimate=False):
     )
 
 
-def loop(scene, response=None, time=None, table=None, estimate=False, **timed):
+def loop(
+    scene,
+    response: Frequencies | None = None,
+    time: Duration | None = None,
+    table: Text | None = None,
+    input: Text | None = None,
+    size: Size | None = None,
+    length: Duration | None = None,
+    output: Text | None = None,
+    estimate: bool = False,
+):
     """The loop, or its `response` over a range of frequencies, or what it does in `time`; see `Scene.loop_in_time`."""
     from cablestudy.study.suspension import loop_report
     from cablestudy.study.suspension.notes import notes_of, warnings_of
 
-    span, asked = loop_options(response, time, timed)
+    span, asked = loop_options(response, time, input=input, size=size, length=length, output=output)
     loop_report.check_control(scene.document, scene.model)
     case = _solved(scene, estimate)
     movement = case.in_wind.movement
@@ -111,6 +122,7 @@ class Suspension(Scene):
 
     is_suspension: ClassVar[bool] = True
     attachable: ClassVar[tuple[str, ...]] = ("loop", "actuators")
+    hidden: ClassVar[Set[str]] = Scene.hidden | {"case", "shape"}
     answers: ClassVar[Mapping[str, Callable[..., Answer]]] = {
         "static": static,
         "form": form,
@@ -143,23 +155,23 @@ class Suspension(Scene):
     def _draw_cases(what, solved):
         """None: a suspension has a picture of one case."""
 
-    @argument_names()
-    def static(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
-        """The tables bodies, points, cables and stiffness: dict of name -> pandas.DataFrame."""
+    @checked
+    def static(self) -> Tables:  # type: ignore[override]
+        """The tables bodies, points, cables and stiffness: `Tables`, a dict of name -> pandas.DataFrame."""
         return self.compute("static").frames()
 
     def shape(self) -> pandas.DataFrame:
         """Not there: the tables of `static` have the places of bodies and points."""
         raise SceneError("shape: the scene is a suspension; see the tables of static()")
 
-    @argument_names()
-    def windrms(self, on: str | None = None) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
-        """Its tables, motion, cables, loop and others: dict of name -> pandas.DataFrame."""
+    @checked
+    def windrms(self, on: WindOn | None = None) -> Tables:  # type: ignore[override]
+        """Its tables, motion, cables, loop and others: `Tables`, a dict of name -> pandas.DataFrame."""
         if on is not None:
             raise SceneError("on: the scene is a suspension, whose key wind.on says so")
         return self.compute("windrms").frames()
 
-    @argument_names()
-    def loop(self) -> dict[str, pandas.DataFrame]:  # type: ignore[override]
-        """The tables loop and coordinates: dict of name -> pandas.DataFrame."""
+    @checked
+    def loop(self) -> Tables:  # type: ignore[override]
+        """The tables loop and coordinates: `Tables`, a dict of name -> pandas.DataFrame."""
         return self.compute("loop").frames()

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from cablestudy.errors import SceneError
-from cablestudy.interface.changes import Changes, case_text, texts_of
+from cablestudy.interface.arguments import checked
+from cablestudy.interface.kinds import Changes, File, Processes, Source, Text, Variations, case_text
 from cablestudy.interface.scene import Scene
 from cablestudy.interface.suspension import Suspension
 from cablestudy.pages import given
@@ -16,7 +18,7 @@ from cablestudy.pages.markup import paragraph
 from cablestudy.pages.page import Page
 from cablestudy.pages.provenance import Provenance
 from cablestudy.pages.results import sections
-from cablestudy.scene.document import apply_sets, read_base, read_file, resolve_base
+from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
 from cablestudy.scene.suspension import SuspensionScene
@@ -45,19 +47,19 @@ class Report:
     """
 
     path: str
-    failures: tuple
-    warnings: tuple
+    failures: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
+@checked
 def report(
-    path: str | os.PathLike[str],
-    out: str | os.PathLike[str] | None = None,
+    path: Source,
+    out: File | None = None,
     set: Changes = (),
-    vary: Changes = (),
-    case: str | None = None,
-    title: str | None = None,
-    jobs: int | None = 1,
-    words: Sequence[str] | None = None,
+    vary: Variations = (),
+    case: Text | None = None,
+    title: Text | None = None,
+    jobs: Processes | None = 1,
     quiet: bool = True,
 ) -> Report:
     """Write a scene or a study as one page of HTML, which loads nothing: `Report`.
@@ -66,22 +68,20 @@ def report(
 
     Parameters
     ----------
-    path : str or path-like
-        Of the scene or study; `-` is standard input.
+    path : str, path-like or mapping
+        Of the scene or study; `-` is standard input. Or what the file would say, as a mapping.
     out : str or path-like, optional
         The file of the page; by default NAME.html in the working directory.
-    set : dict or sequence of str, optional
+    set : mapping or list of str, optional
         What changes the scene: dotted key -> value, or texts "KEY=VALUE".
-    vary : dict or sequence of str, optional
-        Of a study, more dimensions: dotted key -> values, or texts "KEY=VALUES".
+    vary : mapping or list of str, optional
+        Of a study, more dimensions, as of `sweep`.
     case : str, optional
         Of a scene, one of its load cases; by default, or with "all", the page has all of them.
     title : str, optional
         Of the page; by default that of the study, or the name of the file.
     jobs : int or None
         Of a study, processes; see `sweep`.
-    words : sequence of str, optional
-        The command as typed, for the provenance.
     quiet : bool
         Whether a study shows no progress on standard error.
 
@@ -95,9 +95,24 @@ def report(
     >>> import cablestudy as cs
     >>> page = cs.report("configs/guy.yaml", out="guy.html")
     """
+    return write_report(path, out, set, vary, case, title, jobs, quiet=quiet)
+
+
+def write_report(
+    path: Any,
+    out: str | None = None,
+    set: Sequence[str] = (),
+    vary: Sequence[str] = (),
+    case: str | None = None,
+    title: str | None = None,
+    jobs: int | None = 1,
+    words: Sequence[str] | None = None,
+    quiet: bool = True,
+) -> Report:
+    """The page as `report`, of changes as texts; errors name the options of the command, whose `words` it shows."""
     provenance = Provenance(shlex.join(["cablestudy", *words]) if words else "cablestudy.report")
     place = checked_place(out, path)
-    sets, varied = texts_of(set), _vary_texts(vary)
+    sets, varied = tuple(set), tuple(vary)
     source = read_file(path)
     if is_study(source):
         if case is not None:
@@ -113,14 +128,10 @@ def report(
     return Report(place, tuple(page.failures), tuple(page.warnings))
 
 
-def _vary_texts(vary):
-    """What varies, as texts KEY=VALUES."""
-    return tuple(f"{key}={text}" for key, text in vary.items()) if hasattr(vary, "items") else tuple(vary or ())
-
-
 def checked_place(out, path):
     """The file of the page on a file; SceneError where it cannot be written."""
-    place = f"{_stem('<stdin>' if path == '-' else str(path))}.html" if out is None else str(out)
+    name = MAPPING if isinstance(path, Mapping) else STDIN if path == "-" else str(path)
+    place = f"{_stem(name)}.html" if out is None else str(out)
     if not place.lower().endswith(ENDINGS):
         raise SceneError(f"--out {place}: a page is HTML (allowed: {', '.join(ENDINGS)})")
     folder = os.path.dirname(place) or "."
@@ -178,7 +189,7 @@ def _study_page(source, sets, vary, title, provenance, jobs, quiet):
         for note in study.notes:
             page.add(paragraph(note))
         _file(page, read_base(source), study.document)
-        words = ["sweep", source.name if source.name != "<stdin>" else "-"]
+        words = ["sweep", source.name if source.name != STDIN else "-"]
         words += [word for change in sets for word in ("--set", change)]
         words += [word for entry in vary for word in ("--vary", entry)]
         study_sections(page, work, words)

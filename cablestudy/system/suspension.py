@@ -273,6 +273,7 @@ class Equilibrium:
         """How far rounding moves it: `uncertainty.Uncertainty`."""
         return uncertainty.judge(self)
 
+
 def outward(equilibrium):
     """Unit tangents at the ends of the cables that point out of them, and the tensions there.
 

@@ -38,7 +38,7 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
         phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
     magnitude.set_xlim(frequency[0], frequency[-1])
     if len(curves) > 1:
-        magnitude.legend()
+        magnitude.legend(loc="lower left")
     title = curves[0].label if len(curves) == 1 else title
     heading(figure, title[0].upper() + title[1:])
     figure.align_ylabels()

@@ -128,7 +128,7 @@ def _paint_upright(form, figure, place):
     _draw(left, (form.length, form.rise), form.positions * form.length, form.height)
     _mark_loads(left, form)
     left.set(xlabel=form.abscissa_label, ylabel="height above end 1 [m]")
-    left.legend(loc="best")
+    left.legend(loc="upper left" if form.rise >= 0 else "upper right")  # above the chord, where no cable hangs
     right.plot(form.tension, form.height, color=GREEN, label="tension")
     right.set(xlabel="tension [N]")
     plain(left, 7, 7)

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from cablestudy.study.all_columns import find_header
-from cablestudy.study.plots.style import BLUE, ORANGE, WIDTH, heading, legend_below, panels, styled, wrapped
+from cablestudy.study.plots.style import BLUE, ORANGE, WIDTH, bold, heading, legend_below, panels, styled, wrapped
 from cablestudy.study.plots.words import column_words, key_words, panels_left_out, value_text
 
 PANELS = 12  # in one picture
@@ -42,7 +42,7 @@ def sensitivity_plot(study, table):
     for place, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
         _panel(axes, rows)
         title = _title(others, group)
-        axes.set_title(wrapped(title, 0.38 * WIDTH if side == 2 else 0.7 * WIDTH, 9), loc="left", weight="bold")
+        axes.set_title(wrapped(title, 0.38 * WIDTH if side == 2 else 0.7 * WIDTH, 9), loc="left", **bold(title))
         axes.tick_params(labelleft=place % side == 0)
     for axes in grid[-side:]:
         axes.set_xlabel("share of the variance")

@@ -5,7 +5,20 @@ from matplotlib.figure import Figure
 
 from cablestudy.study.plots.deflection import between_nodes
 from cablestudy.study.plots.form import Form
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, Window, heading, nice, panels, styled, wrapped
+from cablestudy.study.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    RED,
+    WIDTH,
+    Window,
+    bold,
+    heading,
+    nice,
+    panels,
+    styled,
+    wrapped,
+)
 from cablestudy.study.plots.words import quantity_text
 
 COLOUR = {"in-plane": BLUE, "out-of-plane": RED, "axial": GREEN}
@@ -45,7 +58,8 @@ def mode_shapes(case, modes):
         window.apply(axes, 4, 5)
         axes.plot(x_form, y_form, color="#9a9a9a", lw=1.1, label="static form")
         axes.plot(x_mode, y_mode, color=COLOUR[modes.kind[k]], lw=1.5, label="mode")
-        axes.set_title(f"{k + 1}   {quantity_text(modes.frequency[k], 'Hz')}", loc="left", weight="bold", pad=13)
+        title = f"{k + 1}   {quantity_text(modes.frequency[k], 'Hz')}"
+        axes.set_title(title, loc="left", pad=13, **bold(title))
         kind = f"{modes.kind[k]}, {modes.symmetry[k]}"
         axes.annotate(kind, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=GREY, va="bottom")
     which = f"First {count} of {len(modes)} modes" if count < len(modes) else f"{count} mode{'s' if count > 1 else ''}"

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
-from matplotlib.font_manager import FontProperties
+from matplotlib.font_manager import FontProperties, fontManager
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FixedLocator, Formatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
@@ -20,7 +20,14 @@ BLUE, RED, GREEN, ORANGE, PINK, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 GREY, LIGHT = "#555555", "#e4e4e4"
 SERIES = (BLUE, GREEN, ORANGE, PINK, SKY, "#000000")
 DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)))  # one fewer than SERIES: 30 pairs of the two
+# For names in other scripts, those that are installed; the last, part of matplotlib, has a sign for every character.
+FALLBACKS = (
+    *("Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Noto Sans", "WenQuanYi Micro Hei"),
+    *("Microsoft YaHei", "Malgun Gothic", "Segoe UI", "PingFang SC", "Hiragino Sans", "Arial Unicode MS"),
+    "Last Resort High-Efficiency",
+)
 STYLE = {
+    "font.family": ["DejaVu Sans", *(name for name in FALLBACKS if name in fontManager.get_font_names())],
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.labelcolor": "#222222",
@@ -265,6 +272,11 @@ def heading(figure, text, size=10):
     """The title of a figure, at its left, in lines that fit; none for an empty text."""
     if text:
         figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, size), x=0.01, ha="left", fontsize=size)
+
+
+def bold(text):
+    """The look of a heading in bold type; in plain type where it has names in other scripts, whose fonts lack it."""
+    return {"weight": "bold", "family": "DejaVu Sans"} if text.isascii() else {}
 
 
 @lru_cache(10_000)

@@ -17,6 +17,7 @@ from cablestudy.study.plots.style import (
     RED,
     SHADES,
     WIDTH,
+    bold,
     colour_bar,
     heading,
     nice,
@@ -176,7 +177,7 @@ def suspension_views(case):
         axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half))
         _draw(axes, drawing, view, [BLUE] * len(drawing.cables) if equal else colour.to_rgba(drawing.tension))
         _name_all(axes, drawing, view, 2 * half / PANEL)
-        axes.set_title(title.capitalize(), loc="left", weight="bold")
+        axes.set_title(title.capitalize(), loc="left", **bold(title))
         axes.set(xlabel=labels[0], ylabel=labels[1])
         axes.set_aspect("equal", adjustable="box")
         plain(axes, 5, 5)

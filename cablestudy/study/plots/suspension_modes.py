@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from cablestudy.study.plots.deflection import between_nodes
-from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, heading, nice, styled
+from cablestudy.study.plots.style import BLUE, GREEN, GREY, RED, WIDTH, bold, heading, nice, styled
 from cablestudy.study.plots.suspension import draw_arms, drawing_of, scale_bar
 from cablestudy.study.plots.words import quantity_text, shortened
 
@@ -165,7 +165,8 @@ def _outline(view, one, factor):
 
 def _name(axes, modes, k, one, factor):
     """Number, frequency, what moves, and the largest displacement drawn."""
-    axes.set_title(f"{k + 1}   {quantity_text(modes.frequency[k], 'Hz')}", loc="left", weight="bold")
+    title = f"{k + 1}   {quantity_text(modes.frequency[k], 'Hz')}"
+    axes.set_title(title, loc="left", **bold(title))
     axes.set_title(shortened(modes.moves[k], 24), loc="right", fontsize=7.5, color=COLOURS[one.kind])
     peak = f"largest displacement {quantity_text(float(f'{factor * one.largest:.2g}'), 'm')}"
     axes.text(0.99, -0.02, peak, transform=axes.transAxes, ha="right", va="top", fontsize=7, color=GREY)

@@ -49,7 +49,7 @@ def wind_response(case, on="gondola"):
     _displacement(axes[1], case, frequency, alone, held)
     if on == "both":
         axes[1].loglog(frequency, 1e6 * parts[1][0], color=BLUE, ls="--", label="by the wind on the cable")
-    axes[1].legend()
+    axes[1].legend(loc="lower left")
     lines = [(alone, GREY, _response(case, on, "open_").open_displacement, "winch at rest")]
     if case.loop.gain:
         lines.append((held, RED, _response(case, on).displacement, "winch loop closed"))
@@ -83,7 +83,7 @@ def _speed(axes, case, frequency, on):
         share = admittance(frequency, wind.speed, case.scene.gondola.area, wind.admittance)
         axes.loglog(frequency, bare * share, color=BLUE, ls="--", label="averaged over the gondola")
     axes.set_ylabel("spectrum of the\nwind speed [(m/s)²/Hz]")
-    axes.legend()
+    axes.legend(loc="lower left")
 
 
 def _displacement(axes, case, frequency, alone, held):

@@ -1,0 +1,158 @@
+"""Arguments of the Python interface, each checked against its annotation before anything is done with it."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any, Literal, ParamSpec, TypeVar, get_args, get_origin
+
+from cablestudy.errors import Mistake, NoSolutionError, SceneError
+from cablestudy.interface.plain import NotPlainError, shown, unwrapped
+
+P = ParamSpec("P")
+R = TypeVar("R")
+RENAMED = {"with": "with_"}
+_COMMAND_OR_OPTION = re.compile(r"'cablestudy[^']*'|(?<![\w-])--([a-z]+(?:-[a-z]+)*)")
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What an argument takes, as part of its annotation: `Annotated[int, Kind(...)]`.
+
+    Attributes
+    ----------
+    expected : str
+        For messages, for example "a whole number from 1 to 1000".
+    read : callable
+        What was given -> what the function is called with. It raises ValueError for a value of another kind, and
+        `NotPlainError` for one inside it, whose message is shown as it is.
+    """
+
+    expected: str
+    read: Callable[[Any], Any]
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorator: check the arguments of a function of the interface; let its errors name arguments, not options.
+
+    Raises
+    ------
+    SceneError
+        Every argument that is not of the kind which its annotation names.
+    TypeError
+        One that the function does not have, or one that is missing.
+    """
+
+    @wraps(function)
+    def checked_function(*args: P.args, **kwargs: P.kwargs) -> R:
+        with argument_names():
+            return call(function, *args, **kwargs)
+
+    return checked_function
+
+
+def call(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
+    """The result of a function, of arguments as its annotations read them; errors as of `checked`."""
+    name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    signature = inspect.signature(function)
+    try:
+        bound = signature.bind(*args, **kwargs)
+    except TypeError as error:
+        takes = ", ".join(argument for argument in signature.parameters if argument not in ("self", "scene"))
+        raise TypeError(f"{name}: {error} (it takes {takes or 'none'})") from None
+    mistakes = []
+    for argument, read in readers(function).items():
+        if argument not in bound.arguments:
+            continue
+        try:
+            bound.arguments[argument] = read(bound.arguments[argument])
+        except ValueError as error:
+            mistakes.append(Mistake(f"{name}: {argument}", "", str(error)))
+    if mistakes:
+        raise SceneError(*mistakes)
+    return function(*bound.args, **bound.kwargs)
+
+
+_READERS: dict[Callable[..., Any], dict[str, Callable[[Any], Any]]] = {}
+
+
+def readers(function: Callable[..., Any]) -> dict[str, Callable[[Any], Any]]:
+    """Name of each argument of a function that has an annotation -> the function that reads it."""
+    if function not in _READERS:
+        notes = {name: note for name, note in function.__annotations__.items() if name != "return"}
+        for name, note in notes.items():
+            notes[name] = reader_of(eval(note, function.__globals__) if isinstance(note, str) else note)
+        _READERS[function] = notes
+    return _READERS[function]
+
+
+def reader_of(annotation: Any) -> Callable[[Any], Any]:
+    """The function that reads what an annotation allows, and raises ValueError with a message for anything else."""
+    parts = get_args(annotation)
+    kind = next((part for part in parts if isinstance(part, Kind)), None)
+    optional = type(None) in parts
+    if kind is not None:
+        return lambda value: _read(kind, value)
+    if get_origin(annotation) is Literal:
+        return lambda value: _chosen(parts, value)
+    if optional:
+        (inner,) = (reader_of(part) for part in parts if part is not type(None))
+        return lambda value: None if value is None else inner(value)
+    if isinstance(annotation, type):
+        expected = "True or False" if annotation is bool else f"a {annotation.__name__}"
+        return lambda value: _read(Kind(expected, lambda one: _instance(annotation, one)), value)
+    return unread
+
+
+def unread(value: Any) -> Any:
+    """The value itself."""
+    return value
+
+
+def _read(kind: Kind, value: Any) -> Any:
+    try:
+        return kind.read(value)
+    except NotPlainError:
+        raise
+    except (ValueError, TypeError, OverflowError):
+        raise ValueError(f"expected {kind.expected}, got {shown(value)}") from None
+
+
+def _chosen(words: tuple[str, ...], value: Any) -> str:
+    word = unwrapped(value)
+    if not isinstance(word, str) or word not in words:
+        raise ValueError(f"unknown {shown(value)} (allowed: {', '.join(words)})")
+    return word
+
+
+def _instance(kind: type, value: Any) -> Any:
+    value = unwrapped(value) if kind is bool else value
+    if not isinstance(value, kind):
+        raise ValueError
+    return value
+
+
+@contextmanager
+def argument_names() -> Iterator[None]:
+    """Let errors name arguments, `input` for `--input`; commands in quotes stay as they are typed."""
+    try:
+        yield
+    except SceneError as error:
+        changed = [Mistake(in_python(one.where), one.key, in_python(one.message)) for one in error.mistakes]
+        raise SceneError(*changed) from None
+    except NoSolutionError as error:
+        raise NoSolutionError(in_python(str(error))) from None
+
+
+def in_python(text: str) -> str:
+    """A message with the names of arguments."""
+
+    def named(match: re.Match[str]) -> str:
+        option = match[1]
+        return match[0] if option is None else RENAMED.get(option, option.replace("-", "_"))
+
+    return _COMMAND_OR_OPTION.sub(named, text)
