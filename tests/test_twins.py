@@ -1,0 +1,185 @@
+"""Each scene of one cable, written as a suspension too, has the same numbers: those of configs/ and random ones.
+
+What differs today is listed in `twin_differences.yaml`, by class of scene and by column, with the largest relative
+difference. A difference that is not listed fails, one that grows too, and one that is gone until it is taken off the
+list. `benchmarks/twins.py` compares many more scenes in everything, and prints such a list.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+import yaml
+from command import CONFIGS
+from random_twins import random_scene, straight_scene
+from solved import contents, rows_of_study, solve
+from twins import (
+    BARE_CABLE,
+    CABLE_WIND,
+    CORRECTED,
+    GROUND,
+    IMAGED,
+    LOOP,
+    NO_TWIN,
+    OPEN_WIND,
+    PEAK,
+    SECTION,
+    STATICS,
+    STIFFNESS,
+    STRENGTH,
+    WIND,
+    compare_cable_wind,
+    compare_gondola,
+    compare_loop,
+    compare_modes,
+    compare_open_wind,
+    compare_state_space,
+    compare_statics,
+    difference,
+    held,
+    largest,
+    swinging,
+    without,
+)
+
+from cablestudy.study.columns import COLUMNS, FAMILIES
+
+FILE = Path(__file__).with_name("twin_differences.yaml")
+GROWN = 1.1  # over a listed difference
+RANDOM, ROWS = 200, 40  # random scenes whose statics are compared, and rows of each study
+FILES = ("carlina", "carlina-inclined", "carlina-pid", "guy", "line", "point-load", "slack", "zipline")
+STUDIES = (
+    "damping", "density-high", "density-low", "diameter", "emodulus", "extremes", "extremes-cases", "extremes-loop",
+    "guy-preload", "line-cases", "material", "preload", "sensitivity", "vortex", "wind-speed", "winch-location",
+    "zipline-ropes", "zipline-travel",
+)  # fmt: skip
+STRAIGHT = (0, 1, 2, 3, 4, 6, 9, 10, 12, 14, 15, 16)  # loops: all dampings, laws and places of the winch
+REELED = (0, 1, 3, 18)  # loops of cables that hang or are inclined, where the winches differ
+
+
+@cache
+def from_files():
+    """Name -> scene of each file of configs/ of one cable, in each of its load cases, and of rows of each study."""
+    found = {}
+    for name in FILES:
+        scene = contents(CONFIGS / f"{name}.yaml")
+        found[name] = scene
+        found |= {f"{name}, {case}": {**scene, "case": case} for case in scene.get("cases", {})}
+    for name in STUDIES:
+        rows = rows_of_study(CONFIGS / f"{name}.yaml")[:ROWS]
+        found |= {f"{name}, row {number}": scene for number, scene in enumerate(rows, 1)}
+    return found
+
+
+@cache
+def drawn():
+    """Name -> random scene."""
+    return {f"random {seed}": random_scene(seed) for seed in range(RANDOM)}
+
+
+def every(scenes, step, keep=lambda scene: True):
+    """Each so-and-so-many-th of the scenes that are to be kept."""
+    kept = {name: scene for name, scene in scenes.items() if keep(scene)}
+    return dict(list(kept.items())[::step])
+
+
+def few_elements(scene):
+    """Whether a scene states its elements, and no load case."""
+    return "elements" in scene["model"] and "case" not in scene
+
+
+def chosen(names):
+    """Scenes of files, by name."""
+    return {name: from_files()[name] for name in names}
+
+
+PARTS = {  # what is compared, and of which scenes
+    "statics of files": lambda: compare_statics(from_files()),
+    "statics": lambda: compare_statics(drawn()),
+    "modes of files": lambda: compare_modes(chosen([*FILES, "guy, storm", "line, ice"])),
+    "modes": lambda: compare_modes(every(drawn(), 13)),
+    "gondola of files": lambda: compare_gondola(chosen(["carlina", "carlina-inclined", "carlina-pid", "slack"])),
+    "gondola": lambda: compare_gondola(every(drawn(), 9, lambda scene: "elements" in scene["model"])),
+    "state space": lambda: compare_state_space(every(drawn(), 9, few_elements)),
+    "wind, winch at rest": lambda: compare_open_wind(every(drawn(), 9, few_elements)),
+    "loop of files": lambda: compare_loop(chosen(["carlina", "carlina-inclined"])),
+    "loop and wind": lambda: compare_loop({f"straight {seed}": straight_scene(seed) for seed in STRAIGHT}),
+    "loop and wind, other winch": lambda: compare_loop(
+        {f"random {seed}": drawn()[f"random {seed}"] for seed in REELED}
+    ),
+    "wind on the cable": lambda: compare_cable_wind(every(drawn(), 25, few_elements)),
+    "wind on a bare cable": lambda: compare_cable_wind(
+        {name: without(scene, "gondola") for name, scene in every(drawn(), 25, few_elements).items()}
+    ),
+}
+
+
+@cache
+def found():
+    """Part -> class of scene and column -> its largest `Difference`."""
+    return {part: largest(compare()) for part, compare in PARTS.items()}
+
+
+@cache
+def listed():
+    """Part -> class of scene and column -> figure of the file."""
+    file = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    return {
+        part: {(entry["class"], column): figure for entry in entries for column, figure in entry["columns"].items()}
+        for part, entries in file.items()
+    }
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_what_differs_is_listed(part):
+    known = listed().get(part, {})
+    new = {key: one for key, one in found()[part].items() if key not in known}
+    grown = {key: one for key, one in found()[part].items() if key in known and one.size > GROWN * known[key]}
+    assert not new
+    assert not grown
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_what_is_listed_differs(part):
+    assert not [key for key in listed().get(part, {}) if key not in found()[part]]
+
+
+def test_each_entry_of_the_list_has_a_reason_and_a_part_that_exists():
+    file = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    assert set(file) <= set(PARTS)
+    assert all(entry["reason"] for entries in file.values() for entry in entries)
+
+
+def test_each_column_of_one_cable_has_a_twin_or_a_reason():
+    """With those compared by other names: modes, frequency and damping ratio of the gondola."""
+    aliases = (STATICS, SECTION, STRENGTH, GROUND, STIFFNESS, LOOP, OPEN_WIND, WIND, PEAK, IMAGED, CORRECTED, CABLE_WIND,
+               BARE_CABLE, NO_TWIN)  # fmt: skip
+    named = {name for names in aliases for name in names} | {"gondola_frequency", "gondola_damping_ratio"}
+    modes = {"cable_frequency"} | {family.name for family in FAMILIES}
+    own = {column.name for column in COLUMNS if column.needs != "run" and column.name != "iterations"}
+    assert own - named - modes == set()
+
+
+def test_a_wrong_twin_differs():
+    """The comparison sees a mass that is off by 1e-8, a length, and a number that one side lacks."""
+    scene = straight_scene(4)
+    heavier = {**scene, "gondola": {**scene["gondola"], "mass": scene["gondola"]["mass"] * (1 + 1e-8)}}
+    column = "gondola_rms_open_loop"
+    own, other = (solve(one, column).values[column] for one in (scene, heavier))
+    assert difference("", scene, column, (own, other), (None, None)).size > 1e-9
+    assert difference("", scene, column, (own, None), (None, None)).column.endswith("twin refuses")
+    assert difference("", scene, column, (own, own), (None, None)) is None
+
+
+def test_a_stated_error_beyond_all_measure_excuses_nothing():
+    scene = straight_scene(4) | {"model": {"accuracy": 1e-4}}
+    assert difference("", scene, "sag", (1.0, 1.01), (0.5, 0.5)).stated < 1e-3
+
+
+def test_the_body_of_the_twin_stands_where_end_2_is():
+    for seed in (1, 4, 8, 14):
+        scene = random_scene(seed)
+        twin = swinging(scene)
+        at = twin["bodies"]["gondola"]["at"]
+        assert solve(twin, "gondola.x").values["gondola.x"] == pytest.approx(at[0], rel=1e-11)
+        assert held(scene)["bodies"]["gondola"]["at"] == at
