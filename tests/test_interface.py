@@ -194,7 +194,7 @@ def test_the_page_runs_as_it_is_written(monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
     text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = text.split("```python\n")[1:]
-    assert len(blocks) == 8
+    assert len(blocks) == 9
     exec("\n".join(block.partition("```")[0] for block in blocks), {})
     assert "max_tension_N" in capsys.readouterr().out
 

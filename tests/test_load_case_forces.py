@@ -403,3 +403,16 @@ cases: {{day: {case}}}
         made(text)
     assert message in str(error.value)
     assert len(error.value.mistakes) == 1, str(error.value)
+
+
+def test_a_component_is_found_and_varied(tmp_path):
+    """The force that moves the top by 5 cm, by its key; the statics with that force say so."""
+    path = tmp_path / "m.yaml"
+    lean = "{forces: {top: [10 kN, 0, 0]}, moves: {ground1: [0, 0, 0]}}"
+    path.write_text(f"base: {MAST}\ncases: {{lean: {lean}}}\n", encoding="utf-8")
+    key = "cases.lean.forces.top.0"
+    (row,) = table_of("find", path, "top.x = 5 cm", "--by", key, "--case", "lean", "--columns", "top.z")
+    there = numbers(load_scene(path, (f"{key}={row[f'{key}_N']!r}",), "lean")[1], "top.x")
+    assert there["top.x"] == pytest.approx(0.05, rel=1e-8)
+    (row,) = table_of("find", path, "top.x = 0.04 m", "--by", "cases.lean.moves.ground1.2", "--case", "lean")
+    assert row["cases.lean.moves.ground1.2_m"] < 0
