@@ -4,6 +4,7 @@ Against the 50-digit catenary between moved ends or under the force, scipy's roo
 stiffness for small forces, and one kind of scene against the other.
 """
 
+import json
 import math
 
 import numpy as np
@@ -106,6 +107,19 @@ def test_a_small_force_moves_the_gondola_by_the_end_stiffness(made):
     found = cells(made(one("preload: 8 kN", "{forces: {end_2: [0.01 N, 0, 0]}}")),
                   "force_displacement", "end_stiffness")  # fmt: skip
     assert found["force_displacement"] == pytest.approx(10 / found["end_stiffness"], rel=1e-6)
+
+
+@pytest.mark.parametrize("force", [1e-9, 1e-6, 1e-3, 1.0])
+def test_the_error_of_a_displacement_by_a_small_force_is_true(tmp_path, force):
+    """Against F/k, of which the second order is far below; k is that without the force."""
+    path = tmp_path / "s.yaml"
+    path.write_text(one("preload: 8 kN", f"{{forces: {{end_2: [{force!r} N, 0, 0]}}}}"), encoding="utf-8")
+    ((row,), (errors,)) = (json.loads(run("static", path, "--format", "json").out)[part] for part in ("rows", "errors"))
+    (calm,) = table_of("static", path, "--set", "case=null")
+    linear = 1e3 * force / calm["end_stiffness_N_per_m"]
+    stated, second_order = errors["force_displacement_mm"], 1e-4 * force
+    assert abs(row["force_displacement_mm"] / linear - 1) <= stated + second_order
+    assert stated <= max(1e-12, 1e-14 * 8000 / force)  # not so large that it says nothing
 
 
 def test_force_temperature_and_wind_together_are_those_of_a_suspension(made):
