@@ -334,7 +334,7 @@ def test_a_force_that_cuts_cables_anew_is_told():
     moved = run("static", MAST, "--set", "points.top.force=[10 kN, 0, 46.6 kN]", "--table", "points")
     (line,) = moved.lines
     assert line.startswith("note: ")
-    assert "top 16.31 m" in line
+    assert "move top by 16.31 m" in line
     assert "cases.NAME.forces" in line
     assert run("static", MAST, "--table", "points").err == ""
     # with lengths nothing is cut anew, however far it moves
