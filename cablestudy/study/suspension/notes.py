@@ -87,8 +87,9 @@ def moved_note(case):
     if not told:
         return ()
     return (
-        f"note: the stated tensions or sags move {first_of(told, LISTED)} from its place in the file (at), more than its "
-        "cables stretch: their lengths follow with all forces on; a force in a load case (cases.NAME.forces) keeps them",
+        f"note: the stated tensions or sags move {first_of(told, LISTED)} from its place in the file (at), more than "
+        "its cables stretch: their lengths follow with all forces on; a force in a load case (cases.NAME.forces) keeps "
+        "them",
     )
 
 
