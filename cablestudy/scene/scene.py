@@ -154,14 +154,17 @@ def field_of(key):
 
 
 def _fields_of(key):
-    """The fields of the longest beginning of a dotted key that names one: of one cable, then of a suspension."""
+    """The fields of the longest beginning of a dotted key that names one.
+
+    Of a key itself the first one; of what it is a component of, that of one cable, then that of a suspension.
+    """
     path = split_key(key)
     for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
         *table, name = path[:length]
         models = [table_at(tables, table) for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES)]
         found = [model.model_fields[name] for model in models if model and name in model.model_fields]
         if found:
-            return found
+            return found if length < len(path) else found[:1]
     return []
 
 
