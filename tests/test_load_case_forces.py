@@ -4,6 +4,7 @@ Against the 50-digit catenary between moved ends or under the force, scipy's roo
 stiffness for small forces, and one kind of scene against the other.
 """
 
+import json
 import math
 
 import numpy as np
@@ -106,6 +107,19 @@ def test_a_small_force_moves_the_gondola_by_the_end_stiffness(made):
     found = cells(made(one("preload: 8 kN", "{forces: {end_2: [0.01 N, 0, 0]}}")),
                   "force_displacement", "end_stiffness")  # fmt: skip
     assert found["force_displacement"] == pytest.approx(10 / found["end_stiffness"], rel=1e-6)
+
+
+@pytest.mark.parametrize("force", [1e-9, 1e-6, 1e-3, 1.0])
+def test_the_error_of_a_displacement_by_a_small_force_is_true(tmp_path, force):
+    """Against F/k, of which the second order is far below; k is that without the force."""
+    path = tmp_path / "s.yaml"
+    path.write_text(one("preload: 8 kN", f"{{forces: {{end_2: [{force!r} N, 0, 0]}}}}"), encoding="utf-8")
+    ((row,), (errors,)) = (json.loads(run("static", path, "--format", "json").out)[part] for part in ("rows", "errors"))
+    (calm,) = table_of("static", path, "--set", "case=null")
+    linear = 1e3 * force / calm["end_stiffness_N_per_m"]
+    stated, second_order = errors["force_displacement_mm"], 1e-4 * force
+    assert abs(row["force_displacement_mm"] / linear - 1) <= stated + second_order
+    assert stated <= max(1e-12, 1e-14 * 8000 / force)  # not so large that it says nothing
 
 
 def test_force_temperature_and_wind_together_are_those_of_a_suspension(made):
@@ -320,7 +334,7 @@ def test_a_force_that_cuts_cables_anew_is_told():
     moved = run("static", MAST, "--set", "points.top.force=[10 kN, 0, 46.6 kN]", "--table", "points")
     (line,) = moved.lines
     assert line.startswith("note: ")
-    assert "top 16.31 m" in line
+    assert "move top by 16.31 m" in line
     assert "cases.NAME.forces" in line
     assert run("static", MAST, "--table", "points").err == ""
     # with lengths nothing is cut anew, however far it moves
@@ -403,3 +417,16 @@ cases: {{day: {case}}}
         made(text)
     assert message in str(error.value)
     assert len(error.value.mistakes) == 1, str(error.value)
+
+
+def test_a_component_is_found_and_varied(tmp_path):
+    """The force that moves the top by 5 cm, by its key; the statics with that force say so."""
+    path = tmp_path / "m.yaml"
+    lean = "{forces: {top: [10 kN, 0, 0]}, moves: {ground1: [0, 0, 0]}}"
+    path.write_text(f"base: {MAST}\ncases: {{lean: {lean}}}\n", encoding="utf-8")
+    key = "cases.lean.forces.top.0"
+    (row,) = table_of("find", path, "top.x = 5 cm", "--by", key, "--case", "lean", "--columns", "top.z")
+    there = numbers(load_scene(path, (f"{key}={row[f'{key}_N']!r}",), "lean")[1], "top.x")
+    assert there["top.x"] == pytest.approx(0.05, rel=1e-8)
+    (row,) = table_of("find", path, "top.x = 0.04 m", "--by", "cases.lean.moves.ground1.2", "--case", "lean")
+    assert row["cases.lean.moves.ground1.2_m"] < 0

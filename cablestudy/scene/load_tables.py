@@ -174,7 +174,7 @@ class DeadLoad(Table):
 
 _force = TypeAdapter(ForceVector).validate_python
 ForceOrLoad = Annotated[
-    DeadLoad,
+    DeadLoad | ForceVector,
     Either(
         (((list, tuple), lambda value: DeadLoad(force=_force(value))), ((dict, DeadLoad), DeadLoad.model_validate)),
         "a force [x, y, z], or a mapping with the keys force, moment",

@@ -55,7 +55,7 @@ class Scene(Table):
     wind: Wind | None = Field(None, description="The wind on the gondola")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cable")
     cases: dict[CaseName, LoadCase] = Field(
-        {}, description="Name -> temperature, ice, steady wind and loads of one day"
+        {}, description="Name -> temperature, ice, wind, loads, forces and moves of one day"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state with its loads")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")
@@ -145,20 +145,27 @@ TABLES = {
 
 def quantity_of(key):
     """The Quantity that reads a dotted key of a scene (a vector or its components alike); None when none does."""
-    field = field_of(key)
-    return field and _quantity_in(field)
+    return next(filter(None, map(_quantity_in, _fields_of(key))), None)
 
 
 def field_of(key):
     """The field, of pydantic, that a dotted key of a scene or its beginning names; None when none does."""
+    return next(iter(_fields_of(key)), None)
+
+
+def _fields_of(key):
+    """The fields of the longest beginning of a dotted key that names one.
+
+    Of a key itself the first one; of what it is a component of, that of one cable, then that of a suspension.
+    """
     path = split_key(key)
     for length in range(len(path), 0, -1):  # the key itself, or what it is a component of
         *table, name = path[:length]
-        for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES):
-            model = table_at(tables, table)
-            if model and name in model.model_fields:
-                return model.model_fields[name]
-    return None
+        models = [table_at(tables, table) for tables in (TABLES, SUSPENSION_TABLES, WHEEL_TABLES)]
+        found = [model.model_fields[name] for model in models if model and name in model.model_fields]
+        if found:
+            return found if length < len(path) else found[:1]
+    return []
 
 
 def _quantity_in(field):

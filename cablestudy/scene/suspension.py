@@ -68,7 +68,7 @@ class SuspensionScene(Table):
     wind: SuspensionWind | None = Field(None, description="The wind on bodies and cables")
     ground: Ground | None = Field(None, description="Level of the ground, or [x, z] of points under the cables")
     cases: dict[CaseName, SuspensionCase] = Field(
-        {}, description="Name -> temperature, ice, steady wind and loads of one day"
+        {}, description="Name -> temperature, ice, wind, loads, forces and moves of one day"
     )
     case: Name | None = Field(None, description="Which of the cases; without it the reference state")
     exposure: Exposure | None = Field(None, description="Time of one exposure, within which motion blurs the image")

@@ -158,7 +158,8 @@ def closed_form(results, required):
         number = np.asarray(column.compute(results))
         numbers[column.header] = number + 0.0 if number.dtype.kind == "f" else number  # no minus before a zero
         for case in np.flatnonzero(~np.isfinite(number)).tolist():
-            fail(case, column.header, not_finite(column))
+            unsolved = results.failures if column.name == "chord" else {}  # with the force of a load case on an end
+            fail(case, column.header, unsolved.get(case) or not_finite(column))
     errors = {} if required.scene_only else _coarse_errors(results, required)
     return ClosedForm(len(results.values), numbers, failures, over, errors, required.least_errors)
 

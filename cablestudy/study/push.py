@@ -91,7 +91,7 @@ def pushed_ends(span_at, force):
     unbalanced = np.where(residual <= BALANCED, CONVERGED, UNBALANCED)
     reason = np.where(done, unbalanced, TOO_MANY)
     known = np.maximum(EPSILON * scale, gap) / np.maximum(stiffness, np.finfo(float).tiny)
-    error = np.divide(known, np.abs(shift), out=np.zeros_like(gap), where=shift != 0)
+    error = np.divide(known, np.abs(shift), out=np.sign(np.abs(force)), where=shift != 0)
     return Push(shift, np.minimum(error, 1.0), Record(steps, residual, reason))
 
 

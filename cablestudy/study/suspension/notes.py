@@ -83,13 +83,13 @@ def moved_note(case):
         own = (suspension.owner == body).any(axis=-1)
         moved = float(np.linalg.norm(reference.position[place, body] - holders[name].at))
         if (own & stating).any() and moved > stretch[own].max():
-            told.append(f"{name} {moved:.4g} m")
+            told.append(f"{name} by {moved:.4g} m")
     if not told:
         return ()
     return (
-        f"note: farther from where it is written (at) than its cables stretch comes to rest: {first_of(told, LISTED)}; "
-        "cables that state a tension or a sag have it with all forces on, by their lengths: to keep the lengths, give "
-        "the force in a load case (cases.NAME.forces)",
+        f"note: the stated tensions or sags move {first_of(told, LISTED)} from its place in the file (at), more than "
+        "its cables stretch: their lengths follow with all forces on; a force in a load case (cases.NAME.forces) keeps "
+        "them",
     )
 
 
