@@ -155,9 +155,13 @@ def test_columns_and_top(style):
     options = ("--columns", "end_stiffness,sag_m", "--top", 2, "--format", style)
     rows = rows_of(run("sweep", CONFIGS / "preload.yaml", "--no-write", *options).out, style)
     whole_table = table_of("sweep", CONFIGS / "preload.yaml", "--no-write")
-    names = ["end_stiffness_N_per_m", "sag_m"]
+    names = ["cable.unstretched_length_m", "end_stiffness_N_per_m", "sag_m", "status"]
     assert [list(row) for row in rows] == [names] * 2
-    assert rows == [{name: row[name] for name in names} for row in whole_table[:2]]
+    # in the whole table a column shows what varies
+    shown = [
+        dict(zip(names, [row["unstretched_length_m"], *map(row.get, names[1:])], strict=True)) for row in whole_table
+    ]
+    assert rows == shown[:2]
 
 
 def test_columns_of_markdown_and_of_one_row():
@@ -166,7 +170,7 @@ def test_columns_of_markdown_and_of_one_row():
     (row,) = table_of("static", CARLINA, "--columns", "sag")
     assert list(row) == ["sag_m"]
     lines = run("sweep", CONFIGS / "preload.yaml", "--no-write", "--columns", "sag_printed_m,status").out.splitlines()
-    assert cells(lines[0]) == ["printed [m]", "status"]
+    assert cells(lines[0]) == ["cable.unstretched_length [m]", "printed [m]", "status"]
 
 
 def test_every_table_takes_them(folder):
@@ -176,7 +180,7 @@ def test_every_table_takes_them(folder):
         ["columns", "--columns", "column,unit"],
         ["materials", "--columns", "material,density"],
         ["sweep", "study.yaml", "--dry-run", "--columns", "row,gondola.mass"],
-        ["sweep", "study.yaml", "--columns", "gondola.mass_kg,mass"],
+        ["sweep", "study.yaml", "--columns", "gondola.mass_kg,status"],
         ["find", CARLINA, "sag = 1 m", "--by", "cable.preload", "--columns", "mass,status"],
     ):
         rows = table_of(*command, "--top", 2)
@@ -189,9 +193,29 @@ def test_every_table_takes_them(folder):
 def test_a_column_that_the_study_does_not_list_is_computed(folder):
     study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass]\n")
     outcome = run("sweep", "study.yaml", "--columns", "gondola.mass,sag", "--format", "json")
-    assert [list(row) for row in rows_of(outcome.out, "json")] == [["gondola.mass_kg", "sag_m"]] * 2
+    assert [list(row) for row in rows_of(outcome.out, "json")] == [["gondola.mass_kg", "sag_m", "status"]] * 2
     assert outcome.err == "not written: the study does not list sag\n"
     assert run("sweep", "study.yaml", "--columns", "mass,status").err.startswith("written: results/study.csv")
+
+
+@pytest.mark.parametrize(
+    ("asked", "shown"),
+    [
+        ("sag", ["gondola.mass_kg", "cable.area_m2", "sag_m", "status"]),
+        ("area,sag", ["gondola.mass_kg", "area_mm2", "sag_m", "status"]),  # the same in another unit
+        ("mass,gondola.mass", ["mass_kg", "gondola.mass_kg", "status"]),
+        ("status,cable.area,gondola.mass", ["status", "cable.area_m2", "gondola.mass_kg"]),
+    ],
+)
+@pytest.mark.parametrize("command", ["sweep", "show"])
+def test_what_varies_and_the_status_stay_in_a_table_of_chosen_columns(folder, asked, shown, command):
+    vary = "vary: [{gondola.mass: [5 kg, 6 kg]}, {cable.area: [20 mm^2, 24 mm^2]}]\n"
+    study_file(folder, vary + "columns: [mass, sag, area]\n")
+    run("sweep", "study.yaml")
+    rows = table_of(command, "study.yaml", "--columns", asked)
+    assert [list(row) for row in rows] == [shown] * 4
+    whole_rows = table_of("show", "study.yaml", "--columns", "gondola.mass,cable.area,area,mass,sag")
+    assert rows == [{name: row[name] for name in shown} for row in whole_rows]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Pictures: what is drawn is what was computed, and files are whole, valid and always the same."""
 
+from pathlib import Path
+
 import matplotlib
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from cablestudy.study import case_modes, plots, report
 from cablestudy.study.all_columns import find
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
+from cablestudy.study.plots import style
 from cablestudy.study.plots.words import key_words, number, unit_text, value_text
 from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
@@ -517,3 +520,28 @@ def test_equal_tensions_have_one_colour_and_no_scale(at, equal):
         assert figure.get_suptitle() == f"Static form: 6 cables, mean tension {mean:.0f} N each"
     else:
         assert figure.axes[-1].get_ylim() == pytest.approx((tension.min(), tension.max()))
+
+
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_names_and_titles_may_have_any_letters(folder, kind):
+    """Letters that no font has, and what matplotlib would read as mathematics; warnings are errors here."""
+    names = {"top": "顶点", "guy1": "缆一"}
+    text = (CONFIGS / "suspensions" / "mast-guys.yaml").read_text(encoding="utf-8")
+    for old, new in names.items():
+        text = text.replace(old, new)
+    Path("mast.yaml").write_text(text, encoding="utf-8")
+    title = r"研究 😀 $preload {a_b^ $x$ and $\frac{"
+    vary = "vary: [{cable.preload: [10 kN, 20 kN]}]\ncolumns: [缆一.max_tension]\n"
+    Path("study.yaml").write_text(f"title: '{title}'\nbase: mast.yaml\n{vary}", encoding="utf-8")
+    assert run("modes", "mast.yaml", "--plot", f"modes.{kind}").lines[-1] == f"written: modes.{kind}"
+    assert run("sweep", "study.yaml", "--no-write", "--plot", f"study.{kind}").lines == [f"written: study.{kind}"]
+    run("report", "study.yaml", "--out", "study.html")
+
+
+def test_a_font_that_is_installed_draws_letters_that_the_first_one_lacks(monkeypatch):
+    style.families.cache_clear()
+    assert style.families()[0] == "sans-serif"
+    monkeypatch.setattr(style, "OTHER_LETTERS", ("Nowhere Installed", "cmr10", "STIXGeneral"))
+    style.families.cache_clear()
+    assert style.families() == ["sans-serif", "cmr10", "STIXGeneral"]
+    style.families.cache_clear()

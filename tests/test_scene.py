@@ -445,7 +445,7 @@ _TREES = st.recursive(
 
 
 # The fixture only changes the working directory, which every example may share.
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(key=st.sampled_from(_KEYS), table=st.sampled_from(sorted(".".join(path) for path in TABLES)), value=_TREES)
 def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(tmp_path_factory, key, table, value):
     path = tmp_path_factory.getbasetemp() / "any.yaml"

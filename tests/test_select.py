@@ -232,3 +232,11 @@ def test_what_is_refused(folder, arguments, messages):
     for line, message in zip([line for line in outcome.lines if "not written" not in line], messages, strict=True):
         assert line.startswith(message)
     assert sorted(path.name for path in folder.iterdir()) == ["study.yaml"]
+
+
+def test_what_varies_as_text_has_neither_least_nor_largest(folder):
+    study_file(folder, "vary: [{cable.material: [aramid, steel]}, {gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass]\n")
+    for option, words in (("--pareto", "min cable.material, min mass"), ("--best", "min cable.material")):
+        outcome = run("sweep", "study.yaml", "--no-write", option, words, code=2)
+        assert (outcome.out, outcome.lines) == ("", [f"{option}: cable.material is text, which has no min"])
+    assert run("sweep", "study.yaml", "--no-write", "--pareto", "max gondola.mass", "--quiet").out

@@ -58,7 +58,9 @@ def test_rows_are_chosen_as_in_a_sweep(swept, computed, stored):
     assert show("--sort", "-gondola.mass_kg", "--top", 2)[0] == swept[:0:-1]
     assert show("--best", "max sag")[0] == [max(swept, key=lambda row: row["sag_m"])]
     assert show("--pareto", "min mass")[0] == [min(swept, key=lambda row: row["mass_kg"])]
-    assert show("--columns", "sag")[0] == [{"sag_m": row["sag_m"]} for row in swept]
+    assert show("--columns", "sag,gondola.mass,status")[0] == [
+        {name: row[name] for name in ("sag_m", "gondola.mass_kg", "status")} for row in swept
+    ]
     run("show", "study.yaml", "--plot", "a.svg")
     assert Path("a.svg").exists()
     assert computed == []

@@ -385,3 +385,32 @@ def test_the_csv_holds_the_rows_of_the_other_formats(folder, what):
     assert [list(row) for row in found] == [list(row) for row in plain]
     assert found == [{name: exact(value) for name, value in row.items()} for row in plain]
     assert TABLE.read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(
+    "options", [(), ("--resume",), ("--restart",), ("--shard", "1/2")], ids=lambda words: words[:1]
+)
+@pytest.mark.parametrize("end", ["", "-wal"])
+def test_nothing_is_written_through_a_link_to_nothing(folder, options, end):
+    study_file(folder, FOUR, SLACK)
+    link = Path(f"results/study.{'shard-1-of-2' if '--shard' in options else 'rows'}.sqlite{end}")
+    link.parent.mkdir()
+    link.symlink_to(folder / "elsewhere")
+    outcome = run("sweep", "study.yaml", *options, code=2)
+    assert (outcome.out, outcome.lines) == ("", [f"{link}: is a link to {folder / 'elsewhere'}, which is not there"])
+    assert not Path("elsewhere").exists()
+    assert [path.name for path in Path("results").iterdir()] == [link.name]
+    run("show", "study.yaml", code=2)
+    assert not Path("elsewhere").exists()
+
+
+def test_a_table_takes_the_place_of_a_link_to_nothing(folder):
+    """As of any file: it is written whole beside its place, and then put there."""
+    study_file(folder, FOUR, SLACK)
+    Path("results").mkdir()
+    for path in (TABLE, TABLE.with_suffix(".md"), TABLE.with_suffix(".run.yaml"), Path("picture.svg")):
+        path.symlink_to(folder / "elsewhere")
+    run("sweep", "study.yaml", "--plot", "picture.svg")
+    assert not Path("elsewhere").exists()
+    assert TABLE.read_text().startswith("cable.unstretched_length_m,")
+    assert not TABLE.is_symlink()

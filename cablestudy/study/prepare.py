@@ -1,5 +1,6 @@
 """Checks of a study before anything is computed, and the columns, fields and printed values of its table."""
 
+from dataclasses import replace
 from difflib import get_close_matches
 
 from cablestudy.errors import Mistake, SceneError
@@ -196,7 +197,7 @@ def fields_of(study, columns, referenced):
             printed, difference = beside(column.header, "printed"), beside(column.header, "difference")
             fields.append(Field(printed, "printed", column.unit, hidden=True))
             fields.append(Field(difference, "printed (Δ)", "", beside=printed))
-    return (*fields, STATUS)
+    return (*fields, replace(STATUS, kept=True))
 
 
 def beside(header, word):

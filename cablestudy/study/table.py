@@ -37,6 +37,8 @@ class Field:
     text: bool = False  # whether some cells are text; of tables in memory they are looked at instead
     secondary: bool = False  # whether a terminal that is too narrow leaves the column out before others
     unless: str = ""  # a terminal leaves the column out if all its cells are this text
+    varied: bool = False  # whether a study varies it: shown as a label, unless columns are chosen among those it varies
+    kept: bool = False  # whether it is shown, behind all others, though columns are chosen without it
 
     @property
     def plain(self):
@@ -85,7 +87,7 @@ class Table:
     digits: int = DIGITS  # significant ones of a number in Markdown
 
     def chosen(self, names=(), top=None):
-        """Some columns, in the order of their names, behind those that name the rows; and the first rows.
+        """Some columns, in the order of their names, behind those that name the rows or vary; and the first rows.
 
         Parameters
         ----------
@@ -103,7 +105,8 @@ class Table:
             return self
         asked = dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)
         labels = [field for field in self.fields if field.label and field not in asked]
-        fields = (*labels, *asked) if asked else self.fields
+        last = [field for field in self.fields if field.kept and field.name not in {field.name for field in asked}]
+        fields = (*labels, *self._varied(asked), *asked, *last) if asked else self.fields
         shown = {field.name for field in fields}
 
         def errors():
@@ -111,6 +114,14 @@ class Table:
                 yield {name: error for name, error in row.items() if name in shown}
 
         return replace(self, fields=fields, rows=self.rows[:top], errors=self.errors and errors)
+
+    def _varied(self, asked):
+        """The varied fields that are shown beside those asked for: all, but for what is the same as one of these."""
+        varied = [field for field in (*self.fields, *self.more) if field.varied]
+        plain = {field.plain for field in asked}
+        if any(field.varied for field in asked):
+            return []
+        return [field for field in varied if field.plain.rpartition(".")[2] not in plain]
 
     def field(self, name):
         """The field of a name, with its unit or without; SceneError where there is none."""

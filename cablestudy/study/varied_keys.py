@@ -32,7 +32,7 @@ class VariedKey:
     @property
     def field(self):
         """The field of its column."""
-        return Field(self.header, self.key, self.unit or "", distinct=True, text=self.text)
+        return Field(self.header, self.key, self.unit or "", distinct=True, text=self.text, varied=True)
 
     def cell(self, written):
         """A value of the study as its cell.

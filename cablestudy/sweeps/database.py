@@ -137,7 +137,10 @@ class Database:
 
 
 def _check_beginning(path):
-    """Refuse a file that is no SQLite database, before SQLite writes anything."""
+    """Refuse a file that is no SQLite database, and a link to nothing, before SQLite writes anything."""
+    for name in (path, *(path + end for end in SIDE_FILES)):
+        if os.path.islink(name) and not os.path.exists(name):
+            raise SceneError(f"{name}: is a link to {os.readlink(name)}, which is not there")
     try:
         with open(path, "rb") as file:
             beginning = file.read(len(MAGIC))

@@ -77,7 +77,7 @@ def variable(name, study, option):
     if varied := varied_key(study, name):
         quantity = quantity_of(varied.key)
         unit = quantity.unit if varied.unit is TEXT and quantity else varied.unit
-        return Variable(varied.header, unit, is_varied=True)
+        return Variable(varied.header, unit, _is_text(study, varied, unit), is_varied=True)
     column = column_named(study, name) if study.find else None
     if column and column.needs == "find":
         return Variable(column.header, column.unit)
@@ -87,6 +87,14 @@ def variable(name, study, option):
     if column.name != "status" and not {column.name, column.header}.intersection(study.columns):
         study.ask(column.name, option)
     return Variable(column.header, column.unit, is_text=column.name == "status")
+
+
+def _is_text(study, varied, unit):
+    """Whether no value of a varied key is a number."""
+    if varied.unit is not TEXT:
+        return False
+    (values,) = (values for entry in study.entries for key, values, _ in entry.columns if key == varied.key)
+    return all(isinstance(_number_or_text(varied.cell(value), unit or ""), str) for value in values)
 
 
 def ask_columns(study, names):

@@ -2,6 +2,7 @@
 
 import io
 import os
+import warnings
 from functools import lru_cache, wraps
 
 import matplotlib.style
@@ -43,8 +44,15 @@ STYLE = {
     "ytick.color": GREY,
     "legend.frameon": False,
     "lines.linewidth": 1.6,
+    "text.parse_math": False,  # a title may have a $
     "svg.hashsalt": "cablestudy",  # default: random, so that equal pictures are different files
 }
+# with letters that matplotlib's own font lacks; of Linux, Windows and macOS
+OTHER_LETTERS = (
+    "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "WenQuanYi Micro Hei", "Droid Sans Fallback",
+    "Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "Nirmala UI", "PingFang SC", "Hiragino Sans GB",
+    "Apple SD Gothic Neo", "Arial Unicode MS", "Noto Sans Devanagari", "Noto Sans Thai",
+)  # fmt: skip
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH = 7.5  # of a picture [in]
 MOST_NAMES = 30  # along an axis
@@ -56,14 +64,25 @@ DEEP = 0.1  # sag over chord from which a cable is drawn true to scale
 
 
 def styled(draw):
-    """Decorator: draw with STYLE on matplotlib's defaults, without the user's configuration."""
+    """Decorator: draw with STYLE on matplotlib's defaults, without the user's configuration.
+
+    Letters that no font here has are drawn as the box that stands for them, without a warning.
+    """
 
     @wraps(draw)
     def run(*arguments):
-        with matplotlib.style.context(["default", STYLE]):
+        with matplotlib.style.context(["default", STYLE | {"font.family": families()}]), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", r"Glyph \d+ .*missing", UserWarning)
             return draw(*arguments)
 
     return run
+
+
+@lru_cache(maxsize=1)
+def families():
+    """The families of fonts for all text: matplotlib's own, and those of OTHER_LETTERS that are installed; list."""
+    installed = {font.name for font in fontManager.ttflist}
+    return ["sans-serif", *(name for name in OTHER_LETTERS if name in installed)]
 
 
 @styled
