@@ -436,7 +436,7 @@ def test_a_sample_of_the_campaign_finds_nothing(tmp_path):
     script = ROOT / "benchmarks" / "python_calls.py"
     done = subprocess.run([sys.executable, script, "--calls", "100"], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "100 calls, 100 with one odd argument, 0 findings" in done.stdout
+    assert "100 calls, 0 findings" in done.stdout
     for ended in ("SceneError", "a result"):
         assert f" times {ended}\n" in done.stdout
     assert list(tmp_path.iterdir()) == []
