@@ -8,6 +8,7 @@ list. `benchmarks/twins.py` compares many more scenes in everything, and prints 
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from command import CONFIGS
@@ -177,6 +178,37 @@ def test_a_wrong_twin_differs():
 def test_a_stated_error_beyond_all_measure_excuses_nothing():
     scene = straight_scene(4) | {"model": {"accuracy": 1e-4}}
     assert difference("", scene, "sag", (1.0, 1.01), (0.5, 0.5)).stated < 1e-3
+
+
+@pytest.mark.parametrize("seed", [2, 8, 14])
+def test_one_cable_is_the_closed_form_of_a_straight_cable_with_a_loss_factor(seed):
+    """Which side is right: k(w) = EA q cot(q L), q = w sqrt(m/EA), with complex EA, and the integral of |x/F|^2 S."""
+    scene = straight_scene(seed)
+    found = solve(scene, "unstretched_length", "axial_stiffness", "mass_per_length", *OPEN_WIND).values
+    stiffness = found["axial_stiffness"] * (1 + 1j * scene["cable"]["damping"]["loss_factor"])
+    frequency = np.geomspace(1e-6, 1e3, 400_001)
+    omega = 2 * np.pi * frequency
+    wave = omega * np.sqrt(found["mass_per_length"] / stiffness)
+    own = stiffness * wave / np.tan(wave * found["unstretched_length"]) - scene["gondola"]["mass"] * omega**2
+    spectrum = force(scene, frequency) / np.abs(own) ** 2
+    below = spectrum[0] * frequency[0]
+    expected = np.sqrt([np.trapezoid(spectrum, frequency) + below, np.trapezoid(spectrum * omega**2, frequency)])
+    assert [found[name] for name in OPEN_WIND] == pytest.approx((1e3 * expected).tolist(), rel=1e-6)
+
+
+def force(scene, frequency):
+    """Spectrum of the wind's force on the gondola, by the formulas of physics.md. [N^2/Hz]"""
+    wind, gondola = scene["wind"], scene["gondola"]
+    x = frequency * wind["length_scale"] / wind["speed"]
+    shape = {
+        "von_karman": 4 / (1 + 70.7 * x**2) ** (5 / 6),
+        "kaimal": 4 / (1 + 6 * x) ** (5 / 3),
+        "davenport": 2 / 3 * x / (1 + x**2) ** (4 / 3),
+    }[wind["spectrum"]]
+    passed = 1 / (1 + (2 * frequency * np.sqrt(gondola["area"]) / wind["speed"]) ** (4 / 3))
+    size = 1.2 * gondola["drag_coefficient"] * gondola["area"] * wind["turbulence_intensity"] * wind["speed"] ** 2
+    share = passed if wind["admittance"] == "vickery" else 1.0
+    return size**2 * share * shape * wind["length_scale"] / wind["speed"]
 
 
 def test_the_body_of_the_twin_stands_where_end_2_is():
