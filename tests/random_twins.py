@@ -29,7 +29,7 @@ def random_scene(seed, form=None, model=None):
     scene["wind"] = _wind(draw, seed)
     if seed % 5 == 0:
         scene["exposure"] = _power(draw, -3, -1)
-    if seed % 5 == 1:
+    if seed % 5 in (0, 1):
         scene["correction"] = {"bandwidth": _power(draw, 0, 1.3), "delay": 2e-3}
     scene["model"] = model or _model(draw, seed)
     return scene

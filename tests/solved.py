@@ -12,6 +12,7 @@ import cablestudy as cs
 from cablestudy.scene.study import read_study
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find as find_of_one
+from cablestudy.study.columns import lacks
 from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension.columns import find as find_of_many
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -73,6 +74,11 @@ def solve_all(scenes, names, estimate=False):
         )
         for row in rows
     ]
+
+
+def has_keys(scene, column):
+    """Whether a scene of one cable has the keys that a column needs."""
+    return not lacks(cs.load(scene).model, find_of_one(column))
 
 
 def solve(scene, *names, estimate=False):

@@ -1,4 +1,4 @@
-"""Twins: a scene of one cable as the file of a suspension, of the same physics, and their differences.
+"""Twins: a scene of one cable as the file of a suspension, of the same physics.
 
 The cable `cable` runs from a fixed place to the body `gondola`. There are three twins, since a scene of one cable
 answers questions about three systems:
@@ -15,12 +15,9 @@ body alone; turbulence is that along the wind.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-import numpy as np
-from solved import damping_of_modes, end_force, response, solve, solve_all
+from solved import end_force, solve
 
-import cablestudy as cs
 from cablestudy.scene.units import to_si
 
 ENDS = ("ends", "chord", "inclination")
@@ -33,8 +30,9 @@ COHERENT = 1e9  # coherence length from which the wind on a cable is the same ev
 
 OF_CABLE = (
     "preload", "horizontal_tension", "max_tension", "min_tension", "unstretched_length", "stretched_length", "chord",
-    "sag", "sag_ratio", "mass", "axial_stiffness", "mass_per_length", "strain", "lambda_squared", "lowest_point", "swing",
-    "reaction_1_horizontal", "reaction_1_vertical", "reaction_2_horizontal", "reaction_2_vertical", "angle_1", "angle_2",
+    "sag", "sag_ratio", "mass", "axial_stiffness", "mass_per_length", "strain", "lambda_squared", "lowest_point",
+    "swing", "reaction_1_horizontal", "reaction_1_vertical", "reaction_2_horizontal", "reaction_2_vertical", "angle_1",
+    "angle_2",
 )  # fmt: skip
 STATICS = {name: f"cable.{name}" for name in OF_CABLE} | {
     "tension_1": "cable.tension_from",
@@ -60,6 +58,7 @@ WIND = {"gondola_rms": "gondola.rms_x", "gondola_rms_velocity": "gondola.rms_vel
 PEAK = {"peak": "gondola.peak"}  # where `wind.mean` is false
 IMAGED = {"exposure": "gondola.exposure"}
 CORRECTED = {"corrected": "gondola.corrected"}
+BOTH = {"corrected_exposure": "gondola.corrected_exposure"}
 # of the larger one of wind across and along the plane of the cable
 CABLE_WIND = {
     "gondola_rms_open_loop_cable_wind": "gondola.rms_x",
@@ -79,7 +78,15 @@ NO_TWIN = {
     "midspan_rms": "no column of cables of a suspension",
     "winch_rms_speed": "of the end that moves along x; of a suspension the length reeled in",
     "winch_peak_speed": "of the end that moves along x; of a suspension the length reeled in",
-    "gondola_rms_all_wind": "gondola and cable in uncorrelated winds; of a suspension in one wind",
+    **{
+        f"gondola_rms{quantity}{state}_all_wind": "gondola and cable in uncorrelated winds; of a suspension in one wind"
+        for quantity in ("", "_velocity")
+        for state in ("", "_open_loop")
+    },
+    **{
+        f"gondola_rms{quantity}_cable_wind": "with the winch at rest alone: the winches differ where this is not zero"
+        for quantity in ("", "_velocity")
+    },
     "deflection": "no column of suspensions",
     "linear_deflection": "no column of suspensions",
     "nonlinearity": "no column of suspensions",
@@ -192,329 +199,11 @@ def _steady_force(scene):
     return pressure * drag * math.cos(number(wind.get("direction", 0.0), "rad"))
 
 
-# -------------------------------------------------------------------------------------------------- their differences
-
-ROUNDING = 1e-9  # relative difference that is none
-MODES = 8
-KINDS = {"inplane": MODES, "outofplane": MODES, "axial": 2}
-OF_MODES = [f"{kind}_frequency_{number + 1}" for kind, count in KINDS.items() for number in range(count)]
-STILL = 1e-3  # RMS below which one is rounding of others [mm], [mm/s], [N]
-SMALL_RATIO = 1e-3  # damping ratio of the gondola below which rounding is that of larger ones
-
-
-@dataclass(frozen=True)
-class Difference:
-    """One number of a scene and of its twin that differ by more than both state.
-
-    Attributes
-    ----------
-    scene : str
-        Its name.
-    classes : tuple of str
-        Of CLASSES, those that the scene belongs to.
-    column : str
-        Of one cable.
-    one, twin : float or None
-    size : float
-        Difference over the larger one; 1 where one side alone has a number. [-]
-    stated : float
-        Sum of the errors that both state. [-]
-    """
-
-    scene: str
-    classes: tuple
-    column: str
-    one: float | None
-    twin: float | None
-    size: float
-    stated: float
-
-
-def _damping(scene):
-    return scene["cable"].get("damping", {})
-
-
-def _weightless_and_level(scene):
-    begin, end = end_places(scene["cable"])
-    return begin[1:] == end[1:] and not _gravity(scene)
-
-
-# Name -> which scenes it holds, in the order in which a difference is assigned to them.
-CLASSES = {
-    "no length left": lambda scene: _elongation(scene) <= -0.9,
-    "slack without weight": lambda scene: not _gravity(scene) and "tension" not in _taut(scene),
-    "one bar": lambda scene: scene.get("model", {}).get("elements") == 1 and scene["model"].get("order", 1) == 1,
-    "steady wind on elements": lambda scene: "elements" in scene.get("model", {}) and "wind" in chosen_case(scene),
-    "hysteretic": lambda scene: number(_damping(scene).get("loss_factor", 0.0), "") > 0,
-    "modal, to an accuracy": lambda scene: "elements" not in scene.get("model", {}) and "ratio" in _modal(scene),
-    "modal, many elements": lambda scene: "ratio" in _modal(scene) and scene.get("model", {}).get("elements", 0) > 20,
-    "winch not along x": lambda scene: "winch" in scene and not _weightless_and_level(scene),
-    "one element with a load": lambda scene: scene.get("model", {}).get("elements") == 1 and has_loads(scene),
-    "bare cable": lambda scene: "gondola" not in scene,
-    "any": lambda scene: True,
-}
-
-
-def _gravity(scene):
-    return number(scene.get("gravity", 9.81), "m/s^2")
-
-
-def _taut(scene):
-    """{"tension"} of a cable that states a tension, or a length below its chord."""
-    cable, ends = scene["cable"], end_places(scene["cable"])
-    short = "unstretched_length" in cable and number(cable["unstretched_length"], "m") < math.dist(*ends)
-    return {"tension"} if short or {"preload", "tension"} & set(cable) else set()
-
-
-def _elongation(scene):
-    """Relative change of the length by the temperature of the chosen load case, of a cable that states it. [-]"""
-    temperature, expansion = chosen_case(scene).get("temperature"), scene["cable"].get("expansion")
-    if temperature is None or expansion is None:
-        return 0.0
-    reference = scene["cable"].get("reference", {}).get("temperature", 288.15)
-    return number(expansion, "1/K") * (number(temperature, "K") - number(reference, "K"))
-
-
-def _modal(scene):
-    """The table of the damping where it is modal, with the ratio that it has by default."""
-    damping = _damping(scene)
-    if {"loss_factor", "time"} & set(damping) or damping.get("model", "modal") != "modal":
-        return {}
-    return damping if damping else {"ratio": 0.01}
-
-
-def has_loads(scene):
-    """Whether there are point loads on the cable, or on that of the chosen load case."""
-    return bool(scene["cable"].get("loads") or chosen_case(scene).get("loads"))
-
-
 def chosen_case(scene):
     """The table of the chosen load case; empty where none is chosen."""
     return scene.get("cases", {}).get(scene.get("case"), {})
 
 
-def classes_of(scene):
-    """Names of the CLASSES that hold a scene: tuple."""
-    return tuple(name for name, holds in CLASSES.items() if holds(scene))
-
-
-def bound_of(scene):
-    """Largest error that a side may state: thrice what the scene asks for; of bars that of a coarse mesh. [-]"""
-    model = scene.get("model", {})
-    return 0.3 if "elements" in model else 3 * number(model.get("accuracy", 1e-4), "")
-
-
-def difference(name, scene, column, numbers, errors, scale=0.0):
-    """The `Difference` of two numbers, None where they agree to ROUNDING and to the errors that both sides state.
-
-    Where one side alone has a number, the column says so: that is a difference of another kind.
-
-    Parameters
-    ----------
-    name : str
-        Of the scene.
-    scene : mapping
-    column : str
-    numbers, errors : tuple of 2 float
-        Of one cable and of the twin; None where there is none.
-    scale : float
-        Size below which a number is rounding of others, as of a coupling stiffness.
-    """
-    one, twin = numbers
-    stated = sum(min(error or 0.0, bound_of(scene)) for error in errors)
-    if one is None or twin is None:
-        side = "one cable" if one is None else "twin"
-        found = Difference(name, classes_of(scene), f"{column}, {side} refuses", one, twin, 1.0, stated)
-        return None if one is twin else found
-    size = abs(one - twin) / max(abs(one), abs(twin), scale) if one != twin else 0.0
-    agrees = size <= ROUNDING + stated
-    return None if agrees else Difference(name, classes_of(scene), column, one, twin, size, stated)
-
-
-def compare(scenes, twins, columns):
-    """Yield the `Difference` of each column that differs.
-
-    Parameters
-    ----------
-    scenes : dict
-        Name -> scene of one cable.
-    twins : dict
-        Name -> its twin.
-    columns : dict
-        Column of one cable -> that of the twin.
-    """
-    one = solve_all(list(scenes.values()), list(columns))
-    many = solve_all(list(twins.values()), list(columns.values()))
-    for (name, scene), own, other in zip(scenes.items(), one, many, strict=True):
-        yield from _differences(name, scene, own, other, columns)
-
-
-def _differences(name, scene, own, other, columns):
-    diagonal = [own.values.get(f"end_stiffness{end}") for end in ("", "_zz")]
-    for column, twin in columns.items():
-        scale = math.sqrt(abs(math.prod(diagonal))) if column == "end_stiffness_xz" and None not in diagonal else 0.0
-        numbers, errors = (own.values[column], other.values[twin]), (own.errors[column], other.errors[twin])
-        if found := difference(name, scene, column, numbers, errors, scale):
-            yield found
-
-
-def compare_statics(scenes):
-    """Statics and stiffness at end 2, in the chosen load case; all scenes of equal columns together."""
-    groups = {}
-    for name, scene in scenes.items():
-        groups.setdefault(tuple(static_columns(scene)), {})[name] = scene
-    for group in groups.values():
-        columns = static_columns(next(iter(group.values())))
-        yield from compare(group, {name: held(scene) for name, scene in group.items()}, columns)
-
-
-def static_columns(scene):
-    """The static columns that a scene has, and those of its twin: dict."""
-    loaded = cs.load(scene).model
-    found = STATICS | STIFFNESS
-    if loaded.cable.section_area is not None:
-        found = found | SECTION
-    if loaded.cable.section_breaking_force is not None:
-        found = found | STRENGTH
-    return found | GROUND if "ground" in scene else found
-
-
-def compare_modes(scenes):
-    """The lowest modes with fixed ends, whatever their kind: frequencies in ascending order."""
-    one = solve_all(list(scenes.values()), OF_MODES)
-    names = [f"frequency_{number + 1}" for number in range(MODES)]
-    many = solve_all([held(scene) for scene in scenes.values()], names)
-    for (name, scene), own, other in zip(scenes.items(), one, many, strict=True):
-        pairs = [(own.values[kind], own.errors[kind]) for kind in OF_MODES if own.values[kind] is not None]
-        pairs = (sorted(pairs, key=lambda pair: pair[0]) + [(None, None)] * MODES)[:MODES]
-        for (value, error), column in zip(pairs, names, strict=True):
-            numbers, errors = (value, other.values[column]), (error, other.errors[column])
-            if found := difference(name, scene, "modes", numbers, errors):
-                yield found
-
-
-def compare_gondola(scenes):
-    """Frequency and damping ratio of the gondola's mode: of the twin, of the coupled mode that is nearest to it."""
-    for name, scene in scenes.items():
-        own = solve(scene, "gondola_frequency", "gondola_damping_ratio")
-        frequency, ratio = (own.values[column] for column in ("gondola_frequency", "gondola_damping_ratio"))
-        twin, count = swinging(scene), MODES
-        found, damped = damping_of_modes(twin, count)
-        while found[-1] < 1.05 * frequency and len(found) == count:
-            count *= 3
-            found, damped = damping_of_modes(twin, count)
-        place = int(np.argmin(np.abs(found - frequency)))
-        pairs = {"gondola_frequency": (frequency, found[place]), "gondola_damping_ratio": (ratio, damped[place])}
-        for column, numbers in pairs.items():
-            # the twin's errors are those asked for
-            asked = (
-                number(scene["model"].get("accuracy", 1e-4), "") if "elements" not in scene.get("model", {}) else 0.0
-            )
-            scale = SMALL_RATIO if column == "gondola_damping_ratio" else 0.0
-            if found_one := difference(name, scene, column, numbers, (own.errors[column], asked), scale):
-                yield found_one
-
-
-def wind_columns(scene):
-    """Columns of the loop and of the gondola in the wind on it, and those of the twin: dict."""
-    found = LOOP | OPEN_WIND | WIND
-    found |= PEAK if scene["wind"].get("mean") is False else {}
-    found |= IMAGED if "exposure" in scene else {}
-    return found | CORRECTED if "correction" in scene else found
-
-
-def compare_loop(scenes):
-    """The winch loop, and the gondola in the wind on it."""
-    for name, scene in scenes.items():
-        columns = wind_columns(scene)
-        own, other = solve(scene, *columns), solve(swinging(scene), *columns.values())
-        yield from _differences(name, scene, own, other, columns)
-
-
-def compare_open_wind(scenes):
-    """The gondola in the wind on it, of scenes without a winch."""
-    for name, whole in scenes.items():
-        scene, columns = (
-            without(whole, "winch"),
-            {one: twin.removesuffix("_open_loop") for one, twin in OPEN_WIND.items()},
-        )
-        own, other = solve(scene, *columns), solve(swinging(scene), *columns.values())
-        yield from _differences(name, scene, own, other, columns)
-
-
 def without(scene, *keys):
     """A scene without some of its keys."""
     return {key: value for key, value in scene.items() if key not in keys}
-
-
-def compare_cable_wind(scenes):
-    """The gondola, or a bare cable, in a coherent wind on the cable: the larger one of wind across and along."""
-    for name, scene in scenes.items():
-        scene = without(scene, "winch")
-        columns = CABLE_WIND if "gondola" in scene else BARE_CABLE
-        own = solve(scene, *columns)
-        sides = [solve(blown(scene, across), *columns.values()) for across in (True, False)]
-        for column, twin in columns.items():
-            found = [side.values[twin] for side in sides]
-            worst = None if None in found else max(found)
-            error = max((side.errors[twin] or 0.0) for side in sides)
-            numbers, errors = (own.values[column], worst), (own.errors[column], error)
-            if one := difference(name, scene, column, numbers, errors, STILL):
-                yield one
-
-
-FREQUENCIES = np.geomspace(0.02, 60.0, 40)  # [Hz]
-
-
-def compare_state_space(scenes):
-    """The gondola by a force on it and by a winch that reels, over frequency, with all modes of few elements.
-
-    The winch of one cable moves an end along x, that of the twin along the tangent: there the twin is held against the
-    state space of the cable alone, whose ends move in all directions, and the equation of the gondola. A delay or a
-    controller is no part of it.
-    """
-    for name, scene in scenes.items():
-        twin = swinging(scene)
-        right = response(scene, ("force_gondola", "gondola_position"), FREQUENCIES, with_="gondola")
-        found = response(twin, ("gondola.force_x", "gondola.x"), FREQUENCIES)
-        yield from _over_frequency(name, scene, "response to a force", found, right)
-        if "loss_factor" not in _damping(scene):  # whose equivalent depends on what moves with the cable
-            found = response(twin, ("winch.cable", "gondola.x"), FREQUENCIES)
-            yield from _over_frequency(name, scene, "response to the winch", found, by_reeling(scene))
-
-
-def _over_frequency(name, scene, column, found, right):
-    size = float((np.abs(found - right) / np.abs(right)).max())
-    if size > ROUNDING:
-        yield Difference(name, classes_of(scene), column, None, None, size, 0.0)
-
-
-def by_reeling(scene):
-    """Displacement of the gondola per length that the winch reels in, by the state space of the cable alone, (f,)."""
-    plain = without(scene, "gondola", "winch", "wind", "correction", "exposure")
-    stretch, tangent = reeled(scene)
-    end = "end_2" if scene["winch"].get("location") == "gondola" else "end_1"
-    moved = np.array([response(plain, (f"{end}_{axis}", "force_end_2_x"), FREQUENCIES) for axis in "xyz"])
-    s, own = 2j * math.pi * FREQUENCIES, response(plain, ("end_2_x", "force_end_2_x"), FREQUENCIES)
-    return -stretch * (tangent @ moved) / (number(scene["gondola"]["mass"], "kg") * s**2 + own)
-
-
-def reeled(scene):
-    """How far an end of the cable moves per length that a winch there reels in, 1 + T/EA, and the outward tangent."""
-    force = end_force(scene, 2 if scene["winch"].get("location") == "gondola" else 1)
-    tension = float(np.linalg.norm(force))
-    stiffness = solve(scene, "axial_stiffness").values["axial_stiffness"]
-    return 1 + tension / stiffness, -force / tension
-
-
-def largest(differences):
-    """Class of scene and column -> the largest of some differences: dict.
-
-    A scene of several classes counts for the first of them.
-    """
-    found = {}
-    for one in differences:
-        key = one.classes[0], one.column
-        if key not in found or found[key].size < one.size:
-            found[key] = one
-    return found
