@@ -362,7 +362,8 @@ COLUMNS = (
            lambda c: _stable_loop(c).bandwidth, WINCH),
     *_rms("", "in the wind", ("response",)),
     *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
-    *_rms("_all_wind", "by the wind on gondola and cable together", ("response_in_air", "cable_response")),
+    *_rms("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be less "
+          "than by the wind on the gondola alone", ("response_in_air", "cable_response")),
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
            "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
