@@ -264,3 +264,8 @@ def test_a_study_of_one_scene_agrees_with_static():
     study = f"base: {CARLINA}\ncolumns: [sag, preload, end_stiffness]\n"
     (row,) = rows_of(run("sweep", "-", "--no-write", "--format", "json", stdin=study).out, "json")
     assert row.items() <= table_of("static", CARLINA)[0].items()
+
+
+def test_the_meaning_says_why_more_wind_can_move_a_gondola_less():
+    for name in ("gondola_rms_all_wind", "gondola_rms_open_loop_all_wind"):
+        assert "damps the cable too, so that it can be less" in find(name).meaning

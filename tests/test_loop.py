@@ -286,3 +286,11 @@ def test_the_example_for_python_control_agrees_with_the_loop(monkeypatch, capsys
     assert found == pytest.approx(expected, abs=0.01)  # dB, with the modes up to 25 Hz
     pid = cells(scene(base=str(ROOT / "configs" / "carlina-pid.yaml")), "phase_margin")
     assert phase == pytest.approx(pid["phase_margin"], rel=1e-4)
+
+
+@pytest.mark.parametrize(("size", "told"), [("100 m", True), ("1 mm", False)])
+def test_a_winch_that_is_faster_than_any_is_told(size, told):
+    err = run("loop", CARLINA, "--time", "10 s", "--size", size).err
+    assert ("where hardly any winch can" in err) is told
+    stated = ["--set", "winch.max_speed=1000 m/s"]
+    assert "hardly any" not in run("loop", CARLINA, "--time", "10 s", "--size", size, *stated).err

@@ -194,6 +194,31 @@ def _peak(case):
     return 1e3 * (mean + float(peak_factor(rate, wind.duration)) * response.displacement)
 
 
+def tensions_at_peak(case):
+    """Least tension at an end, and largest one of the cable, at the gondola's largest expected displacement. [N]
+
+    Linear and quasi-static. A scene of one cable does not say whether its wind blows towards end 1 or away from it.
+    """
+    force = case.form.end_forces("global")
+    tension = np.sqrt((force**2).sum(axis=-1))
+    pulled = np.array([case.end_stiffness_along(axis, 0) for axis in range(3)])
+    change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case) / 1e3
+    return float((tension - change).min()), float(case.statics.max_tension + change.max())
+
+
+def goes_slack(case):
+    """Whether the least tension of a `Case` in the wind is below zero: once its RMS is known, else False."""
+    return "response" in case.__dict__ and tensions_at_peak(case)[0] < 0
+
+
+def _linear_range(case):
+    """Of the gondola along x. [mm]"""
+    from cablestudy.cable.linear_range import linear_range
+
+    found = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
+    return None if found is None else 1e3 * found
+
+
 def _imaged(name, meaning, keys):
     """Column of what a telescope sees of the gondola's motion."""
 
@@ -339,13 +364,19 @@ COLUMNS = (
            lambda c: _stable_loop(c).bandwidth, WINCH),
     *_rms("", "in the wind", ("response",)),
     *_rms("_cable_wind", "by the wind on the cable alone", ("cable_response",)),
-    *_rms("_all_wind", "by the wind on gondola and cable together", ("response_in_air", "cable_response")),
+    *_rms("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be less "
+          "than by the wind on the gondola alone", ("response_in_air", "cable_response")),
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
            "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
            "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2"),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
+    Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "
+           "linear", "wind", lambda c: tensions_at_peak(c)[1] / float(c.given(STRONG)), f"{BODY}, {STRONG}"),
+    Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
+           "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
+           each=True),
     Column("winch_rms_speed", "mm/s", "RMS of the speed of the winch in the wind on the gondola", "wind",
            lambda c: 1e3 * c.winch_speed[0], f"{BODY}, winch.controller"),
     Column("winch_peak_speed", "mm/s", "largest speed of the winch expected within wind.duration", "wind",
@@ -370,7 +401,8 @@ COLUMNS = (
     Column("solve_time", "ms", "time that the row took", "run", None),
     Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
            None),
-    Column("status", "", "ok, over strength, or why cells of the row are empty", "run", None),
+    Column("status", "", "ok, over strength, a cable that goes slack in the wind, or why cells of the row are empty",
+           "run", None),
 )  # fmt: skip
 
 STATUS = Field("status", "status", unless="ok", text=True)
@@ -424,9 +456,9 @@ def most_modes_first(columns):
 
 
 def attribute(scene, path):
-    """Attribute of a scene at a path with dots; None where a part of it is missing."""
+    """Attribute of a scene, or entry of its tables, at a path with dots; None where a part of it is missing."""
     for name in path.split("."):
-        scene = getattr(scene, name, None)
+        scene = scene.get(name) if isinstance(scene, dict) else getattr(scene, name, None)
     return scene
 
 

@@ -23,6 +23,7 @@ FINE = 2000  # steps of time at least, of which a table shows some
 DURATIONS, SIZES = (1e-6, 1e9), (1e-12, 1e9)  # [s], [m] or [rad] or [m/s]
 LENGTHS = 1e-4, 1e4  # of a gust, over the duration
 NOTHING = 1e-13  # over the largest value, below which a value is rounding
+FAST = 10.0  # above the speed of all but the hoists of deep mines [m/s]
 MILLI = 1e3
 DRAG = ("gondola.area", "gondola.drag_coefficient", "wind")
 
@@ -262,6 +263,11 @@ def remarks_of(drive, right, found):
         remarks.append(
             f"warning: the winch would reach {MILLI * speed:.4g} mm/s, above its max_speed of "
             f"{MILLI * drive.max_speed:.4g} mm/s: the linear response does not hold"
+        )
+    elif drive.max_speed is None and speed > FAST:
+        remarks.append(
+            f"warning: a winch would reach {speed:.4g} m/s, above {FAST:g} m/s, where hardly any winch can: the linear "
+            "response does not hold (max_speed states what this one can do)"
         )
     return tuple(remarks)
 

@@ -7,8 +7,9 @@ from cablestudy.control.gondola import gondola_mode
 from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
-from cablestudy.study.columns import over_strength, relative, stress_of
+from cablestudy.study.columns import over_strength, relative, stress_of, tensions_at_peak
 from cablestudy.study.refinement import REFERENCE
+from cablestudy.study.status import SLACK
 
 POOR_STATICS = 0.01  # relative error of the statics of fixed elements above which a warning is given
 FLAT = 1e-3  # sag over chord below which its error counts relative to the chord
@@ -87,6 +88,27 @@ def larger_by_loop(found):
         if larger
         else ()
     )
+
+
+def beyond_linear(found):
+    """A note on what moves farther than its motion is linear, at most one. Returns a tuple of str.
+
+    Parameters
+    ----------
+    found : iterable of (str, float or None, float or None)
+        What moves, its largest expected displacement, and how far it moves linearly; None where there is none. [mm]
+    """
+    far = [f"{name} (peak {peak:.4g} mm, linear to {reach:.4g} mm)" for name, peak, reach in found
+           if None not in (peak, reach) and peak > reach]  # fmt: skip
+    return (f"note: beyond the range of linear motion: {first_of(far, LISTED)}",) if far else ()
+
+
+def slack_warning(row):
+    """A warning where the cable of a `Row` goes slack in the wind, at most one. Returns a tuple of str."""
+    if SLACK not in row.cells["status"]:
+        return ()
+    least, _ = tensions_at_peak(row.case)
+    return (f"warning: {SLACK}: {least:.4g} N at the largest displacement: the linear numbers do not hold",)
 
 
 def strength_warning(case):

@@ -9,11 +9,11 @@ from cablestudy.study import loops, models, notes
 from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, closed_form
-from cablestudy.study.columns import find, lacks, over_strength, relative, value
+from cablestudy.study.columns import find, goes_slack, lacks, over_strength, relative, value
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
-from cablestudy.study.status import OVER_STRENGTH, has_answer, status_of
+from cablestudy.study.status import OVER_STRENGTH, SLACK, has_answer, status_of
 
 AT_ONCE = 200  # rows whose models are solved at once: bounds the memory
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
@@ -57,7 +57,7 @@ class Row:
 class _Answer:
     """A row while it is computed; attributes as of `Row`, values as its cells, failures by header.
 
-    `over_strength`: whether the stress is above the strength.
+    `over_strength`: whether the stress is above the strength; `slack`: whether the tension in the wind is below zero.
     """
 
     case: Case
@@ -68,6 +68,7 @@ class _Answer:
     over_strength: bool
     dof: int = 0
     warnings: tuple = ()
+    slack: bool = False
 
     def fail(self, columns, error):
         """Let columns without a value fail."""
@@ -94,7 +95,8 @@ class _Answer:
             run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if known else None}
             run["solve_time_ms"] = 1e3 * seconds if required.clock else None
             cells.update((header, number) for header, number in run.items() if header in cells)
-        cells["status"] = status_of(self.failures, OVER_STRENGTH if self.over_strength else "")
+        doubts = (OVER_STRENGTH, self.over_strength), (SLACK, self.slack)
+        cells["status"] = status_of(self.failures, *(words for words, there in doubts if there))
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
@@ -262,6 +264,7 @@ def _take_over(answer, needed, search):
         else:
             answer.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
+        answer.slack = goes_slack(search.used)
         worst = max(answer.errors[name] for name in search.values)
         answer.notes = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
         if "gondola_frequency_Hz" in search.values:
@@ -302,6 +305,7 @@ def _fixed_answer(answer, required, noted):
         answer.fail(columns, error)
         return
     answer.compute(columns)
+    answer.slack = goes_slack(case)
     for column in columns:
         name = column.header
         if column.least_error is not None and name in answer.values:

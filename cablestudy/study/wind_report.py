@@ -7,8 +7,8 @@ from cablestudy.errors import CablestudyError
 from cablestudy.study.cable_wind import transverse_travel_time
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
-from cablestudy.study.columns import STATUS
-from cablestudy.study.notes import gondola_notes, growing_damping, larger_by_loop
+from cablestudy.study.columns import STATUS, find
+from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.study.windrms import BELOW, combine, weights_of
@@ -74,9 +74,11 @@ def wind_table(document, scene, on=None, estimate=False):
         cells["integration_error"] = response.error
         remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
         remarks += growing_damping(scene)
+        remarks += beyond_linear([("gondola", *_peak_and_range(row.case, cells))])
         pair = [f"gondola_rms{state}{PARTS[on][-1]}_mm" for state in ("", "_open_loop")]
         if pair[0] in cells:
             remarks += larger_by_loop([("gondola", *(cells[name] for name in pair))])
+        remarks += slack_warning(row)
     if on != "gondola":
         row = replace(row, notes=(*row.notes, CABLE_NOTE))
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks
@@ -94,9 +96,15 @@ def _names(scene, parts):
     return [*names, *_strength(scene)]
 
 
+def _peak_and_range(case, cells):
+    """Largest expected displacement, None where it is not shown, and how far motion is linear. [mm]"""
+    return cells.get("peak_mm"), find("linear_range").compute(case) if "peak_mm" in cells else None
+
+
 def _strength(scene):
-    """The utilisation, where the strength of the cable is known."""
-    return ["utilisation"] if scene.cable.section_breaking_force is not None else []
+    """The utilisation at rest and at the peak, where the strength of the cable is known."""
+    shown = ["utilisation", "peak_utilisation"] if scene.gondola else ["utilisation"]
+    return shown if scene.cable.section_breaking_force is not None else []
 
 
 def _bare_cable_table(document, scene, estimate):

@@ -17,6 +17,7 @@ from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.notes import reference_without_loads
 from cablestudy.study.prepare import prepare
+from cablestudy.study.status import OVER_STRENGTH, SLACK
 from cablestudy.study.table import write_whole
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
@@ -30,6 +31,7 @@ from cablestudy.version import __version__
 SHOWN = 10  # failures, and rows over strength, that are listed
 REPLAYED = 3  # failures whose command is given
 KINDS = 5  # of failures that are counted each
+DOUBTS = (OVER_STRENGTH, "the stress is above the strength"), (SLACK, SLACK)  # beginning of a status, and in a warning
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
@@ -227,14 +229,14 @@ class Run:
         return lines
 
     def warnings(self):
-        """List of lines: what a stated tension means in the first case, the rows whose stress is above the strength."""
+        """List of lines: what a stated tension means in the first case, the rows whose numbers are doubtful."""
         found = []
         with suppress(SceneError):
             found += reference_without_loads(self.study.case(0)[1])
-        rows = [str(case + 1) for case in self.store.over_strength()]
-        if rows:
-            listed = first_of(rows, SHOWN)
-            found.append(f"warning: the stress is above the strength in {len(rows)} of {self.done} rows: {listed}")
+        for doubt, words in DOUBTS:
+            rows = [str(case + 1) for case in self.store.doubtful(doubt)]
+            if rows:
+                found.append(f"warning: {words} in {len(rows)} of {self.done} rows: {first_of(rows, SHOWN)}")
         return found
 
     def interrupted(self, words):

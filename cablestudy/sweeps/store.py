@@ -16,7 +16,7 @@ from contextlib import suppress
 
 from cablestudy.errors import SceneError
 from cablestudy.study.all_columns import find_header
-from cablestudy.study.status import OK, OVER_STRENGTH
+from cablestudy.study.status import DOUBTS, OK
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, digest
 from cablestudy.sweeps.record import check_sum, pack, unpack
@@ -30,7 +30,7 @@ SCHEMA = {
 COLUMNS = "row, key, status, cells, errors, notes, sum"
 DONE = "SELECT count(*) FROM rows WHERE status IS NOT NULL"
 INSERT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)"
-IS_OVER_STRENGTH = f"status LIKE '{OVER_STRENGTH}%'"  # see `status.has_answer`
+IS_DOUBTFUL = "(" + " OR ".join(f"status LIKE '{doubt}%'" for doubt in DOUBTS) + ")"  # see `status.has_answer`
 MISSING, PARTIAL, COMPLETE = 0, 1, 2  # how much is known of a case
 MAX_LISTED = 5  # rows that are named in a message
 
@@ -151,14 +151,15 @@ class RowStore:
 
     def failures(self):
         """Yield case and status of each row without an answer, in order."""
-        query = f"SELECT row - 1, status FROM rows WHERE status != '{OK}' AND NOT {IS_OVER_STRENGTH} ORDER BY row"
+        query = f"SELECT row - 1, status FROM rows WHERE status != '{OK}' AND NOT {IS_DOUBTFUL} ORDER BY row"
         with self.database.reported():
             yield from self.database.execute(query)
 
-    def over_strength(self):
-        """Yield each case with an answer whose stress is above the strength, in order."""
+    def doubtful(self, doubt):
+        """Yield each case with an answer that one of `status.DOUBTS` is about, in order."""
+        query = f"SELECT row - 1 FROM rows WHERE {IS_DOUBTFUL} AND status LIKE '%{doubt}%' ORDER BY row"
         with self.database.reported():
-            for (case,) in self.database.execute(f"SELECT row - 1 FROM rows WHERE {IS_OVER_STRENGTH} ORDER BY row"):
+            for (case,) in self.database.execute(query):
                 yield case
 
     def add(self, headers, records):

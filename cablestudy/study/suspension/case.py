@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import ROUNDING
 from cablestudy.study.refinement import reference_scene
@@ -155,6 +156,15 @@ class SuspensionCase:
         matrix = self.group.equilibrium.body_stiffness[self.place, self.body(name)]
         size = np.sqrt(np.abs(np.diagonal(matrix)))
         return np.where(np.abs(matrix) > STIFFNESS_ROUNDING * np.outer(size, size), matrix, 0.0)
+
+    def linear_range(self, name, axis):
+        """Movement of a body or free point along x, y or z (0, 1, 2) up to which its cables restore it linearly. [m]
+
+        None where there is no such limit; see `cable.linear_range`.
+        """
+        ends = (self.equilibrium.suspension.owner == self.body(name)).astype(float)
+        moves = (ends[:, 1] - ends[:, 0])[:, None] * np.eye(3)[axis]
+        return linear_range(self.equilibrium.catenary.span, moves)
 
     def static_frequencies(self, name):
         """Frequencies of a body on its static stiffness, with a third of the mass of its cables. [Hz]

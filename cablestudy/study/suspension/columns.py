@@ -16,6 +16,7 @@ from cablestudy.scene.fields import suggestion
 from cablestudy.study.columns import COLUMNS, MAX_MODE_NUMBER, Column, lacks, written_key
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
+    PEAK_UTILISATION,
     WINCHES,
     actuator_columns,
     place_columns,
@@ -157,9 +158,26 @@ def _static_frequency(name, number):
     return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
 
 
+def _linear_range(name, axis):
+    def compute(case):
+        found = case.linear_range(name, axis)
+        return (None if found is None else 1e3 * found), case.statics_error(None)
+
+    meaning = (
+        f"displacement along {'xyz'[axis]}, of either sign, at which the restoring force of its cables differs by 5 % "
+        "from linear, all else at rest; empty where it does not"
+    )
+    return Column(f"{name}.linear_range_{'xyz'[axis]}", "mm", meaning, "stiffness", compute)
+
+
+def linear_ranges(name):
+    """The columns of how far a body or free point moves linearly, along x, y and z: list of Column."""
+    return [_linear_range(name, axis) for axis in range(3)]
+
+
 def point_columns(name):
     """The columns of a free point: list of Column."""
-    return [*(_coordinate(name, axis) for axis in range(3)), _mass(name)]
+    return [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
 
 
 def body_columns(name):
@@ -196,6 +214,7 @@ WHOLE = (
     _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.max),
     _over_all("max_utilisation", "", "largest tension over breaking force of any cable", lambda r: r.utilisation,
               np.max, "cables.*.section_breaking_force"),
+    PEAK_UTILISATION,
     _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.sum),
     *(column for column in COLUMNS if column.needs == "run"),
 )  # fmt: skip
@@ -208,7 +227,7 @@ def families():
     """Columns that stand for many, with words in capitals for names and numbers, for lists: list of Column."""
     numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
     numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
-    stiffness = [_stiffness("BODY", axis, axis) for axis in AXES]
+    stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
     whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *tension_columns("CABLE")]
@@ -257,7 +276,10 @@ def find(name):
     if dot:
         stiffness = [_stiffness(owner, row, column) for row, column in product(AXES, AXES)]
         static = [_static_frequency(owner, number) for number in range(1, len(AXES) + 1)]
-        known, numbered = [*body_columns(owner), *cable_columns(owner), *stiffness, *static], f"{owner}.frequency_K"
+        known, numbered = (
+            [*body_columns(owner), *cable_columns(owner), *stiffness, *static, *linear_ranges(owner)],
+            f"{owner}.frequency_K",
+        )
         last = name.rpartition(".")[0]
         known += [*place_columns(last), *turn_columns(last), *tension_columns(last), *actuator_columns(last)]
     for column in known:
@@ -290,7 +312,7 @@ def why_not(scene, column):
         missing = f"no body, free point or cable {owner} ({suggestion(owner, columns)})"
         return fixed if owner in scene.points else missing
     names = [*(other.name for other in columns[owner](owner)), *in_wind]
-    numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_"))
+    numbered = owner in scene.bodies and quantity.startswith(("stiffness_", "frequency_", "linear_range_"))
     if column.name not in names and not numbered:
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
     if owner in scene.cables and not has_key(scene, owner, column):
@@ -314,9 +336,10 @@ def _columns_of_owners(scene):
 
 def _why_not_of_whole(scene, column):
     """`why_not` of a column without a name before it."""
-    if column.name == "max_utilisation" and all(c.section_breaking_force is None for c in scene.cables.values()):
-        return "max_utilisation needs the strength or breaking_force of a cable, which the scene does not have"
-    if own := next((other for other in (*LOOP, *WINCHES) if other.name == column.name), None):
+    strong = any(cable.section_breaking_force is not None for cable in scene.cables.values())
+    if column.name in ("max_utilisation", "max_peak_utilisation") and not strong:
+        return f"{column.name} needs the strength or breaking_force of a cable, which the scene does not have"
+    if own := next((other for other in (*LOOP, *WINCHES, PEAK_UTILISATION) if other.name == column.name), None):
         key = lacks(scene, own)
         return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
     if MODE.fullmatch(column.name) or column.name in {other.name for other in WHOLE}:

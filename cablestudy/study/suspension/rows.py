@@ -10,11 +10,11 @@ from cablestudy.study.closed_form import DISCRETE
 from cablestudy.study.columns import ROUNDING, most_modes_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import MODAL, Row
-from cablestudy.study.status import OVER_STRENGTH, status_of
+from cablestudy.study.status import OVER_STRENGTH, SLACK, status_of
 from cablestudy.study.suspension.case import SuspensionCase, cases_of
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.notes import LISTED, notes_of, strength_warning
-from cablestudy.study.suspension.wind_columns import limits_passed
+from cablestudy.study.suspension.wind_columns import limits_passed, slackened
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
 AT_ONCE = 200  # cases whose equilibria are solved together: bounds the memory
@@ -68,7 +68,9 @@ def _row(case, columns, seconds, noted):
     }
     cells.update((header, number) for header, number in run.items() if header in cells)
     weak = list(case.over_strength) if case.solved else []
-    cells["status"] = status_of(failures, f"{OVER_STRENGTH}: {first_of(weak, LISTED)}" if weak else "")
+    slack = slackened(case) if any(column.needs == "wind" for column in columns) and case.moves else []
+    doubts = (OVER_STRENGTH, weak), (SLACK, slack)
+    cells["status"] = status_of(failures, *(f"{words}: {first_of(names, LISTED)}" for words, names in doubts if names))
     return Row(cells, case, notes_of(case) if noted else (), errors, strength_warning(case) if weak else ())
 
 

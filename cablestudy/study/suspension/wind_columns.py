@@ -94,6 +94,11 @@ def place_columns(name):
     ]  # fmt: skip
 
 
+def peak_along(case, name, axis):
+    """Largest expected displacement of a body along x, y or z (0, 1, 2), the mean one included. [mm]"""
+    return MM * _peak(case, [f"{name}.{PLACES[axis]}"], case.in_wind.mean_displacement(name)[axis])[0]
+
+
 def turn_columns(name):
     """The columns of the rotation of a body: list of Column."""
 
@@ -125,11 +130,37 @@ def tension_columns(name):
         value = mean - drop
         return value, error * drop / abs(value) if value else error
 
+    def largest(case):
+        means = case.in_wind.mean_tensions(name)
+        parts = [(mean, *_peak(case, [output], 0.0, CROSSINGS)) for mean, output in zip(means, outputs, strict=True)]
+        mean, rise, error = max(parts, key=lambda part: part[0] + part[1])
+        whole = mean + rise
+        return whole / case.scene.cables[name].section_breaking_force, error * rise / whole if whole else error
+
     return [
         Column(f"{name}.rms_tension", "N", "RMS tension, the larger one of both ends", "wind", rms, "wind"),
         Column(f"{name}.least_tension", "N", "mean less peak factor times RMS, the smaller one of both ends; below "
                "zero it goes slack", "wind", least, "wind"),
+        Column(f"{name}.peak_utilisation", "", "mean and peak factor times RMS of the tension, the larger one of both "
+               "ends, over breaking force", "wind", largest, f"wind, cables.{name}.section_breaking_force"),
     ]  # fmt: skip
+
+
+def slackened(case):
+    """Names of the cables whose least tension in the wind is below zero; without an answer none."""
+    if case.scene.wind is None:
+        return []
+    return [name for name in case.scene.cables if tension_columns(name)[1].compute(case)[0] < 0]
+
+
+def _max_peak_utilisation(case):
+    strong = [name for name, cable in case.scene.cables.items() if cable.section_breaking_force is not None]
+    return max((tension_columns(name)[2].compute(case) for name in strong), key=lambda found: found[0])
+
+
+PEAK_UTILISATION = Column(
+    "max_peak_utilisation", "", "largest peak_utilisation of any cable", "wind", _max_peak_utilisation, "wind"
+)
 
 
 QUANTITIES = {

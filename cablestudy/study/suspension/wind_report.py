@@ -9,8 +9,8 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import lacks
-from cablestudy.study.notes import larger_by_loop
-from cablestudy.study.suspension.columns import cable_columns, has_key
+from cablestudy.study.notes import beyond_linear, larger_by_loop
+from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.notes import LISTED, warnings_of
 from cablestudy.study.suspension.report import listed
 from cablestudy.study.suspension.rows import value
@@ -19,7 +19,9 @@ from cablestudy.study.suspension.wind_columns import (
     WINCHES,
     actuator_columns,
     limits_passed,
+    peak_along,
     place_columns,
+    slackened,
     tension_columns,
     turn_columns,
 )
@@ -77,7 +79,8 @@ def _open(name):
 def _cable_columns(scene, name):
     """Tensions in the wind, and the utilisation at rest of a cable whose strength is known."""
     static = [column for column in cable_columns(name) if column.name == f"{name}.utilisation"]
-    return [*tension_columns(name), *(column for column in static if has_key(scene, name, column))]
+    tensions = [column for column in tension_columns(name) if not lacks(scene, column)]
+    return [*tensions, *(column for column in static if has_key(scene, name, column))]
 
 
 def _actuator_columns(scene):
@@ -131,6 +134,13 @@ TABLES = {  # name -> the key of the scene that it needs, and what makes it of a
 }
 
 
+def _peaks_and_ranges(case):
+    """Yield body and axis, the largest expected displacement along it, and how far it is linear. [mm]"""
+    for name in case.scene.bodies:
+        for axis, column in enumerate(linear_ranges(name)):
+            yield f"{name}.{'xyz'[axis]}", peak_along(case, name, axis), column.compute(case)[0]
+
+
 def remarks_of(case, tables):
     """Lines on what makes the numbers doubtful: limits that are passed, cables that go slack: list of str.
 
@@ -138,9 +148,10 @@ def remarks_of(case, tables):
     """
     found = [*warnings_of(case)]
     found += [f"warning: {text}: the linear numbers do not hold" for text in limits_passed(case).values()]
-    slack = [name for name in case.scene.cables if value(case, tension_columns(name)[1])[0] < 0]
-    if slack:
+    if slack := slackened(case):
         found.append(f"warning: {first_of(slack, LISTED)} would go slack: the linear numbers do not hold")
+    if "motion" in tables:
+        found += beyond_linear(_peaks_and_ranges(case))
     if "motion" in tables and "open_loop" in tables:
         pairs = zip(tables["motion"].rows, tables["open_loop"].rows, strict=True)
         found += larger_by_loop((row["name"], row["rms_mm"], at_rest["rms_mm"]) for row, at_rest in pairs)

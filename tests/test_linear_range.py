@@ -1,0 +1,127 @@
+"""How far motion is linear, and what is told where it goes beyond: closed forms, statics at moved ends, commands."""
+
+import numpy as np
+import pytest
+from command import CONFIGS, run
+from scenes import cells
+from scipy.optimize import brentq
+from straight_scenes import case_of, one_axis, with_changes
+from test_suspension_wind import hung, value
+
+from cablestudy.cable.linear_range import linear_range
+from cablestudy.cable.span import Span
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.columns import find as find_of_one
+from cablestudy.study.row import evaluate
+from cablestudy.study.status import has_answer, status_of
+from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.rows import evaluate_suspensions
+
+CARLINA = CONFIGS / "carlina.yaml"
+
+
+def test_a_body_between_two_straight_cables_across_them():
+    """F = 2 EA (l/l0 - 1) y/l of two cables of 20 m that are strained by one nineteenth."""
+
+    def restoring(y):
+        length = np.hypot(20.0, y)
+        return 2 * 1e5 * (length / 19.0 - 1) * y / length
+
+    stiffness = 2 * 1e5 * (20.0 / 19.0 - 1) / 20.0
+    expected = brentq(lambda y: restoring(y) / (stiffness * y) - 1.05, 1e-3, 10.0)
+    span = Span.between(np.zeros((2, 3)), np.array([[20.0, 0, 0], [-20.0, 0, 0]]), 1e5, 1e-9, 0.0, np.array([19.0, 19]))
+    assert linear_range(span, np.array([[0.0, 0, 1], [0, 0, 1]])) == pytest.approx(expected, rel=1e-6)
+    text = one_axis(("x", "y", "z"))
+    for side, cable in zip((-20.0, 20.0), text["cables"].values(), strict=True):
+        cable |= {"from": [side, 0.0, 0.0], "unstretched_length": 19.0}
+    case = case_of(text)
+    for axis in "yz":
+        assert value(case, f"gondola.linear_range_{axis}") == pytest.approx(1e3 * expected, rel=1e-4)
+    # along the cables it is linear until one is slack, at 1 m
+    assert value(case, "gondola.linear_range_x") == pytest.approx(1e3, rel=0.06)
+
+
+def test_a_place_that_no_cable_moves_has_no_limit():
+    span = Span.between(np.zeros((1, 3)), np.array([[20.0, 0, 0]]), 1e5, 0.1, 9.81, np.array([19.9]))
+    assert linear_range(span, np.zeros((1, 3))) is None
+
+
+@pytest.mark.parametrize(("end", "length"), [((185.8, 0.0), 184.488), ((180.0, 40.0), 184.9)])
+def test_the_linear_range_of_a_gondola_is_that_of_reactions_at_moved_ends(end, length):
+    """The horizontal reaction of the same cable at the moved end has changed by 5 % more or less than linearly."""
+
+    def found(moved, *names):
+        own = [f"cable.ends=[[0, 0, 0], [{end[0] + moved!r}, 0, {end[1]}]]", f"cable.unstretched_length={length}"]
+        return cells(load_scene(CARLINA, [*own, "model={accuracy: 1e-6}"])[1], *names)
+
+    rest = found(0.0, "reaction_2_horizontal", "end_stiffness", "linear_range")
+    reach, shares = rest["linear_range"] / 1e3, []
+    for moved in (-reach, reach):
+        there = found(moved, "reaction_2_horizontal")["reaction_2_horizontal"]
+        shares.append((there - rest["reaction_2_horizontal"]) / (moved * rest["end_stiffness"]))
+    assert max(abs(share - 1) for share in shares) == pytest.approx(0.05, rel=1e-4), (reach, shares)
+
+
+def test_a_gondola_in_a_storm_slackens_its_cable_and_the_row_says_so():
+    """The mean wind moves it by rho/2 C_d A v^2/k; the tension changes with the displacement by the end stiffness."""
+    names = ("gondola_rms_open_loop", "peak", "peak_utilisation", "utilisation", "end_stiffness", "max_tension")
+    rows = {}
+    for speed in (6, 80):
+        scene = load_scene(CARLINA, [f"wind.speed={speed} m/s"])[1]
+        rows[speed] = evaluate(scene, [*map(find_of_one, names), find_of_one("status")])
+    assert rows[6].cells["status"] == "ok"
+    assert rows[80].cells["status"] == "a cable goes slack in the wind"
+    assert not rows[80].failed
+    for row in rows.values():
+        found = row.cells
+        breaking = found["max_tension_N"] / found["utilisation"]
+        more = found["end_stiffness_N_per_m"] * found["peak_mm"] / 1e3  # the cable lies nearly along x
+        assert found["peak_utilisation"] == pytest.approx((found["max_tension_N"] + more) / breaking, rel=1e-3)
+    calm = rows[6].cells
+    assert calm["end_stiffness_N_per_m"] * calm["peak_mm"] / 1e3 < calm["max_tension_N"]
+
+
+def test_windrms_warns_of_a_slack_cable_and_of_motion_beyond_the_linear_range():
+    stormy = run("windrms", CARLINA, "--set", "wind.speed=80 m/s")
+    assert "warning: a cable goes slack in the wind" in stormy.err
+    assert "beyond the range of linear motion: gondola (peak" in stormy.err
+    calm = run("windrms", CARLINA)
+    assert "slack" not in calm.err
+    assert "linear motion" not in calm.err
+
+
+def test_a_suspension_names_the_cables_that_go_slack():
+    text = hung(1)
+    text["wind"] |= {"length_scale": 25.0, "turbulence_intensity": 0.15, "coherence_decay": 10.0}
+    text["cable"]["strength"] = 1.5e9
+    stormy = with_changes(text, wind__speed=60.0)
+    columns = [find(name) for name in ("c0.peak_utilisation", "c0.utilisation", "max_peak_utilisation", "b.rms")]
+    cases = [case_of(one) for one in (text, stormy)]
+    rows = evaluate_suspensions([case.scene for case in cases], columns)
+    for case, row in zip(cases, rows, strict=True):
+        slack = [name for name in text["cables"] if value(case, f"{name}.least_tension") < 0]
+        words = f"a cable goes slack in the wind: {', '.join(slack)}" if slack else "ok"
+        assert row.cells["status"] == words
+        assert not row.failed
+        each = [value(case, f"{name}.peak_utilisation") for name in text["cables"]]
+        assert row.cells["max_peak_utilisation"] == max(each)
+        means = case.in_wind.mean_tensions("c0")
+        drop = min(means) - value(case, "c0.least_tension")
+        assert each[0] * 1.5e9 * 1.5e-5 == pytest.approx(max(means) + drop, rel=0.02)
+    assert rows[0].cells["status"] == "ok"
+    assert rows[1].cells["status"] != "ok"
+
+
+def test_a_doubt_is_an_answer_and_comes_last():
+    slack = "a cable goes slack in the wind: u3"
+    assert status_of({}, "", slack) == slack
+    assert status_of({}, "over strength: u1", slack) == f"over strength: u1; {slack}"
+    assert has_answer(slack)
+    assert has_answer(f"over strength; {slack}")
+    assert not has_answer(f"no equilibrium; {slack}")
+
+
+def test_a_sweep_keeps_rows_with_slack_cables(tmp_path):
+    study = tmp_path / "storm.yaml"
+    study.write_text(f"base: {CARLINA}\nvary: [{{wind.speed: [6 m/s, 80 m/s]}}]\ncolumns: [gondola_rms_open_loop]\n")
+    assert "a cable goes slack in the wind in 1 of 2 rows: 2" in run("sweep", study, "--out", tmp_path).err
