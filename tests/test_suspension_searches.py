@@ -69,7 +69,7 @@ def test_a_dead_moment_that_cables_cannot_hold():
 def test_a_dead_moment_beside_loose_cables_without_gravity():
     """No other force gives a scale for what is left, which must not overflow: pytest takes a warning for an error."""
     case = SuspensionCase(SuspensionScene.model_validate(scene_data(2008, states=False)))
-    with pytest.raises(ConvergenceError, match="the dead moment of .* N m on a may be more than"):
+    with pytest.raises(ConvergenceError, match=r"the dead moment of .* N m on a may be more than"):
         _ = case.equilibrium
 
 
