@@ -10,6 +10,8 @@
 # make extremes   ten thousand random scenes and a thousand random suspensions against independent references: the
 #                 errors stated are true
 #                 (SCENES=500 for fewer; OUT=FILE.jsonl keeps what is done, and goes on from it)
+# make processors   the numerical tests and the stored tables under every core type of OpenBLAS that this machine can
+#                   run: last digits differ, and nothing else may
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -22,8 +24,13 @@ SCENES ?= 10000
 SUSPENSIONS ?= 1000
 FIRST ?= 0
 MUTATIONS ?= 3000
+# what solves equations; the other tests are about files, words and pictures
+NUMERICAL := tests/properties tests/verification $(filter-out %_command.py %_commands.py %_plots.py %_scene.py, \
+    $(wildcard tests/test_suspension_*.py)) $(patsubst %,tests/test_%.py,assembly catenary cable_motion carried_masses \
+    complex_stiffness dynamics element encirclements ends equilibrium extremes gondola initial_length load_cases paper rms \
+    row sag_tension segment stability state statespace stiffness)
 
-.PHONY: study test tables docs site trade kills attack bench extremes clean
+.PHONY: study test tables docs site trade kills attack bench extremes processors numerical clean
 
 study: $(VENV)/.study
 	$(BIN)/cablestudy sweep configs/preload.yaml --restart
@@ -72,6 +79,16 @@ extremes: $(VENV)/.test
 	$(BIN)/python benchmarks/extremes.py --scenes $(SCENES) $(if $(OUT),--out $(OUT) --resume)
 	$(BIN)/python benchmarks/extremes.py --suspensions --scenes $(SUSPENSIONS) \
 	    $(if $(OUT),--out $(OUT).suspensions --resume)
+
+processors: $(VENV)/.test
+	@cores=$$($(BIN)/python benchmarks/processors.py) || exit 1; \
+	for core in $$cores; do \
+	    echo "OPENBLAS_CORETYPE=$$core"; \
+	    OPENBLAS_CORETYPE=$$core $(MAKE) --no-print-directory numerical tables || exit 1; \
+	done
+
+numerical: $(VENV)/.test
+	$(BIN)/pytest -q -n auto $(NUMERICAL)
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -1,5 +1,7 @@
 """Suspensions for tests, described briefly; numeric values in SI units."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablestudy.system.rigid import from_angles
@@ -107,3 +109,33 @@ def sagging(seed=3, **more):
     ends = whole.ends(whole.position, whole.rotation)
     chord = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1)
     return with_values(whole, "unstretched_length", chord * (1 + rng.uniform(-1e-3, 3e-2, len(chord))))
+
+
+def turned(one, seed, order=True):
+    """One case turned about z by a random angle, its cables in random order; and the rotation.
+
+    Places of the turned one times the rotation matrix are those of `one`.
+    """
+    rng = np.random.default_rng(seed)
+    turn = from_angles(np.array([0, 0, rng.uniform(-np.pi, np.pi)]))
+    count = len(one.given)
+    order = rng.permutation(count) if order else np.arange(count)
+    place = np.where((one.owner == GROUND)[..., None], one.place @ turn.T, one.place)
+    rotates = np.arange(len(one.body_names)) < one.bodies
+    by_cable = {
+        name: getattr(one, name)[order]
+        for name in ("owner", "axial_stiffness", "cable_mass", "value", "force_density", "load_positions",
+                     "load_fractions", "load_masses")
+        if getattr(one, name) is not None
+    }  # fmt: skip
+    return replace(
+        one,
+        position=one.position @ turn.T,
+        rotation=np.where(rotates[:, None, None], turn @ one.rotation, one.rotation),
+        force=one.force @ turn.T,
+        moment=one.moment @ turn.T,
+        place=place[order],
+        given=tuple(one.given[i] for i in order),
+        cable_names=tuple(one.cable_names[i] for i in order),
+        **by_cable,
+    ), turn

@@ -632,3 +632,47 @@ def test_a_narrow_terminal_keeps_what_matters_of_many_cables():
     printed = table_of("static", net, "--table", "cables")
     assert list(printed[0]) == [field.name for field in table.fields]
     assert "reaction 1 vertical [N]" in run("static", net, "--table", "cables").out
+
+
+# Four cables hold a point; of four more two are just longer than the distance that they span. No gravity.
+LOOSE = """\
+gravity: 0
+cable: {elastic_modulus: 20 GPa, area: 50 mm^2, density: 509, unstretched_length: 1.76 m}
+points: {e: {at: [1.25, 1.25, 1.25], free: true, mass: 30}}
+ground: [[-5, -3], [5, -3]]
+cables:
+  t0: {from: [0, 0, 1.25], to: e}
+  t1: {from: [0, 2.5, 1.25], to: e}
+  t2: {from: [2.5, 0, 1.25], to: e}
+  t3: {from: [2.5, 2.5, 1.25], to: e}
+  up: {from: [0, 0, 2.5], to: e, unstretched_length: 2.15 m}
+  low: {from: [2.5, 2.5, 0], to: e, unstretched_length: 2.15 m}
+  s0: {from: [2.5, 0, 2.5], to: e, unstretched_length: 2.2 m}
+  s1: {from: [0, 2.5, 2.5], to: e, unstretched_length: 2.2 m}
+"""
+
+
+def test_a_slack_cable_without_weight_has_no_form():
+    """What depends on it is refused and names the cable; tensions, places and the other cables stay."""
+    done = run("static", scene(LOOSE), "--table", "cables", "--format", "json", code=3)
+    said = "is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance or angles"
+    assert all(line.startswith(f"scene.yaml: {name} {said}") for name, line in zip(("s0", "s1"), done.lines, strict=True))
+    rows = {row["name"]: row for row in json.loads(done.out)["rows"]}
+    for name in ("s0", "s1"):
+        assert [rows[name][of_form] for of_form in ("sag_m", "swing_deg", "lowest_point_m", "clearance_m")] == [None] * 4
+        assert [rows[name][force] for force in ("preload_N", "max_tension_N", "tension_to_N")] == [0.0] * 3
+        assert rows[name]["mass_kg"] == pytest.approx(2.2 * 50e-6 * 509)
+    # 20 GPa x 50 mm^2 of cables that four times span sqrt(2) 1.25 m
+    assert rows["t0"]["preload_N"] == pytest.approx(1e6 * (math.sqrt(2) * 1.25 / 1.76 - 1), rel=1e-6)
+    assert rows["up"]["sag_m"] == 0
+    assert len(run("static", "scene.yaml", "--table", "points", "--format", "csv").out.splitlines()) == 2
+
+
+def test_modes_beside_a_slack_cable_without_weight_are_refused():
+    """Its mass is somewhere, and moves with something."""
+    done = run("modes", scene(LOOSE), code=3)
+    assert done.lines == [
+        "scene.yaml: s0, s1: slack and without weight, so that nothing determines where its mass is"
+    ]
+    heavy = run("modes", "scene.yaml", "--set", "gravity=9.81", "-n", "2", "--format", "csv")
+    assert len(heavy.out.splitlines()) == 3

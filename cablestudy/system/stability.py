@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.system import tangent
+from cablestudy.system.rounding import UNIT
 
 STABLE, MECHANISM, UNSTABLE = range(3)
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -67,7 +68,7 @@ def judge(equilibrium):
     -------
     Stability
     """
-    suspension, blocks = equilibrium.suspension, equilibrium.blocks
+    suspension, blocks = equilibrium.suspension, _held(equilibrium)
     if not suspension.free.any():
         shape = blocks.matrices.shape[:-3]
         motion = np.zeros((*shape, *suspension.free.shape))
@@ -91,6 +92,20 @@ def judge(equilibrium):
     motion[..., 3:] *= tangent.body_sizes(suspension)[..., None]
     motion /= np.abs(motion).max(axis=(-1, -2), keepdims=True)
     return Stability(least, verdict, motion, suspension.body_names)
+
+
+def _held(equilibrium):
+    """`tangent.Blocks` without those cables that have no weight, and a tension no larger than the rounding of a strain.
+
+    Whether such a cable is just taut or just slack is decided by the last digit.
+    """
+    span, tension = equilibrium.catenary.span, equilibrium.catenary.max_tension
+    loose = (tension <= UNIT * span.axial_stiffness) & (np.asarray(span.weight) == 0) & (span.load_positions.size == 0)
+    if not loose.any():
+        return equilibrium.blocks
+    forces = np.where(loose[..., None, None], 0.0, equilibrium.end_forces)
+    stiffness = np.where(loose[..., None, None], 0.0, equilibrium.end_stiffness)
+    return tangent.blocks(equilibrium.suspension, equilibrium.rotation, equilibrium.arms, forces, stiffness)
 
 
 def _lowest(matrix):

@@ -1,0 +1,243 @@
+"""Where searches for an equilibrium end, and what rounding leaves of it: `system/rounding.py`, `system/uncertainty.py`.
+
+The last digits of sums, and with them the way of a search, depend on the processor, on the axes and on the order of the
+cables: what is found, or refused, must not.
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from command import CONFIGS, run
+from suspensions import body, cable, point, sagging, suspension, trifilar, turned
+from test_suspension_extremes import EXTREMES, platform
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import load_scene
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.numbers import distribution_of, numbers_of
+from cablestudy.system import lengths, statics
+from cablestudy.system.descent import CONVERGED, ROUNDED, UNMET, evaluate
+from cablestudy.system.failure import explain
+
+
+def heavy(mass=1e9):
+    """A body on six cables of EA 1e7 N that its weight makes 160 times as long."""
+    rng = np.random.default_rng(7)
+    angles = np.pi / 3 * np.arange(6)
+    anchors = np.stack([20 * np.cos(angles), 20 * np.sin(angles), np.full(6, 15.0)], axis=-1)
+    places = anchors[[1, 1, 3, 3, 5, 5]] * [0.05, 0.05, 0]
+    lines = [
+        cable(tuple(a), ("b", tuple(p)), 1e7, 0.5, value=24.0 + rng.uniform(-0.2, 0.2))
+        for a, p in zip(anchors, places, strict=True)
+    ]
+    return suspension([body("b", (0, 0, 0), mass, center=(0, 0, -0.2))], lines)
+
+
+def test_a_heavy_body_turned_and_its_cables_in_any_order():
+    one = statics.pose(heavy())
+    for seed in range(40):
+        scene, turn = turned(heavy(), seed)
+        found = statics.pose(scene)
+        assert found.record.converged, seed
+        assert found.record.steps < 30, seed  # of 112
+        unknown = one.uncertainty.place[0, :3].max() + found.uncertainty.place[0, :3].max()
+        np.testing.assert_allclose(found.position[0] @ turn, one.position[0], atol=unknown, rtol=0)
+
+
+def extreme(name):
+    return numbers_of([SuspensionScene.model_validate(EXTREMES[name])]).take(0)
+
+
+MANY = {
+    "sagging": sagging(),
+    "trifilar": trifilar(),
+    "twisted": trifilar(stiffness=1e11, line=0.0, moment=(0, 0, 10.0)),
+    "slack": suspension([], [cable((x, 0, 0), "p", 1e5, value=5.5) for x in (-5.0, 5.0)], [point("p", (1, 0, 0), 3.0)],
+                        gravity=0.0),
+    "mechanism": suspension([body("bell", (0, 0, -5), 3.0, center=(0, 0, -0.2))],
+                            [cable((0, 0, 0), ("bell", (0, 0, 0)), 1e5, 0.1, value=5.0)]),
+    "too little preload": suspension([], [cable((x, 0, 10), "bob", 1e5, given="preload", value=5.0) for x in (-4, 4)],
+                                     [point("bob", (0, 0, 8), 2.0)]),
+    **{name: extreme(name) for name in EXTREMES},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MANY)
+def test_any_axes_and_any_order_end_alike(name):
+    def verdict(found):
+        known = found.stability.reason() == found.uncertainty.reason() == ""
+        return bool(found.record.converged), int(found.stability.verdict), known
+
+    expected = verdict(statics.pose(MANY[name]))
+    assert [verdict(statics.pose(turned(MANY[name], seed)[0])) for seed in range(4)] == [expected] * 4
+
+
+@pytest.mark.parametrize("name", ["fast", "carlina-net", "carlina-balloon", "mast-guys", "net-2x2"])
+def test_scenes_of_the_configurations_in_any_axes_end_alike(name):
+    scene = load_scene(CONFIGS / "suspensions" / f"{name}.yaml")[1]
+    numbers = numbers_of([scene])
+
+    def solved(case):
+        case = case.broadcast((1,))
+        return (
+            lengths.solve(case, **distribution_of([scene]))[0] if scene.solve_for == "lengths" else statics.pose(case)
+        )
+
+    one = solved(numbers)
+    assert one.record.converged
+    for seed in range(4):
+        other, turn = turned(numbers.take(0), seed, order=False)
+        found = solved(other)
+        assert found.record.converged
+        np.testing.assert_allclose(found.position @ turn, one.position, atol=1e-7)
+
+
+# ------------------------------------------------------------------------------------------------- where they end
+
+
+def test_what_is_left_is_within_its_bounds():
+    """Newton's steps end far below what rounding of the lengths does to the forces, also of stiff cables."""
+    for stiffness in (1e5, 1e12):
+        found = statics.pose(trifilar(stiffness=stiffness, line=0.1))
+        assert found.record.reason in (CONVERGED, ROUNDED)
+        flat = found.suspension.broadcast((1,))
+        state = replace(statics.start(flat), position=found.position[None], rotation=found.rotation[None])
+        limits = evaluate(flat, state)
+        assert (limits.least <= limits.most).all()
+    # EA/T is 6e9: the rounding of lengths changes forces by more than 1e-7 of the weight, that of sums by 1e-14
+    weight = 50 * 9.81
+    assert limits.most[0, 0, 2] > 1e-7 * weight
+    assert limits.least[0, 0, 2] < 1e-11 * weight
+    net = found.end_forces[:, 1].sum(axis=0) - [0, 0, weight]
+    np.testing.assert_allclose(net, 0, atol=1e-11 * weight)
+
+
+def test_the_rounding_of_the_energy_is_known():
+    """Energies of one state, with the cables in any order, differ by no more: of cables 160 times as long too."""
+    scene = heavy().broadcast((1,))
+    state = statics.start(scene)
+    state = replace(state, position=state.position - [0.0, 0.0, 3940.0])
+    ends = scene.ends(state.position, state.rotation)
+    vector = ends[..., 1, :] - ends[..., 0, :]
+    state = replace(state, vector=vector, strain=np.linalg.norm(vector, axis=-1) / state.length - 1)
+    points = []
+    for seed in range(20):
+        moved = np.random.default_rng(seed).normal(size=3) * 1e-12  # nothing but other last digits
+        vector = state.vector + moved
+        points.append(evaluate(scene, replace(state, vector=vector)))
+    energies = np.array([point.energy[0] for point in points])
+    assert np.ptp(energies) <= 2 * points[0].rounding[0]
+    assert points[0].rounding[0] < 1e-13 * abs(energies[0])
+
+
+def test_a_body_that_is_too_heavy_for_its_preload_is_refused_in_few_steps():
+    data = platform(mass=1e9, count=3)
+    for one in data["cables"].values():
+        del one["unstretched_length"]
+        one["preload"] = 1000.0
+    found = statics.pose(numbers_of([SuspensionScene.model_validate(data)]).take(0))
+    assert found.record.reason == UNMET
+    assert found.record.steps < 60
+    assert np.abs(found.position).max() < 1e6  # EA is 1e-4 of its weight, but the search has not wandered off
+    assert "instead of 1000 N" in explain(found)
+
+
+def test_a_mass_of_3e14_kg_on_guys_is_refused_without_a_warning():
+    """Pytest takes a warning of numpy for an error."""
+    scene = CONFIGS / "suspensions" / "mast-guys.yaml"
+    done = run("static", scene, "--set", "points.top.mass=3e14 kg", code=3)
+    assert len(done.lines) == 1
+    assert "has a preload of 9.81e+14 N instead of 2e+04 N" in done.err
+
+
+# ------------------------------------------------------------------------------------- how well it is determined
+
+
+JUNCTION = """\
+gravity: {gravity}
+cable: {{axial_stiffness: {stiffness} N, mass_per_length: 50 kg/m, diameter: 0.1 m}}
+points: {{a: {{at: [{at} m, 0, 5 m], free: true}}, b: {{at: [{at} m, 0, 0], free: true}}}}
+cables:
+  u1: {{from: [0, 0, 5 m], to: a, preload: 2200 kN}}
+  u2: {{from: a, to: [72 m, 0, 5 m], preload: 2200 kN}}
+  l1: {{from: [0, 0, 0], to: b, preload: 2200 kN}}
+  l2: {{from: b, to: [72 m, 0, 0], preload: 2200 kN}}
+  tie: {{from: a, to: b, preload: 1 N, mass_per_length: 1e-6 kg/m}}
+"""
+
+
+def junction(tmp_path, gravity, stiffness, at):
+    (tmp_path / "scene.yaml").write_text(JUNCTION.format(gravity=gravity, stiffness=stiffness, at=at))
+    return SuspensionCase(load_scene(tmp_path / "scene.yaml")[1])
+
+
+@pytest.mark.parametrize("at", [10, 24, 50])
+@pytest.mark.parametrize(("gravity", "stiffness"), [(9.81, 1e8), (9.81, 1e12), (1.0, 1e10), (0.01, 1e8)])
+def test_a_place_that_weight_alone_determines_has_its_error_stated(tmp_path, gravity, stiffness, at):
+    """By symmetry the junctions are in the middle."""
+    case = junction(tmp_path, gravity, stiffness, at)
+    for name in "ab":
+        value, error = case.coordinate(name, 0)
+        assert abs(value / 36 - 1) <= error
+        assert error < 1e-3
+        assert error > 1e-12 / gravity**2  # w^2/(24 T) is the stiffness of this motion
+
+
+@pytest.mark.parametrize("at", [10, 24, 50])
+@pytest.mark.parametrize(("gravity", "stiffness"), [(1e-3, 1e8), (1e-6, 1e12), (0, 1e10)])
+def test_a_place_that_nothing_determines_is_refused(tmp_path, gravity, stiffness, at):
+    with pytest.raises(NoSolutionError, match=r"nothing determines [ab] x: .*state an unstretched_length"):
+        junction(tmp_path, gravity, stiffness, at).coordinate("a", 0)
+
+
+def test_a_load_on_a_plumb_line_whose_tension_is_its_weight_may_be_anywhere():
+    """With its tension stated at the load, any length will do; with the mean one only that of its own weight."""
+    line, load = 0.5, 20.0
+    hung = suspension(
+        [], [cable((0, 0, 0), "bob", 1e6, line, given="tension_to", value=load * 9.81)],
+        [point("bob", (0.5, 0, -10), load)],
+    )  # fmt: skip
+    assert statics.pose(hung).uncertainty.reason().startswith("nothing determines bob z")
+    mean = statics.pose(replace(hung, given=("preload",), value=np.array([(load + line * 10 / 2) * 9.81])))
+    assert mean.uncertainty.reason() == ""
+    assert mean.position[0, 2] == pytest.approx(-10, abs=0.01)
+
+
+def test_the_tension_between_two_stiff_cables_has_the_error_of_their_lengths():
+    """Of two collinear cables to a point the tension changes by EA (e_1 + e_2)/2 with their strains; T is EA 1e-9."""
+    strain, stiffness = 1e-9, 1e12
+    lines = [cable((x, 0, 0), "p", stiffness, value=5.0 / (1 + strain)) for x in (-5.0, 5.0)]
+    found = statics.pose(suspension([], lines, [point("p", (0.001, 0, 0), 1e-9)], gravity=0.0))
+    known = 2 * 2.0**-52 * 2 / np.sqrt(2)  # of a length, and of the anchor that is as far away
+    assert found.uncertainty.tension == pytest.approx([known / strain] * 2, rel=0.5)
+    np.testing.assert_allclose(found.catenary.mean_tension, stiffness * strain, rtol=3 * known / strain)
+
+
+def test_the_tensions_of_a_tripod_do_not_have_it():
+    """They are determined by the weight, however stiff the cables are."""
+    anchors = np.array([[5.0, 0, 8], [-3, 4, 8], [-2, -5, 8]])
+    lines = [cable(tuple(a), "p", 70 * 9.81 * 1e10, value=np.linalg.norm(a) * 0.95) for a in anchors]
+    found = statics.pose(suspension([], lines, [point("p", (0.5, 0.2, -1), 70.0)]))
+    assert found.uncertainty.tension.max() < 1e-12
+    directions = anchors - found.position[0]
+    directions /= np.linalg.norm(directions, axis=-1)[:, None]
+    tension = np.linalg.solve(directions.T, [0, 0, 70 * 9.81])
+    np.testing.assert_allclose(found.catenary.mean_tension, tension, rtol=1e-12)
+
+
+def test_many_points_are_judged_as_few():
+    """By sparse matrices, of a chain whose middle is a hundred times better known than by the sum of all bounds."""
+    names = [f"p{i}" for i in range(40)]
+    x = np.linspace(0, 30, 42)
+    ends = [(0.0, 0.0, 0.0), *names, (30.0, 0.0, 0.0)]
+    lines = [cable(*pair, 1e6, 0.1, value=30 * 1.01 / 41) for pair in pairwise(ends)]
+    points = [point(name, (place, 0, -1)) for name, place in zip(names, x[1:], strict=False)]
+    sparse = statics.pose(suspension([], lines, points))
+    assert sparse.suspension.free.sum() > 100
+    whole = sparse.uncertainty.place[:, :3]
+    assert (whole > 0).all()
+    assert whole.max() < 1e-9
+    assert whole.max() > 2.0**-52
