@@ -141,7 +141,7 @@ def _wind(draw, seed):
     return {
         "speed": float(draw.uniform(3, 12)), "turbulence_intensity": 0.15, "length_scale": float(draw.uniform(15, 80)),
         "spectrum": ("von_karman", "kaimal", "davenport")[seed % 3], "admittance": ("vickery", "none")[seed % 2],
-        "aerodynamic_damping": False, "mean": False, "coherence_length": 1e9,
+        "aerodynamic_damping": seed % 7 == 3, "mean": False, "coherence_length": 1e9,
     }  # fmt: skip
 
 

@@ -222,8 +222,9 @@ def compare_modes(scenes):
 
 
 def compare_gondola(scenes):
-    """Frequency and damping ratio of the gondola's mode: of the twin, of the coupled mode that is nearest to it."""
-    for name, scene in scenes.items():
+    """Frequency and damping ratio of the gondola's mode without wind, and of the nearest mode of the twin."""
+    for name, whole in scenes.items():
+        scene = without(whole, "wind")  # modes of a suspension are not damped by it
         own = solve(scene, "gondola_frequency", "gondola_damping_ratio")
         frequency, ratio = (own.values[column] for column in ("gondola_frequency", "gondola_damping_ratio"))
         twin, count = swinging(scene), MODES
@@ -272,9 +273,12 @@ def compare_open_wind(scenes):
 
 
 def compare_cable_wind(scenes):
-    """The gondola, or a bare cable, in a coherent wind on the cable: the larger one of wind across and along."""
-    for name, scene in scenes.items():
-        scene = without(scene, "winch")
+    """The gondola, or a bare cable, in a coherent wind on the cable: the larger one of wind across and along.
+
+    Without damping by the air, which one cable takes as the same in all directions.
+    """
+    for name, whole in scenes.items():
+        scene = without(whole, "winch") | {"wind": whole["wind"] | {"aerodynamic_damping": False}}
         columns = CABLE_WIND if "gondola" in scene else BARE_CABLE
         own = solve(scene, *columns)
         sides = [solve(blown(scene, across), *columns.values()) for across in (True, False)]
@@ -295,9 +299,10 @@ def compare_state_space(scenes):
 
     The winch of one cable moves an end along x, that of the twin along the tangent: there the twin is held against the
     state space of the cable alone, whose ends move in all directions, and the equation of the gondola. A delay or a
-    controller is no part of it.
+    controller is no part of it, nor is the wind.
     """
-    for name, scene in scenes.items():
+    for name, whole in scenes.items():
+        scene = without(whole, "wind")
         twin = swinging(scene)
         right = response(scene, ("force_gondola", "gondola_position"), FREQUENCIES, with_="gondola")
         found = response(twin, ("gondola.force_x", "gondola.x"), FREQUENCIES)
