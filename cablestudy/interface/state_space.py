@@ -1,8 +1,9 @@
 """What the command ssm computes of one cable or of a suspension: an `Answer`."""
 
+from contextlib import suppress
 from dataclasses import replace
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.kinds import File, Frequencies
 
@@ -53,7 +54,9 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
         lines.append(size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(lines), case=choice)
     if span:
-        curves, span = tables.curves(choice), with_resonances(span, choice.poles)
+        curves = tables.curves(choice)
+        with suppress(NoSolutionError):  # a state space that overflows: then its poles are not known
+            span = with_resonances(span, choice.poles)
         return replace(
             answer,
             table=response_table(span, curves),

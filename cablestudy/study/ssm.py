@@ -23,6 +23,7 @@ KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
 DEFAULT_MODES = 12  # of a model to an accuracy
 LOWEST, HIGHEST = 1e-100, 1e100  # response frequencies, whose squares neither underflow nor overflow [Hz]
 MAX_FREQUENCIES = 10_000_000
+MOST_STATES = 1000  # of which the poles are found in a second or two
 END = "end_2_x"
 FEW = 12  # names that a message lists all, beside the nearest one
 DAMPING_NOTES = {
@@ -199,9 +200,10 @@ class Choice:
 
     @property
     def poles(self):
-        """Of what a response shows, those of the upper half plane. [rad/s]"""
+        """Of what a response shows, with gondola or loop none where there are more than MOST_STATES. [rad/s]"""
         if self.options.attached:
-            return np.linalg.eigvals(self.system().a)
+            a = self.system().a
+            return np.linalg.eigvals(a) if len(a) <= MOST_STATES else np.zeros(0, dtype=complex)
         kept = self.kept
         moved = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.options.pairs)
         shown = moved > 1e-20 * moved.max(initial=0.0)  # others are zero but for rounding

@@ -378,6 +378,6 @@ def describe(suspension, which, answer, settled, low, possible, high):
         )
         if out
     )
-    return (
-        f"no tensions in [{low.min() / unit:.4g}, {high.max() / unit:.4g}] {name} hold {held} here; nearest: {nearest}"
-    )
+    least, most = low.min() / unit, high.max() / unit
+    allowed = f"in [{least:.4g}, {most:.4g}] {name}" if np.isfinite(most) else f"of {least:.4g} {name} and more"
+    return f"no tensions {allowed} hold {held} here; nearest: {nearest}"
