@@ -264,9 +264,9 @@ def error_faults(error, call, odd):
 
 
 def mentions(message, value):
-    """Whether a message shows the beginning of a value that is text, or is about the contents of a Series."""
-    if isinstance(value, pd.Series):
-        return any(part in message for name in value.index for part in str(name).split("."))
+    """Whether a message shows the beginning of a value that is text; of a mapping it names a key that it lacks."""
+    if isinstance(value, pd.Series | dict):
+        return "key" in message
     begin = re.split("[\n=]", str(value)[:20])[0].strip(" -") if isinstance(value, str | Path) else ""
     return bool(begin) and begin.partition(".")[0] in message
 

@@ -185,6 +185,7 @@ def test_wrong_arguments_of_methods(call, message):
         ),
         (lambda: cs.sweep(STUDY, jobs=0), "sweep: jobs: expected a whole number from 1 to 1024, got 0"),
         (lambda: cs.sweep(STUDY, out=3), "sweep: out: expected the name of a file or folder, got 3"),
+        (lambda: cs.sweep(STUDY, out="\ud800"), r"sweep: out: expected the name of a file or folder, got '\ud800'"),
         (lambda: cs.report(GUY, out=3), "report: out: expected the name of a file or folder, got 3"),
         (lambda: cs.report(GUY, out="page.txt"), "out page.txt: a page is HTML"),
         (lambda: cs.Scene(1, 2, 3, 4), "Scene: path: expected text, got 1\nScene: changes: expected a list of texts"),
@@ -312,7 +313,8 @@ def test_a_page_of_a_mapping(tmp_path, monkeypatch):
     assert "4 cases" in (tmp_path / "study.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("s", [None, "x", 1j, [[1j]], [math.nan], [1j, [2j]], object(), np.array(["1"]), [True, None]])
+@pytest.mark.parametrize("s", [None, "x", 1j, [[1j]], [math.nan], [1j, [2j]], object(), np.array(["1"]), [True, None],
+                               [np.ma.masked], [np.longdouble("1e4000")]])  # fmt: skip
 def test_a_state_space_takes_an_array_of_numbers(s):
     model = cs.load(CARLINA).state_space(modes=1)
     with pytest.raises(cs.SceneError, match=r"^response: s: expected a list or array of finite complex"):

@@ -161,10 +161,12 @@ class StateSpace:
 
 def _points(s: Any) -> NDArray[np.complex128]:
     """Values of s as an array, shape (m,); SceneError for anything else."""
-    try:
-        given = np.asarray(s)
-    except (TypeError, ValueError):  # rows of different lengths
-        given = np.asarray(None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of what is masked, which becomes nan
+        try:
+            given = np.asarray(s)
+        except (TypeError, ValueError):  # rows of different lengths
+            given = np.asarray(None)
     if given.ndim == 1 and given.dtype.kind in "iufc":
         with np.errstate(all="ignore"):  # of a number that no float holds
             points = given.astype(complex)

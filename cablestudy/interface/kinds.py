@@ -53,7 +53,7 @@ def read_part(value: object) -> str:
 def read_path(value: object) -> str:
     """The name of a file or folder."""
     path = read_text(os.fspath(value) if isinstance(value, os.PathLike) else value)
-    if "\0" in path:  # no system has such a name
+    if b"\0" in os.fsencode(path):  # no system has such a name, nor one of half a character: ValueError
         raise ValueError
     return path
 
