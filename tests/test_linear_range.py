@@ -125,3 +125,19 @@ def test_a_sweep_keeps_rows_with_slack_cables(tmp_path):
     study = tmp_path / "storm.yaml"
     study.write_text(f"base: {CARLINA}\nvary: [{{wind.speed: [6 m/s, 80 m/s]}}]\ncolumns: [gondola_rms_open_loop]\n")
     assert "a cable goes slack in the wind in 1 of 2 rows: 2" in run("sweep", study, "--out", tmp_path).err
+
+
+def test_a_cable_with_fixed_ends_goes_slack_in_a_storm():
+    """Its tension at rest less Davenport's factor times its RMS; crossings as many as cycles of the lowest mode."""
+    names = "tension_rms", "tension_1", "tension_2", "outofplane_frequency_1"
+    for speed in (5, 60):
+        sets = [
+            "gondola=null", "winch=null", f"wind.speed={speed} m/s", "wind.duration=600 s", "model={accuracy: 1e-4}",
+            "cable.damping={model: kelvin_voigt, time: 0.1 ms, viscous: 0.01}", "cable.unstretched_length=186.5 m",
+        ]  # fmt: skip
+        row = evaluate(load_scene(CARLINA, sets)[1], [*map(find_of_one, names), find_of_one("status")]).cells
+        crossings = np.sqrt(2 * np.log(600.0 * row["outofplane_frequency_1_Hz"]))
+        drop = (crossings + 0.5772 / crossings) * row["tension_rms_N"]
+        slack = min(row["tension_1_N"], row["tension_2_N"]) < drop
+        assert row["status"] == ("a cable goes slack in the wind" if slack else "ok")
+        assert slack == (speed == 60), (drop, row)

@@ -216,3 +216,14 @@ def test_explain_says_what_was_modelled(scene):
     assert "coupled modes up to" in notes
     assert "wind on bodies: about the equilibrium in the mean wind, with aerodynamic damping" in notes
     assert "loop of 6 cables for x, y, z" in notes
+
+
+def test_an_accuracy_that_is_not_reached_is_told_with_what_was_tried(folder):
+    """A body of a gram on heavy cables moves as they do: each of their modes counts."""
+    text = SCENE.replace(f"mass: {MASS}", "mass: 1 g").replace("[4, 4, 4]", "[1e-6, 1e-6, 1e-6]")
+    text = text.replace("density: 1e-6", "density: 8000").replace("on: bodies", "on: both")
+    (folder / "gram.yaml").write_text(text.replace("gravity: 0", "gravity: 9.81"))
+    told = [line for line in run("windrms", "gram.yaml").lines if "modes tried" in line]
+    assert len(told) == 1
+    assert re.search(r"^note: motion in the wind: 3 models of 64, 100, 160 modes tried: estimated error", told[0])
+    assert "modes tried" not in run("windrms", "gram.yaml", "--set", "model.accuracy=0.1").err

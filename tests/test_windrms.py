@@ -16,6 +16,7 @@ from cablestudy.control import statespace
 from cablestudy.errors import NoSolutionError
 from cablestudy.study import windrms
 from cablestudy.study.case import Case
+from cablestudy.study.status import SLACK
 
 SPEED, LENGTH_SCALE, AREA, DRAG, AIR, INTENSITY = 6.0, 25.0, 0.6, 1.17, 1.2, 0.15  # configs/carlina.yaml
 CORNER = SPEED / LENGTH_SCALE
@@ -299,7 +300,9 @@ def test_an_extreme_scene_has_an_answer_or_says_why_not(sets):
         assert row["gondola_rms_mm"] is None
         assert "unstable" not in row["status"] or "a motion of" in row["status"]
     else:
-        assert (outcome.code, row["status"]) == (0, "ok")
+        assert outcome.code == 0
+        assert row["status"] in ("ok", SLACK)
+        assert (f"warning: {SLACK}" in outcome.err) == (row["status"] == SLACK)
         assert 0 < row["gondola_rms_mm"] < np.inf
         assert 0 < row["gondola_damping_ratio"] <= 1
 

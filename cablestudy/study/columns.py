@@ -195,20 +195,27 @@ def _peak(case):
 
 
 def tensions_at_peak(case):
-    """Least tension at an end, and largest one of the cable, at the gondola's largest expected displacement. [N]
+    """Least tension at an end, and largest one of the cable, expected within `wind.duration`. [N]
 
-    Linear and quasi-static. A scene of one cable does not say whether its wind blows towards end 1 or away from it.
+    With a gondola by its largest displacement: linear and quasi-static, towards either side, since a scene of one cable
+    does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
+    crossings as cycles of the lowest mode.
     """
     force = case.form.end_forces("global")
     tension = np.sqrt((force**2).sum(axis=-1))
-    pulled = np.array([case.end_stiffness_along(axis, 0) for axis in range(3)])
-    change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case) / 1e3
-    return float((tension - change).min()), float(case.statics.max_tension + change.max())
+    if case.scene.gondola is None:
+        lowest = float(case.end_model.omega.min()) / (2 * np.pi)
+        change = peak_factor(lowest, case.scene.wind.duration) * case.cable_motion.tension
+    else:
+        pulled = np.array([case.end_stiffness_along(axis, 0) for axis in range(3)])
+        change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case) / 1e3
+    return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
 
 
 def goes_slack(case):
     """Whether the least tension of a `Case` in the wind is below zero: once its RMS is known, else False."""
-    return "response" in case.__dict__ and tensions_at_peak(case)[0] < 0
+    known = "cable_motion" if case.scene.gondola is None else "response"
+    return known in case.__dict__ and tensions_at_peak(case)[0] < 0
 
 
 def _linear_range(case):

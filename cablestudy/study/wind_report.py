@@ -110,7 +110,7 @@ def _strength(scene):
 def _bare_cable_table(document, scene, estimate):
     """As `wind_table`, of a cable with fixed ends."""
     columns, row = evaluate_named(document, scene, (*CABLE, *_strength(scene)), "windrms", estimate)
-    remarks = () if row.failed else tuple(_vortices(row.case))
+    remarks = () if row.failed else (*_vortices(row.case), *slack_warning(row))
     row = replace(row, notes=(*row.notes, BARE_NOTE))
     fields, cells = [column.field for column in columns], dict(row.cells)
     return Table((*fields, STATUS), [cells], single=True, errors=row.known_errors), row, remarks

@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.scene.words import counted
 from cablestudy.study.suspension.driven_modes import gain_error, with_driven_modes
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
@@ -78,6 +79,22 @@ class InWind:
             movement = wider
         movement.check_stable()
         return movement, response
+
+    @property
+    def short_of_accuracy(self):
+        """What was tried where the RMS of the bodies has a larger error than asked for; else empty.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            As `response`.
+        """
+        error = self.response.moving_error / 2
+        if self._model is not None or error <= self._accuracy:
+            return ""
+        tried = [str(count) for count in COUNTS if count <= len(self.movement.modes)]
+        models = f"{counted(len(tried), 'model')} of {', '.join(tried)} modes"
+        return f"{models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
 
     @property
     def solved(self):
