@@ -656,10 +656,12 @@ def test_a_slack_cable_without_weight_has_no_form():
     """What depends on it is refused and names the cable; tensions, places and the other cables stay."""
     done = run("static", scene(LOOSE), "--table", "cables", "--format", "json", code=3)
     said = "is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance or angles"
-    assert all(line.startswith(f"scene.yaml: {name} {said}") for name, line in zip(("s0", "s1"), done.lines, strict=True))
+    told = [line.startswith(f"scene.yaml: {name} {said}") for name, line in zip(("s0", "s1"), done.lines, strict=True)]
+    assert all(told)
     rows = {row["name"]: row for row in json.loads(done.out)["rows"]}
     for name in ("s0", "s1"):
-        assert [rows[name][of_form] for of_form in ("sag_m", "swing_deg", "lowest_point_m", "clearance_m")] == [None] * 4
+        of_form = ("sag_m", "swing_deg", "lowest_point_m", "clearance_m")
+        assert [rows[name][column] for column in of_form] == [None] * 4
         assert [rows[name][force] for force in ("preload_N", "max_tension_N", "tension_to_N")] == [0.0] * 3
         assert rows[name]["mass_kg"] == pytest.approx(2.2 * 50e-6 * 509)
     # 20 GPa x 50 mm^2 of cables that four times span sqrt(2) 1.25 m
@@ -671,8 +673,6 @@ def test_a_slack_cable_without_weight_has_no_form():
 def test_modes_beside_a_slack_cable_without_weight_are_refused():
     """Its mass is somewhere, and moves with something."""
     done = run("modes", scene(LOOSE), code=3)
-    assert done.lines == [
-        "scene.yaml: s0, s1: slack and without weight, so that nothing determines where its mass is"
-    ]
+    assert done.lines == ["scene.yaml: s0, s1: slack and without weight, so that nothing determines where its mass is"]
     heavy = run("modes", "scene.yaml", "--set", "gravity=9.81", "-n", "2", "--format", "csv")
     assert len(heavy.out.splitlines()) == 3

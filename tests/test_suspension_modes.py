@@ -16,7 +16,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.system import cables, coupled, linear, statics
 from cablestudy.system.cables import FixedModel, Models
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import Search, coupled_modes
+from cablestudy.system.coupled_modes import Search, coupled_modes, coupled_modes_of_cases
 from cablestudy.system.superelement import Damping
 
 
@@ -133,6 +133,20 @@ def test_six_vectors_stand_for_the_modes_of_cables_that_are_not_computed(monkeyp
     assert all("vectors" in record.reason for record in found.cables)
     assert found.frequency == pytest.approx(bar_suspension.dense(state, 24).modes()[0][:12], rel=1e-9)
     assert found.damping_ratio == pytest.approx(every.damping_ratio, rel=1e-5)
+
+
+def test_long_cables_of_several_cases_are_as_those_of_one(monkeypatch):
+    """Of a long cable some modes are computed, and six vectors stand for the others, also where cases share models."""
+    monkeypatch.setattr(cables, "ALL_AT_ONCE", 9)
+    monkeypatch.setattr(cables, "MAX_MODES", 9)
+    state = platform()
+    count = len(state.lengths)
+    both = state.catenary.take(np.tile(np.arange(count), 2))  # the cables of one case after the other
+    alone = coupled_modes(state, 8)
+    for found in coupled_modes_of_cases([state, state], both, 8, 1e-4, [Damping()] * (2 * count)):
+        assert any("vectors" in record.reason for record in found.cables)
+        assert found.frequency == pytest.approx(alone.frequency, rel=1e-9)
+        assert found.body_energy == pytest.approx(alone.body_energy, abs=1e-6)
 
 
 @pytest.mark.parametrize(
