@@ -119,6 +119,16 @@ def test_a_file_that_is_improper_says_so_and_a_proper_one_does_not(tmp_path):
     assert "--proper" in run("ssm", CARLINA, "--modes", 4, "--explain").err
 
 
+@pytest.mark.parametrize("scene", [CARLINA, CONFIGS / "suspensions" / "carlina-net-wind.yaml"])
+@pytest.mark.parametrize(("model", "told"), [("{model: hysteretic, loss_factor: 0.02}", True),
+                                             ("{model: hysteretic, loss_factor: 0}", False),
+                                             ("{model: kelvin_voigt, time: 1 ms}", False)])  # fmt: skip
+def test_hysteretic_damping_that_becomes_viscous_is_told(tmp_path, scene, model, told):
+    damping = model if scene == CARLINA else model[:-1] + ", ratio: null}"
+    done = run("ssm", scene, "--set", f"cable.damping={damping}", "--modes", 4, "--out", tmp_path / "a.npz")
+    assert ("note: hysteretic damping is viscous in A, B, C, D" in done.err) == told
+
+
 MISTAKES = {
     ("--proper",): "--proper: no effect",
     ("--input", "end_2_x"): "--input: no effect: for --response, --error and --out only",

@@ -264,3 +264,29 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
         nearest = poles[np.argmin(np.abs(poles - crossing))]
         assert stable if factor < 1 else nearest.real > 0, factor
         assert case.plant.verdict(factor * limit).stable == (factor < 1)
+
+
+@pytest.mark.parametrize(("elements", "order"), [(2, 6), (4, 4), (10, 1)])
+def test_fixed_elements_are_judged_by_the_cable_beyond_their_modes(elements, order):
+    """The mode that decides, at 131 Hz, is above those of the elements, which alone bear 50 times the gain."""
+    exact = short(1.0, viscous=2e-7)
+    fixed = exact.model_copy(
+        update={"model": exact.model.model_copy(update={"elements": elements, "order": order, "accuracy": None})}
+    )
+    limit = evaluate(fixed, [find("largest_gain")]).cells["largest_gain_rad_per_s"]
+    case = Case(exact).refined(1, 16)
+    for number in (38, 46):
+        assert dense_growth(case, 0.99 * limit, number) < 0 < dense_growth(case, 1.01 * limit, number)
+    column = [find("gondola_rms")]
+    for gain, status in ((0.9 * limit, "ok"), (1.1 * limit, "unstable loop")):
+        winch = fixed.winch.model_copy(
+            update={"controller": fixed.winch.controller.model_copy(update={"gain": float(gain)})}
+        )
+        row = evaluate(fixed.model_copy(update={"winch": winch}), column)
+        assert row.cells["status"].startswith(status)
+        assert any("every mode of the cable that the gain could drive" in line for line in row.notes)
+
+
+def test_of_modal_damping_fixed_elements_say_that_the_verdict_is_theirs():
+    row = evaluate(scene(), [find("largest_gain")])
+    assert "loop: judged by the modes of these elements, and not by those of the cable above" in row.notes

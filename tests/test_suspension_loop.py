@@ -501,3 +501,30 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
     limit = movement.largest_gain
     for factor in (0.3, 0.6, 0.9, 0.995, 1 - 1e-6, 1 + 1e-6, 1.005):
         assert (own.poles(factor * limit).real.max() > 1e-9 * limit) == (factor > 1), factor
+
+
+def test_each_column_of_the_loop_states_its_own_error():
+    """A gain that is given has none; the others are held against a model of 400 modes."""
+    names = "gain", "largest_gain", "gain_margin", "phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak"
+    winches = [f"winches.{name}.end=to" for name in ("u1", "u2", "u3", "d1", "d2", "d3")]
+    path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
+    case = SuspensionCase(load_scene(path, [*winches, "control.gain=2"])[1])
+    found = {name: find(name).compute(case) for name in names}
+    wide = case.in_wind.movement_of(400)
+    truth = {name: getattr(wide.margins, name) for name in names[3:]}
+    truth |= {"gain": 2.0, "largest_gain": wide.largest_gain, "gain_margin": 20 * np.log10(wide.largest_gain / 2)}
+    assert found["gain"] == (2.0, 0.0)
+    for name in names[1:]:
+        value, error = found[name]
+        assert abs(value / truth[name] - 1) <= max(error, 1e-9), name
+    errors = {name: error for name, (_, error) in found.items()}
+    assert errors["phase_margin"] < 0.1 * errors["largest_gain"]
+    limit, margin = errors["largest_gain"], found["gain_margin"][0]
+    assert errors["gain_margin"] == pytest.approx(20 * np.log10(1 + limit) / margin, rel=1e-9)
+
+
+def test_the_error_of_an_automatic_gain_is_that_of_what_it_follows_from():
+    text = everything(control__gain={"auto": 6.0})
+    _, error = find("gain").compute(case_of(text))
+    assert 0 < error < 0.1
+    assert find("gain").compute(case_of(everything())) == (0.4, 0.0)

@@ -165,7 +165,7 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
     seen = [np.linalg.svd(np.linalg.inv(np.eye(3) + one))[1][0] for one in transfer]
     assert lines(sensitivity)["largest singular value"].get_ydata()[some] == pytest.approx(seen, rel=1e-9)
     assert lines(sensitivity)["largest singular value"].get_ydata().max() == pytest.approx(
-        movement.sensitivity_peak, rel=1e-3
+        movement.margins.sensitivity_peak, rel=1e-3
     )
     curve = next(line for line in determinant.lines if len(line.get_xydata()) == len(frequency))
     value = curve.get_xdata() + 1j * curve.get_ydata()

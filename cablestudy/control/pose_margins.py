@@ -6,9 +6,11 @@ eigenvalues of the closed loop beside them decide.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control import margins
 from cablestudy.control.margins import crossing_near, gain_of_peak, highest_of
 from cablestudy.control.pose_frequencies import ASIDE, CLOSER, beside, by_parts, eigenvalues
 from cablestudy.control.pose_loop import growth_of
@@ -264,3 +266,35 @@ def sensitive_gain(loop, peak, most):
         gain, found = gain_of_peak(lambda s: by_parts(loop.unit_gain, s.imag), omega, peak, gain)
         omega, reached = np.union1d(omega, grid(loop.with_gain(gain))), reached or found is not None
     return gain if most or reached else None
+
+
+class Margins:
+    """Numbers of a stable `PoseLoop` that say how far it is from instability, beside its largest gain."""
+
+    def __init__(self, loop):
+        self._loop = loop
+
+    @cached_property
+    def _crossovers(self):
+        """See `gain_crossovers`."""
+        return gain_crossovers(self._loop)
+
+    @cached_property
+    def sensitivity_peak(self):
+        """Largest singular value of the sensitivity at the measured coordinates. [-]"""
+        return sensitivity_peak(self._loop)
+
+    @property
+    def phase_margin(self):
+        """Least angle between -1 and an eigenvalue of the loop gain of size 1; None where there is none. [deg]"""
+        return margins.phase_margin(self._crossovers[1])
+
+    @property
+    def gain_crossover(self):
+        """Frequency of the phase margin; None where there is none. [Hz]"""
+        return margins.phase_margin_frequency(*self._crossovers)
+
+    @property
+    def delay_margin(self):
+        """Least further delay that makes the loop unstable; None where no eigenvalue of the loop gain is 1. [s]"""
+        return margins.delay_margin(*self._crossovers)

@@ -39,7 +39,16 @@ def _bode(plots, curves, numbers, attached):
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
     """`out`: the file for the state space; `response`: range and number of frequencies; others as `ssm.Options`."""
     from cablestudy.study.notes import reference_without_loads
-    from cablestudy.study.ssm import Options, check_file, exported, improper_note, read_span, size_line, write
+    from cablestudy.study.ssm import (
+        Options,
+        check_file,
+        exported,
+        improper_note,
+        read_span,
+        size_line,
+        viscous_note,
+        write,
+    )
     from cablestudy.study.ssm_tables import drawn, response_table, with_resonances
 
     check_file(out)
@@ -49,7 +58,9 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     if out:
         system = exported(choice.system(), asked)
         write(system, out)
-        lines += [size_line(choice, system), *improper_note(system), f"written: {out}"]
+        cables = scene.model.cables.values() if scene.is_suspension else [scene.model.cable]
+        notes = [*improper_note(system), *viscous_note([cable.damping for cable in cables])]
+        lines += [size_line(choice, system), *notes, f"written: {out}"]
     elif not span:
         lines.append(size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(lines), case=choice)

@@ -316,7 +316,7 @@ def _fixed_answer(answer, required, noted):
         if "gondola_frequency_Hz" in answer.values:
             answer.notes += tuple(notes.gondola_notes(case))
         if required.damped:
-            answer.notes += notes.assumed_damping(case.scene) + notes.air_damping(case)
+            answer.notes += notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
 
 
 def _estimate_motion(answers, required):

@@ -29,7 +29,8 @@ FEW = 12  # names that a message lists all, beside the nearest one
 DAMPING_NOTES = {
     "modal": (),
     "hysteretic": (
-        "damping: hysteretic, which has no state space; each mode has the ratio that dissipates the same energy",
+        "damping: hysteretic, which has no state space: viscous in A, each mode with the ratio that dissipates the "
+        "same energy",
     ),
     "kelvin_voigt": ("damping: Kelvin-Voigt, exact",),
 }
@@ -258,6 +259,21 @@ class Choice:
             except NoSolutionError as error:
                 warnings.append(f"warning: {error}")
         return warnings
+
+
+def viscous_note(dampings):
+    """That hysteretic damping is viscous in A, at most one line.
+
+    Parameters
+    ----------
+    dampings : sequence of scene.cable_table.Damping
+        Of all cables.
+    """
+    if any(damping.model == "hysteretic" and damping.loss_factor for damping in dampings):
+        yield (
+            "note: hysteretic damping is viscous in A, B, C, D, with the same loss of each mode at its frequency: "
+            "margins and RMS of this model differ a little from those of 'cablestudy loop' and 'windrms'"
+        )
 
 
 def choose(document, scene, options):

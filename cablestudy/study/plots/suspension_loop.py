@@ -37,7 +37,7 @@ def suspension_loop(movement):
     upper = figure.add_subplot(grid_[0, :])
     middle = figure.add_subplot(grid_[1, :], sharex=upper)
     _singular_values(upper, omega / TURN, gain, loop.gain)
-    _sensitivity(middle, omega / TURN, gain, movement.sensitivity_peak)
+    _sensitivity(middle, omega / TURN, gain, movement.margins.sensitivity_peak)
     _determinant(figure.add_subplot(grid_[2, 0]), gain)
     _characteristic(figure.add_subplot(grid_[2, 1]), gain, movement)
     figure.align_ylabels([upper, middle])

@@ -6,6 +6,7 @@ import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
+from cablestudy.study.columns import relative
 from cablestudy.study.suspension.driven_modes import gain_error, with_driven_modes
 from cablestudy.study.suspension.linear_motion import LinearMotion
 from cablestudy.study.suspension.movement import Movement
@@ -13,6 +14,7 @@ from cablestudy.study.suspension.response import ACCURACY, CLOSED, OPEN, Respons
 from cablestudy.wind.peak import peak_factor
 
 COUNTS = (64, 100, 160)  # modes of the models that are tried
+SAFETY = 2.0  # on the change of a margin by fewer modes
 ROUNDING = 1e-14  # of a displacement by the mean wind over the longest chord: what is less is shown as zero
 
 
@@ -125,8 +127,35 @@ class InWind:
 
     @cached_property
     def loop_error(self):
-        """Estimated relative error of the numbers of the loop. [-]"""
+        """Estimated relative error of the largest gain; not a number for an exact choice of elements. [-]"""
         return gain_error(self.movement) if self._model is None else np.nan
+
+    def margin(self, name):
+        """A number of `Margins` by its name, and its estimated relative error by what fewer modes change in it."""
+        found = getattr(self.movement.margins, name)
+        if self._model is not None:
+            return found, np.nan
+        try:
+            return found, SAFETY * relative(found, getattr(self.movement.fewer_margins, name))
+        except NoSolutionError:  # with fewer modes it cannot be judged
+            return found, np.nan
+
+    @property
+    def gain(self):
+        """Gain of the loop [rad/s], and its estimated relative error: 0 of one that the scene states."""
+        gain = self.movement.loop.gain
+        if isinstance(self.scene.control.gain, int | float):
+            return gain, 0.0
+        return gain, max(self.loop_error, self.margin("sensitivity_peak")[1])
+
+    @property
+    def gain_margin(self):
+        """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
+        limit, gain = self.movement.largest_gain, self.movement.loop.gain
+        if not (limit and gain):
+            return None, self.loop_error
+        found = float(20 * np.log10(limit / gain))
+        return found, 20 * np.log10(1 + self.loop_error) / abs(found) if found else self.loop_error
 
     def rms(self, names, variance, open_loop):
         """Root of the sum of variances of some outputs, and its estimated relative error; 0 of what is held.

@@ -5,15 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control import margins
 from cablestudy.control.plant import Notch
 from cablestudy.control.pose_loop import PoseLoop, allocate, growing, moved_by_winches
 from cablestudy.control.pose_margins import (
-    gain_crossovers,
+    Margins,
     largest_gain,
     limit_near,
     sensitive_gain,
-    sensitivity_peak,
     single_limits,
 )
 from cablestudy.errors import NoSolutionError
@@ -246,29 +244,14 @@ class Movement:
         return self.limit and self.limit.factor
 
     @cached_property
-    def sensitivity_peak(self):
-        """Largest singular value of the sensitivity at the measured coordinates. [-]"""
-        return sensitivity_peak(self.loop)
+    def margins(self):
+        """`Margins` of the loop."""
+        return Margins(self.loop)
 
     @cached_property
-    def _crossovers(self):
-        """See `pose_margins.gain_crossovers`."""
-        return gain_crossovers(self.loop)
-
-    @property
-    def phase_margin(self):
-        """Least angle between -1 and an eigenvalue of the loop gain of size 1; None where there is none. [deg]"""
-        return margins.phase_margin(self._crossovers[1])
-
-    @property
-    def gain_crossover(self):
-        """Frequency of the phase margin; None where there is none. [Hz]"""
-        return margins.phase_margin_frequency(*self._crossovers)
-
-    @property
-    def delay_margin(self):
-        """Least further delay that makes the loop unstable; None where no eigenvalue of the loop gain is 1. [s]"""
-        return margins.delay_margin(*self._crossovers)
+    def fewer_margins(self):
+        """The same in the space `LinearMotion.fewer`."""
+        return Margins(self.fewer_loop)
 
     @cached_property
     def single_limits(self):

@@ -118,6 +118,11 @@ def _of_wind(case):
     movement, wind = case.in_wind.movement, case.scene.wind
     modes, strokes = len(movement.modes), sum(not one.wheel for one in movement.actuators)
     shapes = counted(len(movement.motion) - modes - strokes, "static shape")
+    if movement.loop is not None and case.model is not None:
+        yield (
+            f"loop: judged by the modes of these elements, up to {_highest(movement.linear):.4g} Hz, and not by those of "
+            "the cables above"
+        )
     some = f"{modes} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
     yield f"motion: {some}, {shapes} for those above, {counted(strokes, 'stroke')}"
     if wind is not None:
@@ -171,6 +176,11 @@ def _of_modes(modes):
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > LISTED:
         yield f"and {len(modes.coincident) - LISTED} more runs of modes that coincide"
+
+
+def _highest(linear):
+    """Of all modes that a loop was judged with. [Hz]"""
+    return (linear.wide or linear.modes).frequency[-1]
 
 
 def damping_notes(scene):

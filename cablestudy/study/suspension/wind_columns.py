@@ -224,13 +224,10 @@ def _scaled(found, factor):
 # ------------------------------------------------------------------------------------------------------ of the loop
 
 
-def _gain_margin(wind):
-    limit, gain = wind.movement.largest_gain, wind.movement.loop.gain
-    return float(20 * np.log10(limit / gain)) if limit and gain else None
-
-
-def _of_loop(name, unit, meaning, compute):
-    return Column(name, unit, meaning, "loop", lambda case: (compute(case.in_wind), case.in_wind.loop_error), "control")
+def _of_loop(name, unit, meaning, compute=None):
+    """A column of the loop: its number and estimated relative error of an `InWind`, of `Margins` by its own name."""
+    found = compute or (lambda wind: wind.margin(name))
+    return Column(name, unit, meaning, "loop", lambda case: found(case.in_wind), "control")
 
 
 def _of_winches(name, meaning, place):
@@ -247,18 +244,15 @@ WINCHES = (
 )
 
 LOOP = (
-    _of_loop("gain", "rad/s", "integral gain of the loop of all winches", lambda w: w.movement.loop.gain),
+    _of_loop("gain", "rad/s", "integral gain of the loop of all winches", lambda w: w.gain),
     _of_loop("largest_gain", "rad/s", "integral gain of the winches below which the loop is stable; empty when it "
              "always is",
-             lambda w: w.movement.largest_gain),
+             lambda w: (w.movement.largest_gain, w.loop_error)),
     _of_loop("gain_margin", "dB", "largest stable gain over the gain, of all winches together; empty when there is no "
-             "limit", _gain_margin),
+             "limit", lambda w: w.gain_margin),
     _of_loop("phase_margin", "deg", "least angle between -1 and an eigenvalue of the loop gain of size 1, over all "
-             "frequencies", lambda w: w.movement.phase_margin),
-    _of_loop("gain_crossover", "Hz", "frequency at which that eigenvalue has the size 1",
-             lambda w: w.movement.gain_crossover),
-    _of_loop("delay_margin", "s", "least further delay in the loop of all winches that makes it unstable",
-             lambda w: w.movement.delay_margin),
-    _of_loop("sensitivity_peak", "", "largest singular value of the sensitivity of the loop over frequency",
-             lambda w: w.movement.sensitivity_peak),
+             "frequencies"),
+    _of_loop("gain_crossover", "Hz", "frequency at which that eigenvalue has the size 1"),
+    _of_loop("delay_margin", "s", "least further delay in the loop of all winches that makes it unstable"),
+    _of_loop("sensitivity_peak", "", "largest singular value of the sensitivity of the loop over frequency"),
 )  # fmt: skip
