@@ -101,10 +101,8 @@ def curve(plant, cable, poles):
 
 def frequencies(plant, poles):
     """Frequencies at which a loop gain is evaluated: all decades, and beside poles and notch. [rad/s]"""
-    notch = plant.notch
-    if notch is not None:
-        own = notch.omega * (1j - notch.damping_ratio), notch.rolloff_omega * (1j - notch.rolloff_damping_ratio)
-        poles = np.concatenate([poles, own])
+    if plant.notch is not None:
+        poles = np.concatenate([poles, plant.notch.corners])
     poles = poles[np.abs(poles) > 0]
     centre = np.abs(poles)
     low, high = 1e-4 * centre.min(), 1e3 * centre.max()

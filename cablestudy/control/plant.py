@@ -53,6 +53,12 @@ class Notch:
         return (zero * (zero + 2 * self.damping_ratio) + 1) / (pole * (pole + 2 * self.rolloff_damping_ratio) + 1)
 
     @property
+    def corners(self):
+        """About where its zero and its pole of the upper half plane are, shape (2,). [rad/s]"""
+        own = (self.omega, self.damping_ratio), (self.rolloff_omega, self.rolloff_damping_ratio)
+        return np.array([omega * (1j - ratio) for omega, ratio in own])
+
+    @property
     def state_space(self):
         """a, b, c, d for the states w2^2/q and s w2/q, q the roll-off's polynomial."""
         w1, w2 = self.omega, self.rolloff_omega

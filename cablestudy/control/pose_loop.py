@@ -19,7 +19,7 @@ import numpy as np
 from cablestudy.control.law import INTEGRATOR, REACH, SMALL, Law
 from cablestudy.control.motion import Motion
 from cablestudy.control.pose_equations import DEPENDENT, equations
-from cablestudy.control.pose_frequencies import CLOSER, beside, by_parts, eigenvalues
+from cablestudy.control.pose_frequencies import CLOSER, beside, eigenvalues, resolved
 from cablestudy.control.residues import eigen, eigen_apart
 from cablestudy.errors import NoSolutionError
 
@@ -168,14 +168,20 @@ class PoseLoop:
         return np.linalg.inv(np.eye(len(self.notches)) + self.gain * self.unit_gain(s))
 
     @cached_property
+    def _curve(self):
+        """Frequencies [rad/s], and L over the gain there, shape (f, k, k)."""
+        notches = [notch.corners for notch in self.notches if notch is not None]
+        return resolved(self.unit_gain, beside(np.concatenate([self.open_poles, *notches]), CLOSER, self.law))
+
+    @property
     def frequencies(self):
         """At which eigenvalues of the loop gain are told apart. [rad/s]"""
-        return beside(self.open_poles, CLOSER, self.law)
+        return self._curve[0]
 
-    @cached_property
+    @property
     def _unit_gains(self):
         """L over the gain at these, shape (f, k, k)."""
-        return by_parts(self.unit_gain, self.frequencies)
+        return self._curve[1]
 
     @cached_property
     def unit_eigenvalues(self):

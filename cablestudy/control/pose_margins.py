@@ -12,7 +12,7 @@ import numpy as np
 
 from cablestudy.control import margins
 from cablestudy.control.margins import crossing_near, gain_of_peak, highest_of
-from cablestudy.control.pose_frequencies import ASIDE, CLOSER, beside, by_parts, eigenvalues
+from cablestudy.control.pose_frequencies import ASIDE, CLOSER, beside, by_parts, eigenvalues, paired, resolved
 from cablestudy.control.pose_loop import growth_of
 from cablestudy.errors import NoSolutionError
 
@@ -149,7 +149,8 @@ def single_limits(loop):
 
         values, known = alone(place), Limit(0.0, 0.0)
         if growth(0.0) <= 0:
-            known = limit(growth, values, crossings(omega, values(omega)))
+            closer, matrices = resolved(lambda s, values=values: values(s.imag)[..., None], omega)
+            known = limit(growth, values, crossings(closer, matrices[..., 0]))
         found.append(np.inf if known is None else known.factor)
     return np.array(found)
 
@@ -216,10 +217,7 @@ def crossings(omega, values):
     """
     finite = np.isfinite(values).all(axis=1)
     omega, values = omega[finite], values[finite]
-    # each eigenvalue with the nearest one at the next frequency, and each of these with the nearest one before
-    apart = np.abs(values[:-1, :, None] - values[1:, None, :])
-    before = np.concatenate([values[:-1], np.take_along_axis(values[:-1], apart.argmin(axis=1), axis=1)], axis=1)
-    after = np.concatenate([np.take_along_axis(values[1:], apart.argmin(axis=2), axis=1), values[1:]], axis=1)
+    before, after = paired(values)
     crosses = np.argwhere((before.imag * after.imag <= 0) & (np.minimum(before.real, after.real) < 0))
     found = [Crossing((omega[i], omega[i + 1]), (before[i, j], after[i, j])) for i, j in crosses.tolist()]
     return sorted((one for one in found if one.at(one.place).real < 0), key=lambda one: one.at(one.place).real)
