@@ -345,7 +345,18 @@ def test_a_warning_stands_at_the_line_that_called():
 
 
 def test_dir_shows_what_a_user_calls():
-    methods = ["find", "loop", "loop_in_time", "loop_response", "modes", "plot", "state_space", "static", "trade"]
+    methods = [
+        "find",
+        "freeze",
+        "loop",
+        "loop_in_time",
+        "loop_response",
+        "modes",
+        "plot",
+        "state_space",
+        "static",
+        "trade",
+    ]
     names = {"cases", "changes", "model", "path", "windrms", *methods}
     assert set(dir(cs.load(GUY))) == names | {"shape"}
     assert set(dir(cs.load(NET))) == names  # its shape() only says that there is none

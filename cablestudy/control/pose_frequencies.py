@@ -10,8 +10,8 @@ NARROWEST = 1e-6  # half-width that is taken at least, over the frequency
 RANGE = 1e-3, 30.0  # frequencies that are looked at, over the least and largest of the poles
 TURN = 0.1  # of a delay from one frequency to the next [rad]
 AT_ONCE = 100  # frequencies
-# between two frequencies more are taken where an eigenvalue turns so far, or where one near the negative real axis changes
-# so much (its angle over that to the axis, and the logarithm of its size) that it may cross the axis and come back
+# Between two frequencies more are taken where an eigenvalue turns so far, or where one near the negative real axis
+# changes so much (its angle over that to the axis, the logarithm of its size) that it may cross and come back.
 FAR_TURN, NEAR_AXIS, SHARE, GROWTH = 0.5, 0.8, 0.25, 0.3
 COARSE, HALVINGS = 1e-3, 7  # relative distance of two frequencies that are close enough, and how often it is halved
 
