@@ -436,7 +436,7 @@ def _child(arguments, folder, out, err):
         os.chdir(folder)
         resource.setrlimit(resource.RLIMIT_CPU, (STOPPED, STOPPED + 10))  # first SIGXCPU, then SIGKILL
         resource.setrlimit(resource.RLIMIT_AS, (4 * BYTES, 4 * BYTES))
-        signal.alarm(10 * STOPPED)
+        signal.alarm(60 * STOPPED)  # for what waits without computing, on a busy machine
         cablestudy(arguments, prog_name="cablestudy")
     except SystemExit as end:
         code = end.code or 0
