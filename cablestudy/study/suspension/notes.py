@@ -79,8 +79,8 @@ def _of_wind(case):
     shapes = counted(len(movement.motion) - modes - strokes, "static shape")
     if movement.loop is not None and case.model is not None:
         yield (
-            f"loop: judged by the modes of these elements, up to {_highest(movement.linear):.4g} Hz, and not by those of "
-            "the cables above"
+            f"loop: judged by the modes of these elements, up to {_highest(movement.linear):.4g} Hz, and not by those "
+            "of the cables above"
         )
     some = f"{modes} coupled modes up to {movement.modes.frequency[-1]:.4g} Hz"
     yield f"motion: {some}, {shapes} for those above, {counted(strokes, 'stroke')}"
