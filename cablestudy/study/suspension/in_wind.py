@@ -136,7 +136,9 @@ class InWind:
         if self._model is not None:
             return found, np.nan
         try:
-            return found, SAFETY * relative(found, getattr(self.movement.fewer_margins, name))
+            error = SAFETY * relative(found, getattr(self.movement.fewer_margins, name))
+            chosen = name == "sensitivity_peak" and self.movement.linear.wide is not None
+            return found, max(error, self.loop_error) if chosen else error  # modes far above may raise the peak too
         except NoSolutionError:  # with fewer modes it cannot be judged
             return found, np.nan
 
