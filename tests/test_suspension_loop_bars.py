@@ -43,11 +43,21 @@ def scene_of(seed):
     ][rng.integers(3)]
     winches = rng.choice(list(cables), int(rng.integers(2, count + 1)), replace=False).tolist()
     stretching = float(np.sqrt(stiffness / size / mass) / TURN)
-    notch = {"frequency": stretching * power(-0.3, 0.3), "damping_ratio": power(-2, -0.3),
-             "rolloff_frequency": stretching * power(0.3, 1.3), "rolloff_damping_ratio": float(rng.uniform(0.3, 1.2))}  # fmt: skip
+    notch = {
+        "frequency": stretching * power(-0.3, 0.3),
+        "damping_ratio": power(-2, -0.3),
+        "rolloff_frequency": stretching * power(0.3, 1.3),
+        "rolloff_damping_ratio": float(rng.uniform(0.3, 1.2)),
+    }
     measured = rng.choice(free[:3], int(rng.integers(1, min(len(winches), 3) + 1)), replace=False).tolist()
-    body = {"at": [0.0] * 3, "mass": mass, "inertia": (mass * half**2 * rng.uniform(0.5, 0.9, 3)).tolist(),
-            "center_of_mass": [0.0, 0.0, -half * float(rng.uniform(0, 0.3))], "attachments": attachments, "free": free}  # fmt: skip
+    body = {
+        "at": [0.0] * 3,
+        "mass": mass,
+        "inertia": (mass * half**2 * rng.uniform(0.5, 0.9, 3)).tolist(),
+        "center_of_mass": [0.0, 0.0, -half * float(rng.uniform(0, 0.3))],
+        "attachments": attachments,
+        "free": free,
+    }
     return {
         "gravity": 9.81,
         "cable": {"elastic_modulus": modulus, "density": density, "area": float(area), "damping": damping},
