@@ -197,9 +197,8 @@ class SuspensionCase:
         tension = np.asarray(found.catenary.mean_tension)[self.place]
         taut = tension > 0
         # a relative change of its length by rounding changes a tension by EA/T times as much
-        stiff = np.max(
-            np.broadcast_to(span.axial_stiffness, span.chord.shape)[self.place][taut] / tension[taut], initial=0.0
-        )
+        axial = np.broadcast_to(span.axial_stiffness, span.chord.shape)[self.place][taut]
+        stiff = np.max(axial / np.maximum(tension[taut], 1e-300 * axial), initial=0.0)  # finite for any tension
         rounding = max(ROUNDING, EPSILON * float(stiff), float(found.record.correction[self.place]))
         return max(rounding, self.group.drag_error(self.place))
 
