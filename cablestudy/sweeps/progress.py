@@ -9,7 +9,8 @@ import sys
 import time
 from collections import deque
 
-OFF = "CABLESTUDY_PROGRESS"
+from cablestudy.activity import OFF
+
 DELAY = 1.0  # before the first bar [s]
 BAR_INTERVAL, LINE_INTERVAL = 0.2, 30.0  # between two bars, and between two lines [s]
 # A sweep with more than LONG left has its first line once so many seconds and rows give a fair estimate.
