@@ -22,7 +22,7 @@ ALLOWED = {
     "control": {"control", "system", "cable", "errors"},
     "wind": {"wind", "system", "cable", "errors"},
     "study": {"study", "activity", "control", "system", "wind", "scene", "cable", "errors"},
-    "sweeps": {"sweeps", "interrupts", "study", "scene", "errors", "version"},
+    "sweeps": {"sweeps", "activity", "interrupts", "study", "scene", "errors", "version"},
     "interface": {"interface", "sweeps", "study", "scene", "errors"},
     "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "version"},
     # the commands are a thin layer: what they print, the interface computes

@@ -12,6 +12,8 @@ from math import ceil
 import numpy as np
 from numpy.polynomial import legendre
 
+from cablestudy.errors import NoSolutionError
+
 MASSES = ("lumped", "consistent", "blended")
 MAX_ORDER = 64
 PER_WAVE = 1.7  # orders for each half-wave from which the error falls exponentially: pi/2 and a little more
@@ -186,13 +188,13 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
 
     Raises
     ------
-    ValueError
+    NoSolutionError
         Fewer elements than segments.
     """
     edges = _apart(_ends(fractions))
     share = np.diff(edges)
     if elements < len(share):
-        raise ValueError(f"{len(share) - 1} point loads need at least {len(share)} elements, got {elements}")
+        raise NoSolutionError(f"{len(share) - 1} point loads need at least {len(share)} elements, got {elements}")
     quota = np.maximum(share * elements - 1, 0.0)
     quota *= (elements - len(share)) / quota.sum() if quota.sum() > 0 else 0.0
     whole = np.floor(quota + 1e-9)

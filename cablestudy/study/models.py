@@ -184,11 +184,8 @@ def mesh_of(case):
             f"model.elements: {model.elements} elements of order {model.order} have {nodes} nodes "
             f"(at most {MAX_NODES}): take fewer elements, or model.accuracy instead"
         )
-    try:
-        fraction = results.catenary.segments.fraction[index]
-        return mesh_segments(fraction, model.elements, model.order, model.mass, carried)
-    except ValueError as error:
-        raise NoSolutionError(str(error)) from None
+    fraction = results.catenary.segments.fraction[index]
+    return mesh_segments(fraction, model.elements, model.order, model.mass, carried)
 
 
 def model_of(case):

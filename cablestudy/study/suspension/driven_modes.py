@@ -27,6 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.activity import doing
 from cablestudy.control.pose_loop import growing
 from cablestudy.control.pose_margins import limit_near
 from cablestudy.control.stability import BROAD, too_many
@@ -179,6 +180,7 @@ class Candidates:
 
 
 def _candidates(linear, count):
+    doing(f"modes that the winches could drive are sought among the lowest {count}")
     modes, layout = linear.lowest(count), linear.layout
     omega, shapes = modes.solution.omega, modes.shapes
     driven = tuple(shapes.T @ part for part in winch_forces(layout, modes.solution.kept, linear.winches))
