@@ -31,13 +31,15 @@ def outputs(block, folder):
 
 
 def run(command, folder):
-    """What a user of a shell sees of a command: standard error and standard output."""
+    """What a user of a shell sees of a command: standard error and standard output; RuntimeError for a traceback."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "CABLESTUDY_PROGRESS": "off"}  # it depends on how fast a machine is
     done = subprocess.run(
         ["bash", "-c", command], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         text=True, check=False,
     )  # fmt: skip
+    if "Traceback (most recent call last)" in done.stdout:
+        raise RuntimeError(f"{command}\n{done.stdout}")
     return done.stdout
 
 

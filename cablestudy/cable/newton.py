@@ -62,7 +62,8 @@ class Record:
 
     def __str__(self):
         """Of one cable: its steps, their corrections, and why it stopped."""
-        trace = ", ".join(f"{correction:.1e}" for correction in self.correction[np.isfinite(self.share)])
+        own = self.correction[np.isfinite(self.share)]
+        trace = ", ".join(f"{correction:.1e}" if correction > ROUNDING else f"below {ROUNDING:g}" for correction in own)
         return f"{self.steps} steps ({trace}); {REASONS[self.reason]}"
 
 

@@ -213,9 +213,12 @@ def tensions_at_peak(case):
 
 
 def goes_slack(case):
-    """Whether the least tension of a `Case` in the wind is below zero: once its RMS is known, else False."""
+    """Whether the least tension of a `Case` in the wind is below zero; False where its RMS is not known, or void."""
     known = "cable_motion" if case.scene.gondola is None else "response"
-    return known in case.__dict__ and tensions_at_peak(case)[0] < 0
+    try:
+        return known in case.__dict__ and tensions_at_peak(case)[0] < 0
+    except NoSolutionError:  # a winch that would be too fast
+        return False
 
 
 def _linear_range(case):

@@ -8,9 +8,12 @@ from functools import lru_cache, wraps
 import matplotlib.style
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.axis import Tick
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, fontManager
+from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FixedLocator, Formatter, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
@@ -21,14 +24,7 @@ BLUE, RED, GREEN, ORANGE, PINK, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 GREY, LIGHT = "#555555", "#e4e4e4"
 SERIES = (BLUE, GREEN, ORANGE, PINK, SKY, "#000000")
 DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)))  # one fewer than SERIES: 30 pairs of the two
-# For names in other scripts, those that are installed; the last, part of matplotlib, has a sign for every character.
-FALLBACKS = (
-    *("Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Noto Sans", "WenQuanYi Micro Hei"),
-    *("Microsoft YaHei", "Malgun Gothic", "Segoe UI", "PingFang SC", "Hiragino Sans", "Arial Unicode MS"),
-    "Last Resort High-Efficiency",
-)
 STYLE = {
-    "font.family": ["DejaVu Sans", *(name for name in FALLBACKS if name in fontManager.get_font_names())],
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.labelcolor": "#222222",
@@ -44,14 +40,14 @@ STYLE = {
     "ytick.color": GREY,
     "legend.frameon": False,
     "lines.linewidth": 1.6,
-    "text.parse_math": False,  # a title may have a $
     "svg.hashsalt": "cablestudy",  # default: random, so that equal pictures are different files
 }
 # with letters that matplotlib's own font lacks; of Linux, Windows and macOS
 OTHER_LETTERS = (
-    "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "WenQuanYi Micro Hei", "Droid Sans Fallback",
-    "Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "Nirmala UI", "PingFang SC", "Hiragino Sans GB",
-    "Apple SD Gothic Neo", "Arial Unicode MS", "Noto Sans Devanagari", "Noto Sans Thai",
+    "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Noto Sans", "WenQuanYi Micro Hei",
+    "Droid Sans Fallback", "Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "Nirmala UI", "Segoe UI", "PingFang SC",
+    "Hiragino Sans GB", "Apple SD Gothic Neo", "Arial Unicode MS", "Noto Sans Devanagari", "Noto Sans Thai",
+    "Last Resort High-Efficiency",  # part of matplotlib: it has a sign for every character
 )  # fmt: skip
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH = 7.5  # of a picture [in]
@@ -70,19 +66,30 @@ def styled(draw):
     """
 
     @wraps(draw)
-    def run(*arguments):
+    def run(*arguments, **options):
         with matplotlib.style.context(["default", STYLE | {"font.family": families()}]), warnings.catch_warnings():
             warnings.filterwarnings("ignore", r"Glyph \d+ .*missing", UserWarning)
-            return draw(*arguments)
+            drawn = draw(*arguments, **options)
+            if isinstance(drawn, Figure):
+                _without_mathematics(drawn)
+            return drawn
 
     return run
+
+
+def _without_mathematics(figure):
+    """Let a $ in names and titles be a $; the numbers at ticks of logarithmic scales are mathematics."""
+    ticks = {label for tick in figure.findobj(Tick) for label in (tick.label1, tick.label2)}
+    for text in figure.findobj(Text):
+        if text not in ticks:
+            text.set_parse_math(False)
 
 
 @lru_cache(maxsize=1)
 def families():
     """The families of fonts for all text: matplotlib's own, and those of OTHER_LETTERS that are installed; list."""
-    installed = {font.name for font in fontManager.ttflist}
-    return ["sans-serif", *(name for name in OTHER_LETTERS if name in installed)]
+    installed = fontManager.get_font_names()
+    return ["DejaVu Sans", *(name for name in OTHER_LETTERS if name in installed)]
 
 
 @styled

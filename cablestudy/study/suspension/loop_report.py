@@ -144,5 +144,6 @@ def _responses(movement, motion, space, shown, place, components, time):
 
 def uniform_gust(gusts):
     """Force on each coordinate per speed of a gust along the mean wind that is the same everywhere. [N/(m/s)]"""
-    everywhere = gusts.forces.sum(axis=0) + sum(strip.forces.sum(axis=1) for strip in gusts.strips)
+    count = gusts.forces.shape[-1]  # strips have shapes beyond the coordinates
+    everywhere = gusts.forces.sum(axis=0) + sum(strip.forces[..., :count].sum(axis=1) for strip in gusts.strips)
     return gusts.directions[0] @ everywhere
