@@ -254,7 +254,7 @@ def motion(peers):
         ratios.append(theirs / modes)
         yield (
             f"| cablestudy, accuracy {ACCURACY:g}, {name} | {1e3 * static:.1f} | {1e3 * modes:.1f} |"
-            f" {ratios[-1]:.1f} | {error:.1e} |"
+            f" {'' if math.isnan(theirs) else format(ratios[-1], '.1f')} | {error:.1e} |"
         )
     if math.isnan(theirs):
         return

@@ -13,6 +13,7 @@ from cablestudy.cable import catenary, equilibrium, initial_length
 from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.span import CORES, Span
 from cablestudy.cable.stiffness import tangent_stiffness
+from cablestudy.scene.load_tables import LoadCase
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
 
@@ -74,7 +75,7 @@ def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravit
         sag=None,
     )
     cable.loads = [SimpleNamespace(at=float(place), fraction=None, force=force, mass=None) for place, force in loads]
-    scene = SimpleNamespace(cable=cable, gravity=gravity, loads=cable.loads, elongation=0.0)
+    scene = SimpleNamespace(cable=cable, gravity=gravity, loads=cable.loads, elongation=0.0, load_case=LoadCase())
     results = Results(SceneValues([scene]))
     results.check(0)
     return results.span.take(0)

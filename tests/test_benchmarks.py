@@ -51,8 +51,8 @@ def test_a_sweep_is_killed_and_goes_on():
 
 
 def test_every_script_is_run_here_or_used_by_one_that_is():
-    """extremes.py by tests/test_extremes.py."""
-    run_or_used = {"run.py", "kills.py", "extremes.py"}
+    """The others by tests of their own: test_extremes, test_processors, test_interface_arguments, test_twins."""
+    run_or_used = {"run.py", "kills.py", "extremes.py", "processors.py", "python_calls.py", "twins.py"}
     for path in FOLDER.glob("*.py"):
         run_or_used |= {f"{name}.py" for name in re.findall(r"^(?:import|from) (\w+)", path.read_text(), re.MULTILINE)}
     assert {path.name for path in FOLDER.glob("*.py")} <= run_or_used

@@ -207,7 +207,8 @@ def tensions_at_peak(case):
         lowest = float(case.end_model.omega.min()) / (2 * np.pi)
         change = peak_factor(lowest, case.scene.wind.duration) * case.cable_motion.tension
     else:
-        pulled = np.array([case.end_stiffness_along(axis, 0) for axis in range(3)])
+        # in closed form: no elements of both planes only for this
+        pulled = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
         change = np.abs(force @ pulled) / np.where(tension > 0, tension, 1.0) * _peak(case) / 1e3
     return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
 

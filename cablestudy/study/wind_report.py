@@ -93,7 +93,7 @@ def _names(scene, parts):
     if "" in parts:
         names += ["mean_displacement"] if scene.wind is not None and scene.wind.mean else []
         names += ["peak", *weights_of(scene)]
-    return [*names, *_strength(scene)]
+    return [*names, *_strength(scene, "" in parts)]
 
 
 def _peak_and_range(case, cells):
@@ -101,9 +101,9 @@ def _peak_and_range(case, cells):
     return cells.get("peak_mm"), find("linear_range").compute(case) if "peak_mm" in cells else None
 
 
-def _strength(scene):
-    """The utilisation at rest and at the peak, where the strength of the cable is known."""
-    shown = ["utilisation", "peak_utilisation"] if scene.gondola else ["utilisation"]
+def _strength(scene, peak=False):
+    """The utilisation at rest and perhaps at the peak, where the strength of the cable is known."""
+    shown = ["utilisation", "peak_utilisation"] if peak else ["utilisation"]
     return shown if scene.cable.section_breaking_force is not None else []
 
 

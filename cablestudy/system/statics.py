@@ -32,6 +32,7 @@ SLOW, PATIENCE = 0.7, 4  # a search ends where so many steps in a row leave more
 FEW_STEPS = 25  # from an equilibrium to the next one
 SOFTENED = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
 MOST_ERROR = 10.0  # relative error that a step shall take away at most
+FARTHEST = 100.0  # way of a search with softer cables that has failed, over the suspension's extent, to go on from it
 LARGEST = 0.3  # change of an unstretched length in one step, over the length
 NUDGES = (0.1, -0.1, 0.3, -0.3)  # steps off a saddle: rotation [rad], or share of the extent of the suspension
 SINGULAR = 1e-14  # added to the diagonal of the scaled stiffness
@@ -134,13 +135,16 @@ def by_softer_cables(suspension):
     makes large tensions.
     """
     own = np.array([kind == "unstretched_length" for kind in suspension.given])
-    tension = catenary.solve(spans(suspension, start(suspension))).mean_tension
+    begin = start(suspension)
+    tension, reach = catenary.solve(spans(suspension, begin)).mean_tension, extent(suspension, begin)
     stiffness, part = suspension.axial_stiffness, suspension
     for strain in SOFTENED:
         soft = np.where(own, stiffness, np.minimum(stiffness, tension / strain))
         part = replace(part, axial_stiffness=soft)
         state, record = search_all(part, start(part))
-        found = record.converged[:, None, None]  # another search would wander off from where one has failed
+        # where a search has failed it may be on the way, or have wandered off
+        moved_by = np.abs(state.position - suspension.position).max(axis=(-1, -2), initial=0.0)
+        found = (record.converged | (moved_by < FARTHEST * reach))[:, None, None]
         part = replace(
             part,
             position=np.where(found, state.position, part.position),

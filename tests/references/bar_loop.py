@@ -55,7 +55,8 @@ class BarLoop:
             self.forces[:, :, place] = [self.bars.maps[cable].T @ force for force in on_nodes]
         free = scene["bodies"]["b"]["free"]
         self.measured = np.eye(size)[[size - len(free) + free.index(axis) for axis in scene["control"]["measured"]]]
-        self.allocation = np.linalg.pinv(self.measured @ np.linalg.solve(self.bars.K, self.forces[0]))
+        static = self.measured @ np.linalg.solve(self.bars.K, self.forces[0])
+        self.allocation = np.linalg.pinv(static, rcond=1e-3)  # what winches hardly move is not corrected
 
     def matrices(self):
         """A0 and A1 of the closed loop x' = (A0 + gain A1) x."""
@@ -83,7 +84,11 @@ class BarLoop:
         return fixed, scaled
 
     def growth(self, gain):
-        """Largest growth of a pole over its frequency, positive where one grows. [-]"""
+        """Largest growth of a pole over its frequency, positive where one grows. [-]
+
+        Poles at zero are left out: integrals of what the winches do not correct.
+        """
         fixed, scaled = self.matrices()
         poles = np.linalg.eigvals(fixed + gain * scaled)
-        return float((poles.real / np.maximum(np.abs(poles), 1e-9 * np.abs(poles).max())).max())
+        poles = poles[np.abs(poles) > 1e-9 * np.abs(poles).max()]
+        return float((poles.real / np.abs(poles)).max())

@@ -50,7 +50,7 @@ def static_tables(case, only=None, failures=None):
 
     makers = {
         "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
-        "points": lambda: listed(case, points, lambda name: point_columns(name)[:-1], point_columns("")[:-1]),
+        "points": lambda: listed(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
         "cables": lambda: _first_things(of_cables()),
         "stiffness": lambda: _stiffness_table(case),
     }

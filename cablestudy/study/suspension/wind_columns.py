@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.columns import Column
 from cablestudy.wind.peak import peak_factor
 
@@ -150,7 +150,10 @@ def slackened(case):
     """Names of the cables whose least tension in the wind is below zero; without an answer none."""
     if case.scene.wind is None:
         return []
-    return [name for name in case.scene.cables if tension_columns(name)[1].compute(case)[0] < 0]
+    try:
+        return [name for name in case.scene.cables if tension_columns(name)[1].compute(case)[0] < 0]
+    except CablestudyError:  # the columns of the wind say why
+        return []
 
 
 def _max_peak_utilisation(case):
