@@ -32,6 +32,7 @@ from twins import (
     CORRECTED,
     GROUND,
     IMAGED,
+    LINEAR,
     LOOP,
     NO_TWIN,
     OPEN_WIND,
@@ -168,7 +169,7 @@ def test_each_entry_of_the_list_has_a_reason_and_a_part_that_exists():
 
 def test_each_column_of_one_cable_has_a_twin_or_a_reason():
     """With those compared by other names: modes, frequency and damping ratio of the gondola."""
-    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS
+    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR
     aliases = static, LOOP, OPEN_WIND, WIND, PEAK, IMAGED, CORRECTED, BOTH, CABLE_WIND, BARE_CABLE, NO_TWIN
     named = {name for names in aliases for name in names} | {"gondola_frequency", "gondola_damping_ratio"}
     modes = {"cable_frequency"} | {family.name for family in FAMILIES}

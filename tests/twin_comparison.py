@@ -12,6 +12,7 @@ from twins import (
     CORRECTED,
     GROUND,
     IMAGED,
+    LINEAR,
     LOOP,
     OPEN_WIND,
     PEAK,
@@ -203,7 +204,9 @@ def compare_statics(scenes):
 def static_columns(scene):
     """The static columns that a scene has, and those of its twin: dict."""
     return {
-        one: twin for one, twin in (STATICS | STIFFNESS | SECTION | STRENGTH | GROUND).items() if has_keys(scene, one)
+        one: twin
+        for one, twin in (STATICS | STIFFNESS | LINEAR | SECTION | STRENGTH | GROUND).items()
+        if has_keys(scene, one)
     }
 
 

@@ -32,7 +32,7 @@ OF_CABLE = (
     "preload", "horizontal_tension", "max_tension", "min_tension", "unstretched_length", "stretched_length", "chord",
     "sag", "sag_ratio", "mass", "axial_stiffness", "mass_per_length", "strain", "lambda_squared", "lowest_point",
     "swing", "reaction_1_horizontal", "reaction_1_vertical", "reaction_2_horizontal", "reaction_2_vertical", "angle_1",
-    "angle_2",
+    "angle_2", "inclination_from_plumb",
 )  # fmt: skip
 STATICS = {name: f"cable.{name}" for name in OF_CABLE} | {
     "tension_1": "cable.tension_from",
@@ -48,6 +48,7 @@ STIFFNESS = {
     "end_stiffness_zz": "gondola.stiffness_zz",
     "end_stiffness_xz": "gondola.stiffness_xz",
 }
+LINEAR = {"linear_range": "gondola.linear_range_x"}
 LOOP = {name: name for name in ("gain", "largest_gain", "gain_margin", "phase_margin", "gain_crossover", "delay_margin",
                                 "sensitivity_peak")}  # fmt: skip
 OPEN_WIND = {
@@ -75,6 +76,8 @@ NO_TWIN = {
     "sensitivity_frequency": "no column of suspensions",
     "bandwidth": "no column of suspensions",
     "mean_displacement": "linear for one cable; of a suspension that of the equilibrium in the wind",
+    "force_displacement": "no column of bodies; the twin is held at the place that it has under that force",
+    "peak_utilisation": "quasi-static, at the gondola's peak; of a suspension from the RMS of the tension",
     "midspan_rms": "no column of cables of a suspension",
     "winch_rms_speed": "of the end that moves along x; of a suspension the length reeled in",
     "winch_peak_speed": "of the end that moves along x; of a suspension the length reeled in",
