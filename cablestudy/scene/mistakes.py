@@ -86,9 +86,7 @@ def _plain(detail, tables):
     if kind == "cablestudy":
         return [(path, context["text"])]
     if kind == "extra_forbidden":
-        known = keys_at(path[:-1], tables)
-        meant = _in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
-        return [(path, f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(path[-1], known))]
+        return [(path, _unknown(path, tables))]
     if kind == "missing":
         return [_missing(path, detail)]
     if kind == "literal_error":
@@ -100,15 +98,26 @@ def _plain(detail, tables):
         expected = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
         return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
-        limit = context.get("max_length", context.get("min_length"))
-        if kind == "too_short" and len(value) >= limit:  # pydantic leaves out the items that are wrong, told above
-            return []
-        bound = "at most" if kind == "too_long" else "at least"
-        return [(path, f"expected {bound} {counted(limit, 'item')}, got {len(value)}")]
+        return [(path, message) for message in _wrong_length(kind, context, value)]
     if kind == "tuple_type" and path[-1] == "loads" and isinstance(value, dict) and "".join(value).isdigit():
         return [(path, f"the list is not there, so that it has no item {next(iter(value))}")]
     expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
     return [(path, f"{expected}, got {show(value)}")]
+
+
+def _unknown(path, tables):
+    """The message on an unknown key, with what may be meant."""
+    known = keys_at(path[:-1], tables)
+    meant = _in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
+    return f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(path[-1], known)
+
+
+def _wrong_length(kind, context, value):
+    """The message on a list with too few or too many items; none where items that are wrong are told already."""
+    limit = context.get("max_length", context.get("min_length"))
+    if kind == "too_short" and len(value) >= limit:  # pydantic leaves out the items that are wrong
+        return []
+    return [f"expected {'at most' if kind == 'too_long' else 'at least'} {counted(limit, 'item')}, got {len(value)}"]
 
 
 def _in_tables(path, tables):
