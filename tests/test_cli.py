@@ -431,7 +431,7 @@ def test_top_of_a_table_of_one_row_is_refused(command):
 def test_modes_of_a_scene_with_a_gondola_say_that_it_is_held():
     said = run("modes", CARLINA, "-n", "2").lines
     assert said[0].startswith(
-        "note: these are modes between fixed ends, the gondola held; with the gondola on the cable"
+        "note: these are modes between fixed ends, with the gondola held; the column gondola_frequency"
     )
     assert "gondola_frequency" in said[0]
     assert "fixed ends" not in run("modes", CARLINA, "-n", "2", "--set", "gondola=null", "--set", "winch=null").err

@@ -84,4 +84,5 @@ def test_commands_of_the_tour_do_their_work(command, folder):
 @pytest.mark.parametrize("scene", ["carlina", "carlina-inclined", "slack", "point-load", "guy", "line", "zipline"])
 @pytest.mark.parametrize("command", ["static", "modes"])
 def test_every_scene_of_configs_has_an_answer(command, scene):
-    assert run(command, CONFIGS / f"{scene}.yaml").err == ""
+    said = run(command, CONFIGS / f"{scene}.yaml").err
+    assert said == "" or (command == "modes" and said.startswith("note: these are modes between fixed ends"))
