@@ -158,7 +158,9 @@ def test_what_differs_is_listed(part):
 
 @pytest.mark.parametrize("part", PARTS)
 def test_what_is_listed_differs(part):
-    assert not [key for key in listed().get(part, {}) if key not in found(part)]
+    file = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    uncertain = {(one["class"], name) for one in file.get(part, ()) for name in one.get("rounding_decides", ())}
+    assert not [key for key in listed().get(part, {}) if key not in found(part) and key not in uncertain]
 
 
 def test_each_entry_of_the_list_has_a_reason_and_a_part_that_exists():
